@@ -52,7 +52,9 @@ class VideoPipe {
     Pacing pacing(deployment_.frame_rate_hz, config_.max_frames_in_flight, Pacing::Clock::now());
     while (node::running() && !capture_.ended()) {
       for (const auto& sample : composited_.take())
-        if (sample.valid()) pacing.composited(sample->frame, Pacing::Clock::now());
+        if (sample.valid() && deployment_.viewer.name == sample->viewer &&
+            sample->frame <= messages::kMaxFrame)
+          pacing.composited(sample->frame, Pacing::Clock::now());
       take_tile_costs();
       const auto now = Pacing::Clock::now();
       if (const auto frame = pacing.next(now, composited_.writers() > 0)) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <deque>
-#include <map>
 #include <optional>
 
 #include "common/base/realtime.h"
@@ -11,20 +10,14 @@
 #include "common/pipeline/node/frame_set_reader.h"
 #include "common/pipeline/node/frame_trace.h"
 #include "common/pipeline/node/replay_monitor.h"
+#include "recon_node/frame_inputs.h"
 #include "recon_node/messages.h"
 
 namespace fivepipe::recon {
 namespace {
 
-// The node keeps the poses and colours of this many frames, more than can be in flight.
-constexpr std::size_t kMaxKeptFrames = 16;
 // At most this many frame sets wait for their head poses.
 constexpr std::size_t kMaxWaiting = 4;
-
-template <class Value>
-void keep_newest(std::map<std::uint64_t, Value>& by_frame) {
-  while (by_frame.size() > kMaxKeptFrames) by_frame.erase(by_frame.begin());
-}
 
 class ReconstructionPipe {
  public:
@@ -64,7 +57,7 @@ class ReconstructionPipe {
   void take_view() {
     for (const auto& sample : view_infos_.take()) {
       if (!sample.valid() || viewer_ != sample->viewer) continue;
-      if (const auto geometry = messages::view_geometry_from(*sample);
+      if (const auto geometry = messages::view_geometry_from(*sample, node_.deployment.viewer);
           const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&geometry))
         node_.status.drop(*bad);
       else
@@ -76,25 +69,14 @@ class ReconstructionPipe {
           const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&pose))
         node_.status.drop(*bad);
       else
-        take(std::get<messages::FramePose>(pose));
+        inputs_.add(std::get<messages::FramePose>(pose));
     }
-    keep_newest(pose_of_frame_);
   }
 
   void reset() {
     sets_.reset();
     waiting_.clear();
-    pose_of_frame_.clear();
-    colours_of_frame_.clear();
-    restart_detector_ = {};
-  }
-
-  void take(const messages::FramePose& pose) {
-    if (restart_detector_.is_restart(pose.frame, pose.capture_stamp_ns)) {
-      pose_of_frame_.clear();
-      colours_of_frame_.clear();
-    }
-    pose_of_frame_[pose.frame] = pose;
+    inputs_.reset();
   }
 
   void take_colours() {
@@ -105,10 +87,9 @@ class ReconstructionPipe {
         node_.status.drop(*bad);
         continue;
       }
-      messages::CameraColour& received = std::get<messages::CameraColour>(colour);
-      colours_of_frame_[received.frame].push_back(std::move(received));
+      if (!inputs_.add(std::get<messages::CameraColour>(std::move(colour))))
+        node_.status.drop({"repeated_colour", sample->camera, ""});
     }
-    keep_newest(colours_of_frame_);
   }
 
   // Returns the tiles of a frame that this node reconstructs.
@@ -130,28 +111,17 @@ class ReconstructionPipe {
     return tiles;
   }
 
-  // Takes the colours of this frame. Skips those of a frame with the same number that capture_node
-  // sent before it restarted.
-  std::vector<hull::ColourRegion> colours_of(const frames::FrameSet& set) {
-    std::vector<hull::ColourRegion> colours;
-    for (messages::CameraColour& colour : colours_of_frame_[set.frame])
-      if (std::abs(colour.capture_stamp_ns - set.capture_stamp_ns) <
-          frames::RestartDetector::kMinRestart_ns)
-        colours.push_back(std::move(colour.colour));
-    return colours;
-  }
-
   // Reconstructs the waiting frames in order. A frame waits for its pose, because messages of
   // different topics may overtake each other. Drops it if the pose of a later frame has arrived or
   // more than kMaxWaiting frames wait.
   void reconstruct_frames_with_pose() {
     const auto has_pose = [&](const frames::FrameSet& set) {
-      return geometry_ && pose_of_frame_.contains(set.frame);
+      return geometry_ && inputs_.pose_of(set.frame);
     };
     while (!waiting_.empty()) {
       const frames::FrameSet& set = waiting_.front();
       if (has_pose(set))
-        reconstruct(set, pose_of_frame_.at(set.frame));
+        reconstruct(set, *inputs_.pose_of(set.frame));
       else if (waiting_.size() > kMaxWaiting ||
                std::any_of(waiting_.begin(), waiting_.end(), has_pose))
         node_.status.drop(geometry_ ? "no_head_pose" : "no_view_info");
@@ -172,10 +142,11 @@ class ReconstructionPipe {
                           set.empty_cameras};
     const std::vector<Tile> tiles = own_tiles(pose, view.camera.pinhole);
     node::FrameSteps steps;
-    const node::InputTimes inputs{set.first_received_ns, set.last_received_ns};
+    const node::InputTimes times{set.first_received_ns, set.last_received_ns};
     if (tiles.empty())
-      return traces_.handled(set.frame, set.capture_stamp_ns, inputs, std::move(steps));
-    const std::vector<hull::ColourRegion> colours = colours_of(set);
+      return traces_.handled(set.frame, set.capture_stamp_ns, times, std::move(steps));
+    const std::vector<hull::ColourRegion> colours =
+        inputs_.take_colours(set.frame, set.capture_stamp_ns);
     // Only readers of tiles need colour; skip it if there are none.
     const bool want_colour = tiles_.readers() > 0 && !colours.empty();
     steps.begin("reconstruct");
@@ -191,12 +162,12 @@ class ReconstructionPipe {
     for (ReconTile& tile : made) tiles_.write(tile_message(frame, std::move(tile)).message());
     if (replay_.replaying())
       node_.status.latency("arrival_to_tiles",
-                           1e-9 * double(base::now_realtime_ns() - inputs.first_ns));
+                           1e-9 * double(base::now_realtime_ns() - times.first_ns));
     else
       node_.status.latency("capture_to_tiles",
                            1e-9 * double(base::now_realtime_ns() - set.capture_stamp_ns));
-    traces_.handled(set.frame, set.capture_stamp_ns, inputs, std::move(steps));
-    colours_of_frame_.erase(colours_of_frame_.begin(), colours_of_frame_.upper_bound(set.frame));
+    traces_.handled(set.frame, set.capture_stamp_ns, times, std::move(steps));
+    inputs_.drop_colours_up_to(set.frame);
   }
 
   node::NodeContext& node_;
@@ -213,9 +184,7 @@ class ReconstructionPipe {
   bus::Writer<bus::topics::TileCosts> costs_;
   std::deque<frames::FrameSet> waiting_;  // frame sets that wait for their poses
   std::optional<messages::ViewGeometry> geometry_;
-  frames::RestartDetector restart_detector_;
-  std::map<std::uint64_t, messages::FramePose> pose_of_frame_;
-  std::map<std::uint64_t, std::vector<messages::CameraColour>> colours_of_frame_;
+  FrameInputs inputs_;
 };
 
 }  // namespace

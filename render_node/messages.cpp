@@ -1,11 +1,16 @@
 #include "render_node/messages.h"
 
+#include <algorithm>
+
 namespace fivepipe::render {
 
-messages::Received<ReceivedTile> tile_from(const fivepipe_v1_HullTile& message) {
+messages::Received<ReceivedTile> tile_from(const fivepipe_v1_HullTile& message,
+                                           const config::Rig& rig) {
   const auto eye_from_world = messages::from_wire(message.eye_from_world);
   if (!eye_from_world)
     return messages::BadMessage{"bad_tile", "", "pose is not finite or not a rotation"};
+  if (const auto why = messages::why_implausible(message.frame, message.capture_stamp_ns))
+    return messages::BadMessage{"bad_tile", "", *why};
   ReceivedTile tile;
   tile.frame = message.frame;
   tile.capture_stamp_ns = message.capture_stamp_ns;
@@ -17,12 +22,26 @@ messages::Received<ReceivedTile> tile_from(const fivepipe_v1_HullTile& message) 
   tile.covered = messages::from_wire(message.covered);
   tile.depth_m = messages::span_of(message.depth_m);
   tile.bgr = messages::span_of(message.bgr);
-  for (const auto& camera : messages::span_of(message.empty_cameras))
+  for (const auto& camera : messages::span_of(message.empty_cameras)) {
+    if (std::none_of(rig.cameras.begin(), rig.cameras.end(),
+                     [&](const config::RigCamera& known) { return known.name == camera; }))
+      return messages::BadMessage{"bad_tile", camera, "unknown empty camera"};
     tile.empty_cameras.emplace_back(camera);
+  }
   return tile;
 }
 
+messages::Received<Highlight> highlight_from(const fivepipe_v1_CollisionResult& message) {
+  if (const auto why = messages::why_implausible(message.frame, message.capture_stamp_ns))
+    return messages::BadMessage{"bad_collision", message.object, *why};
+  return Highlight{message.frame, message.capture_stamp_ns,
+                   message.verdict == fivepipe_v1_colliding ||
+                       !messages::span_of(message.first_contact).empty()};
+}
+
 messages::Received<std::vector<ObjectPose>> poses_from(const fivepipe_v1_VirtualState& message) {
+  if (const auto why = messages::why_implausible(message.frame, message.capture_stamp_ns))
+    return messages::BadMessage{"bad_state", "", *why};
   std::vector<ObjectPose> poses;
   for (const fivepipe_v1_ObjectState& object : messages::span_of(message.objects)) {
     const auto pose = messages::from_wire(object.world_from_object);

@@ -11,13 +11,26 @@
 
 namespace fivepipe::render {
 
-// Converts a tile message. The spans of the result refer to the message's storage. Returns
-// BadMessage if the pose is not finite or not a rotation; TileAssembler validates everything else.
-messages::Received<ReceivedTile> tile_from(const fivepipe_v1_HullTile& message);
+// All conversions from messages return BadMessage if frame number or capture stamp is implausible
+// (wire_conversions.h).
 
-// Converts the poses of all objects. Returns BadMessage if a pose is not finite or not a rotation;
-// Renderer validates everything else.
+// Converts a tile message. The spans of the result refer to the message's storage. Also returns
+// BadMessage if the pose is not finite or not a rotation, or the rig lacks one of the empty
+// cameras; TileAssembler validates everything else.
+messages::Received<ReceivedTile> tile_from(const fivepipe_v1_HullTile& message,
+                                           const config::Rig& rig);
+
+// Converts the poses of all objects. Also returns BadMessage if a pose is not finite or not a
+// rotation; Renderer validates everything else.
 messages::Received<std::vector<ObjectPose>> poses_from(const fivepipe_v1_VirtualState& message);
+
+// What render_node takes from a CollisionResult: whether to highlight the object.
+struct Highlight {
+  std::uint64_t frame = 0;
+  std::int64_t capture_stamp_ns = 0;
+  bool collides = false;  // the object collides, or met the hull between two frames
+};
+messages::Received<Highlight> highlight_from(const fivepipe_v1_CollisionResult& message);
 
 fivepipe_v1_FrameComposited composited_message(const std::string& viewer, const HullFrame& hull,
                                                std::int64_t composited_stamp_ns);

@@ -72,12 +72,14 @@ class ParentPipe {
   }
 
   void take_collisions() {
-    for (const auto& sample : collisions_.take())
-      if (sample.valid() &&
-          (sample->verdict == fivepipe_v1_colliding ||
-           !messages::span_of(sample->first_contact).empty()) &&
-          highlighted_.contains(sample->object))
-        virtual_frames_.add_collision(sample->frame, sample->capture_stamp_ns, sample->object);
+    for (const auto& sample : collisions_.take()) {
+      if (!sample.valid() || !highlighted_.contains(sample->object)) continue;
+      const auto highlight = highlight_from(*sample);
+      if (const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&highlight))
+        node_.status.drop(*bad);
+      else if (const auto& [frame, stamp_ns, collides] = std::get<Highlight>(highlight); collides)
+        virtual_frames_.add_collision(frame, stamp_ns, sample->object);
+    }
   }
 
   void take_states() {
@@ -88,15 +90,26 @@ class ParentPipe {
         node_.status.drop(*bad);
       else
         virtual_frames_.add_state(sample->frame, sample->capture_stamp_ns,
-                                  std::get<0>(std::move(poses)));
+                                  drawable(std::get<0>(std::move(poses))));
     }
+  }
+
+  // Drops and counts the poses that draw() would ignore. Otherwise the kept states of a stranger
+  // could fill the memory.
+  std::vector<ObjectPose> drawable(std::vector<ObjectPose> poses) {
+    std::erase_if(poses, [&](const ObjectPose& pose) {
+      const auto why = renderer_.why_undrawable(pose);
+      if (why) node_.status.drop({"bad_state", pose.object, *why});
+      return why.has_value();
+    });
+    return poses;
   }
 
   void take_tiles() {
     const std::int64_t now_ns = base::now_realtime_ns();
     for (const auto& sample : tiles_.take()) {
       if (!sample.valid() || viewer_.name != sample->viewer) continue;
-      auto tile = tile_from(*sample);
+      auto tile = tile_from(*sample, node_.deployment.rig);
       if (const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&tile)) {
         node_.status.drop(*bad);
         continue;
@@ -134,9 +147,7 @@ class ParentPipe {
     bool wanted = true;
     node::FrameSteps steps;
     steps.begin("render");
-    for (const std::string& what :
-         renderer_.draw(hull, virtual_frame.poses, virtual_frame.colliding))
-      node_.status.drop({"bad_state", "", what});
+    renderer_.draw(hull, virtual_frame.poses, virtual_frame.colliding);
     wanted = present(hull.frame);
     steps.end();
     const std::int64_t now_ns = base::now_realtime_ns();

@@ -39,6 +39,9 @@ class Renderer {
   std::vector<std::string> draw(const HullFrame& hull, std::span<const ObjectPose> poses,
                                 const std::set<std::string>& colliding);
 
+  // Returns why draw() would ignore the pose, or nullopt.
+  std::optional<std::string> why_undrawable(const ObjectPose& pose) const;
+
   // Waits until the GPU has finished the last frame.
   void finish() const;
   // Reads back the last frame: 8-bit BGR (sRGB), row 0 at the top.
@@ -58,7 +61,6 @@ class Renderer {
     gl::GlVertexArray vertex_array;
   };
 
-  std::optional<std::string> why_undrawable(const ObjectPose& pose) const;
   void set_pose(const ObjectPose& pose);
   void set_view(const gl::GlProgram& program, const Eigen::Isometry3d& eye_from_world) const;
   void draw_hull(const HullFrame& hull);

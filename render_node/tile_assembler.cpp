@@ -47,10 +47,7 @@ void copy_rows(const hull::PixelRect& rect, int width_px, std::size_t bytes_per_
 
 TileAssembler::TileAssembler(const geometry::Pinhole& recon, double near_m, double far_m,
                              std::size_t max_open_frames)
-    : recon_(recon),
-      near_m_(float(near_m)),
-      far_m_(float(far_m)),
-      max_open_frames_(std::max<std::size_t>(max_open_frames, 1)) {}
+    : recon_(recon), near_m_(float(near_m)), far_m_(float(far_m)), open_(max_open_frames) {}
 
 std::optional<HullFrame> TileAssembler::add(const ReceivedTile& tile) {
   if (const auto reason = why_refused(tile)) {
@@ -58,9 +55,7 @@ std::optional<HullFrame> TileAssembler::add(const ReceivedTile& tile) {
     return {};
   }
   if (is_late(tile)) return {};
-  OpenFrame* const found = open_for(tile);
-  if (!found) return {};
-  OpenFrame& open = *found;
+  OpenFrame& open = open_for(tile);
   if (const auto reason = why_inconsistent(tile, open)) {
     ++counts_.rejected[*reason];
     return {};
@@ -89,7 +84,7 @@ std::optional<HullFrame> TileAssembler::add(const ReceivedTile& tile) {
   if (open.tiles_here < open.rects.size()) return {};
   if (open.area_px != std::size_t(recon_.width_px) * std::size_t(recon_.height_px)) {
     ++counts_.rejected["tiles leave gaps in the view"];
-    open_.erase(tile.frame);
+    open_.take(tile.frame);
     return {};
   }
   return completed(tile.frame);
@@ -138,38 +133,38 @@ std::optional<std::string> TileAssembler::why_inconsistent(const ReceivedTile& t
 void TileAssembler::reset() {
   counts_.incomplete += open_.size();
   open_.clear();
-  first_wanted_ = 0;
-  newest_stamp_ns_ = INT64_MIN;
   last_complete_.reset();
+  late_in_a_row_ = 0;
 }
 
 // Returns true for a tile of a completed or dropped frame. A restarted source counts from 0 again:
-// its frame number is lower, but its capture stamp is later than all before. Such a tile resets the
-// assembler and is not late.
+// its frame number is lower, but its capture stamp is later than that of the last complete frame.
+// Such a tile resets the assembler and is not late.
 bool TileAssembler::is_late(const ReceivedTile& tile) {
-  if (tile.frame >= first_wanted_) return false;
-  if (tile.capture_stamp_ns > newest_stamp_ns_) {
+  if (open_.was_displaced(tile.frame)) {
+    ++counts_.late;
+    return true;
+  }
+  if (!last_complete_ || tile.frame > last_complete_->frame) {
+    late_in_a_row_ = 0;
+    return false;
+  }
+  if (tile.capture_stamp_ns > last_complete_->capture_stamp_ns ||
+      ++late_in_a_row_ >= kMaxLateFrames * tile.tiles) {
     ++counts_.restarts;
     reset();
     return false;
   }
-  ++(last_complete_ == tile.frame ? counts_.duplicate : counts_.late);
+  ++(last_complete_->frame == tile.frame ? counts_.duplicate : counts_.late);
   return true;
 }
 
-// Returns the open frame of the tile and creates it if needed. Returns nullptr if max_open_frames_
-// newer frames are open.
-TileAssembler::OpenFrame* TileAssembler::open_for(const ReceivedTile& tile) {
-  if (const auto it = open_.find(tile.frame); it != open_.end()) return &it->second;
-  if (open_.size() >= max_open_frames_) {
-    const std::uint64_t oldest = open_.begin()->first;
-    if (tile.frame < oldest) {
-      ++counts_.late;
-      return nullptr;
-    }
-    drop_before(oldest + 1);
-  }
-  OpenFrame& open = open_[tile.frame];
+// Returns the open frame of the tile and opens it if needed.
+TileAssembler::OpenFrame& TileAssembler::open_for(const ReceivedTile& tile) {
+  if (OpenFrame* const found = open_.find(tile.frame)) return *found;
+  const std::uint64_t displaced_before = open_.displaced();
+  OpenFrame& open = open_.get_or_add(tile.frame);
+  counts_.incomplete += open_.displaced() - displaced_before;
   open.hull = {tile.frame,
                tile.capture_stamp_ns,
                tile.received_ns,
@@ -183,31 +178,19 @@ TileAssembler::OpenFrame* TileAssembler::open_for(const ReceivedTile& tile) {
   open.hull.depth_m.assign(std::size_t(recon_.width_px) * std::size_t(recon_.height_px),
                            hull::kNoHull);
   open.rects.resize(tile.tiles);
-  return &open;
+  return open;
 }
 
 std::optional<HullFrame> TileAssembler::completed(std::uint64_t frame) {
-  OpenFrame open = std::move(open_.at(frame));
-  open_.erase(frame);
-  drop_before(frame);
-  first_wanted_ = frame + 1;
-  newest_stamp_ns_ = std::max(newest_stamp_ns_, open.hull.capture_stamp_ns);
-  last_complete_ = frame;
+  OpenFrame open = *open_.take(frame);
+  counts_.incomplete += open_.erase_up_to(frame);
+  last_complete_ = {frame, open.hull.capture_stamp_ns};
   ++counts_.complete;
   if (!open.all_coloured) open.hull.bgr.clear();
   auto& cameras = open.hull.empty_cameras;
   std::sort(cameras.begin(), cameras.end());
   cameras.erase(std::unique(cameras.begin(), cameras.end()), cameras.end());
   return std::move(open.hull);
-}
-
-void TileAssembler::drop_before(std::uint64_t frame) {
-  const auto end = open_.lower_bound(frame);
-  for (auto it = open_.begin(); it != end; ++it)
-    newest_stamp_ns_ = std::max(newest_stamp_ns_, it->second.hull.capture_stamp_ns);
-  counts_.incomplete += std::uint64_t(std::distance(open_.begin(), end));
-  open_.erase(open_.begin(), end);
-  first_wanted_ = std::max(first_wanted_, frame);
 }
 
 }  // namespace fivepipe::render

@@ -9,6 +9,7 @@
 
 #include "common/geometry/camera.h"
 #include "common/hull/hull.h"
+#include "common/pipeline/frames/recent_frames.h"
 
 namespace fivepipe::render {
 
@@ -56,10 +57,15 @@ struct TileCounts {
 };
 
 // Assembles several frames at a time. A complete frame drops all older open frames. If a tile of a
-// new frame arrives while max_open_frames are open, the oldest of them is dropped.
+// new frame arrives while max_open_frames are open, the one that was opened first is dropped.
 class TileAssembler {
  public:
   static constexpr std::size_t kMaxOpenFrames = 4;
+  // If the tiles of this many frames in a row are older than the last complete frame, that frame's
+  // number counts as wrong, for example that of a stranger, and the assembler resets. A reader
+  // holds 8 samples per tile (bus.cpp), so a busy node takes the tiles of at most 8 late frames in
+  // a row.
+  static constexpr std::uint32_t kMaxLateFrames = 16;
 
   // Accepts only tiles of the view `recon` with depths in [near_m, far_m].
   TileAssembler(const geometry::Pinhole& recon, double near_m, double far_m,
@@ -82,21 +88,23 @@ class TileAssembler {
     bool all_coloured = true;
   };
 
+  struct FrameStamp {
+    std::uint64_t frame;
+    std::int64_t capture_stamp_ns;
+  };
+
   std::optional<std::string> why_refused(const ReceivedTile& tile) const;
   std::optional<std::string> why_inconsistent(const ReceivedTile& tile,
                                               const OpenFrame& open) const;
   bool is_late(const ReceivedTile& tile);
-  OpenFrame* open_for(const ReceivedTile& tile);
+  OpenFrame& open_for(const ReceivedTile& tile);
   std::optional<HullFrame> completed(std::uint64_t frame);
-  void drop_before(std::uint64_t frame);
 
   geometry::Pinhole recon_;
   float near_m_, far_m_;
-  std::size_t max_open_frames_;
-  std::map<std::uint64_t, OpenFrame> open_;
-  std::uint64_t first_wanted_ = 0;            // older frames are complete or dropped
-  std::int64_t newest_stamp_ns_ = INT64_MIN;  // of the complete and dropped frames
-  std::optional<std::uint64_t> last_complete_;
+  frames::RecentFrames<OpenFrame> open_;
+  std::optional<FrameStamp> last_complete_;
+  std::uint32_t late_in_a_row_ = 0;
   TileCounts counts_;
 };
 

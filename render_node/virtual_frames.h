@@ -1,13 +1,12 @@
 // Collects the simulation's results by frame: object poses and colliding objects. Keeps at most
-// kMaxFrames frames and drops the oldest.
+// kMaxFrames frames and drops the one that was added first.
 #pragma once
 #include <cstdint>
-#include <map>
-#include <optional>
 #include <set>
 #include <string>
 #include <vector>
 
+#include "common/pipeline/frames/recent_frames.h"
 #include "common/pipeline/frames/restart_detector.h"
 #include "render_node/renderer.h"
 
@@ -24,22 +23,21 @@ class VirtualFrames {
  public:
   static constexpr std::size_t kMaxFrames = 16;
 
-  // Adds a colliding object or the poses of a frame. Ignores a frame that is older than all of
-  // kMaxFrames kept frames. Drops all kept frames if the source has restarted.
+  // Adds a colliding object or the poses of a frame. Ignores a frame that was displaced. Drops all
+  // kept frames if the source has restarted.
   void add_collision(std::uint64_t frame, std::int64_t capture_stamp_ns, const std::string& object);
   void add_state(std::uint64_t frame, std::int64_t capture_stamp_ns, std::vector<ObjectPose> poses);
 
   // Returns true if the state of this frame has arrived.
   bool has(std::uint64_t frame) const;
   // Returns the newest complete frame with a number <= `frame`, otherwise the oldest complete one.
-  // Returns nullptr if no state has arrived.
+  // Returns nullptr if no state has arrived. Valid until the next add.
   const VirtualFrame* best_for(std::uint64_t frame) const;
 
  private:
-  VirtualFrame& at(std::uint64_t frame, std::int64_t capture_stamp_ns);
+  VirtualFrame* at(std::uint64_t frame, std::int64_t capture_stamp_ns);
   frames::RestartDetector restart_detector_;
-  std::map<std::uint64_t, VirtualFrame> frames_;
-  VirtualFrame too_old_;
+  frames::RecentFrames<VirtualFrame> frames_{kMaxFrames};
 };
 
 }  // namespace fivepipe::render

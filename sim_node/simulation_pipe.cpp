@@ -3,6 +3,7 @@
 #include <memory>
 #include <optional>
 
+#include "common/base/realtime.h"
 #include "common/pipeline/node/frame_set_reader.h"
 #include "common/pipeline/node/frame_trace.h"
 #include "common/pipeline/node/replay_monitor.h"
@@ -124,7 +125,7 @@ class SimulationPipe {
     publish();
   }
 
-  double stamp_s() const { return 1e-9 * double(held_->capture_stamp_ns - *first_stamp_ns_); }
+  double stamp_s() const { return base::difference_s(held_->capture_stamp_ns, *first_stamp_ns_); }
   ResultFrame result_frame() const {
     return {held_->frame, held_->capture_stamp_ns, stamp_s(), held_->cameras};
   }

@@ -160,7 +160,7 @@ class CompositeListener {
  private:
   void take() {
     for (const auto& sample : composited_.take())
-      if (sample.valid())
+      if (sample.valid() && !messages::why_implausible(sample->frame, sample->composited_stamp_ns))
         received_[sample->frame] = {sample->composited_stamp_ns, base::now_realtime_ns()};
   }
 

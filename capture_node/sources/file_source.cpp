@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "capture_node/sources/image_source.h"
+#include "common/base/readable_file.h"
 
 namespace fivepipe::capture {
 namespace {
@@ -137,9 +138,12 @@ std::unique_ptr<Frames> open_frames(const config::RigCamera& camera, const std::
   if (file.find('%') != std::string::npos) {
     std::map<std::int64_t, fs::path> files = files_of_pattern(file);
     if (files.empty()) fail(SourceFault::not_found, "no file matches this pattern");
+    for (const auto& [index, path] : files)
+      if (const auto why = base::why_unreadable(path))
+        fail(SourceFault::not_found, path.filename().string() + ' ' + *why);
     frames = std::make_unique<SequenceFrames>(std::move(files));
-  } else if (!fs::is_regular_file(file)) {
-    fail(SourceFault::not_found, "no such file");
+  } else if (const auto why = base::why_unreadable(file)) {
+    fail(SourceFault::not_found, *why);
   } else if (is_picture(file)) {
     frames = std::make_unique<SequenceFrames>(std::map<std::int64_t, fs::path>{{0, file}});
   } else {

@@ -23,6 +23,11 @@ int write_all(int file, std::string_view text) {
 
 }  // namespace
 
+bool is_broken_pipe(int file) {
+  pollfd polled{file, 0, 0};
+  return poll(&polled, 1, 0) == 1 && (polled.revents & POLLERR);
+}
+
 OutputQueue::OutputQueue(int file) : file_(file) {
   signal(SIGPIPE, SIG_IGN);  // write() reports a closed pipe as EPIPE
   thread_ = std::thread([this] { write_until_closed(); });
@@ -46,10 +51,7 @@ void OutputQueue::put(std::string text) {
   queue_.push(std::move(text), bytes);
 }
 
-bool OutputQueue::closed() const {
-  pollfd polled{file_, 0, 0};
-  return closed_ || (poll(&polled, 1, 0) == 1 && (polled.revents & POLLERR));
-}
+bool OutputQueue::closed() const { return closed_ || is_broken_pipe(file_); }
 
 void OutputQueue::write_until_closed() {
   while (const std::optional<std::string> text = queue_.pop()) {

@@ -10,6 +10,9 @@
 
 namespace fivepipe::base {
 
+// Whether the file is a pipe or a socket whose reader has closed its end.
+bool is_broken_pipe(int file);
+
 class OutputQueue {
  public:
   static constexpr std::size_t kMaxQueuedBytes = std::size_t(16) << 20;

@@ -1,14 +1,19 @@
 #include "common/base/usage_error.h"
 
+#include <unistd.h>
+
 #include <iostream>
+
+#include "common/base/output_queue.h"
 
 namespace fivepipe::base {
 
 int report_errors(const std::function<int()>& run) {
   try {
     const int result = run();
-    // This reports a full disk. A closed pipe ends the process earlier, by SIGPIPE.
-    if (!std::cout.flush()) throw std::runtime_error("cannot write to standard output");
+    // A full disk is an error; a reader that has seen enough is not.
+    if (!std::cout.flush() && !is_broken_pipe(STDOUT_FILENO))
+      throw std::runtime_error("cannot write to standard output");
     return result;
   } catch (const UsageError& error) {
     std::cerr << error.what() << "\n";

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "common/base/readable_file.h"
 #include "common/config/node_checks.h"
 #include "common/config/node_reader.h"
 #include "common/config/read_files.h"
@@ -79,7 +80,7 @@ Content read_named_file(YamlMap& map, const std::string& key,
                         Content (*read)(const std::filesystem::path&, Problems&)) {
   const std::filesystem::path file = map.path(key);
   if (file.empty()) return {};
-  if (const auto why = why_unreadable(file)) {
+  if (const auto why = base::why_unreadable(file)) {
     map.problem_at(key, key + ' ' + file.string() + ": " + *why);
     return {};
   }

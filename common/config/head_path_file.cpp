@@ -5,6 +5,7 @@
 #include <cmath>
 #include <fstream>
 
+#include "common/base/readable_file.h"
 #include "common/config/read_files.h"
 #include "common/config/yaml/yaml_reader.h"
 
@@ -72,7 +73,7 @@ std::optional<HeadKey> read_key(const std::filesystem::path& file, int line_numb
 
 std::vector<HeadKey> read_head_path(const std::filesystem::path& file, Problems& problems) {
   std::vector<HeadKey> path;
-  if (const auto why = why_unreadable(file)) {
+  if (const auto why = base::why_unreadable(file)) {
     problems.add(file, {}, *why);
     return path;
   }

@@ -2,12 +2,14 @@
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 
+#include <assimp/DefaultIOSystem.h>
 #include <algorithm>
 #include <assimp/Importer.hpp>
 #include <cctype>
 #include <cmath>
 #include <optional>
 
+#include "common/base/readable_file.h"
 #include "common/config/read_files.h"
 #include "common/config/yaml/yaml_reader.h"
 
@@ -63,6 +65,16 @@ std::string mesh_extension(const std::filesystem::path& file) {
   return extension;
 }
 
+// An OBJ file names material files and a glTF file names buffers. Refuses those that are no regular
+// files, of which a pipe would keep the reader waiting.
+class RegularFiles : public Assimp::DefaultIOSystem {
+ public:
+  bool Exists(const char* file) const override { return !base::why_unreadable(file); }
+  Assimp::IOStream* Open(const char* file, const char* mode) override {
+    return base::why_unreadable(file) ? nullptr : DefaultIOSystem::Open(file, mode);
+  }
+};
+
 }  // namespace
 
 bool is_gltf(const std::filesystem::path& file) {
@@ -70,11 +82,12 @@ bool is_gltf(const std::filesystem::path& file) {
 }
 
 MeshOrReason read_mesh(const std::filesystem::path& file, double unit_m) {
-  if (const auto why = why_unreadable(file)) return {{}, *why};
+  if (const auto why = base::why_unreadable(file)) return {{}, *why};
   const std::string extension = mesh_extension(file);
   if (!is_gltf(file) && extension != ".obj" && extension != ".stl" && extension != ".ply")
     return {{}, "the file name must end in .gltf, .glb, .obj, .stl or .ply"};
   Assimp::Importer importer;
+  importer.SetIOHandler(new RegularFiles);  // the importer owns it
   const aiScene* scene = importer.ReadFile(file.string(), 0);
   // Runs before JoinIdenticalVertices, which treats NaN as equal to every vertex.
   if (scene != nullptr)

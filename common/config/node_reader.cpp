@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 
+#include "common/base/readable_file.h"
 #include "common/base/regex.h"
 
 namespace fivepipe::config {
@@ -40,8 +41,8 @@ std::string read_image_path(YamlMap& map, const std::string& key, int first_fram
   const std::string path = map.path(key).string();
   if (path.empty() || !is_here) return path;
   // Sequences start at 0 or at 1.
-  auto why = why_unreadable(frame_of_sequence(path, first_frame));
-  if (why && why_unreadable(frame_of_sequence(path, first_frame + 1)))
+  auto why = base::why_unreadable(frame_of_sequence(path, first_frame));
+  if (why && base::why_unreadable(frame_of_sequence(path, first_frame + 1)))
     map.problem_at(key, key + ' ' + path + ": " + *why);
   return path;
 }

@@ -3,9 +3,13 @@
 #include <fstream>
 #include <stdexcept>
 
+#include "common/base/readable_file.h"
+
 namespace fivepipe::hull {
 
 ObjectPixels read_pbm(const std::filesystem::path& file, int width_px, int height_px) {
+  if (const auto why = base::why_unreadable(file))
+    throw std::runtime_error(file.string() + ": " + *why);
   std::ifstream in(file, std::ios::binary);
   std::string magic;
   int width = 0, height = 0;

@@ -20,7 +20,7 @@ struct InfoOptions {
 
 // True if any process has the file open for writing; false if the file system cannot tell.
 bool is_being_written(const std::filesystem::path& path) {
-  const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (file < 0) return false;
   // The kernel refuses a read lease while a process has the file open for writing. A process that
   // opens the file meanwhile breaks the lease; SIGURG makes the notification harmless.

@@ -1,15 +1,13 @@
-#include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <unistd.h>
 
-#include <algorithm>
+#include <chrono>
 #include <iostream>
-#include <thread>
 
-#include "common/base/realtime.h"
-#include "common/base/text_table.h"
+#include "common/base/output_queue.h"
 #include "launch/cli/commands.h"
 #include "launch/cli/options.h"
+#include "launch/supervise/interrupt.h"
+#include "launch/supervise/live_status.h"
 #include "launch/supervise/status_messages.h"
 
 namespace fivepipe::launch {
@@ -21,64 +19,14 @@ using Clock = std::chrono::steady_clock;
 constexpr auto kRefreshPeriod = 1s;
 // Discovery takes up to 1 s, and nodes publish twice per second.
 constexpr auto kListeningTime = 2500ms;
-constexpr std::int64_t kSilenceTimeout_ns = 2'000'000'000;
 
 struct TopOptions {
   NetworkOptions network;
   bool once = false;
 };
 
-std::string latency_text(const ProcessStatus& status) {
-  std::vector<std::string> parts;
-  for (const auto& [name, latency] : status.latencies)
-    parts.push_back(fmt::format("{} {:.1f}/{:.1f}", name, latency.p50_ms, latency.p99_ms));
-  return fmt::format("{}", fmt::join(parts, ", "));
-}
-
-const char* state_of(const ProcessStatus& status, bool alive) {
-  if (alive) return "";
-  return status.final_report ? "ended" : "silent";
-}
-
-std::string nodes_table(const StatusRegistry& registry) {
-  const std::vector<std::string> alive =
-      registry.alive(base::now_realtime_ns(), kSilenceTimeout_ns);
-  base::TextTable table({{.head = "node", .min_width = 14},
-                         {.head = "state", .min_width = 6},
-                         {.head = "frame", .right = true, .min_width = 8},
-                         {.head = "Hz", .right = true, .min_width = 6},
-                         {.head = "CPU %", .right = true, .min_width = 6},
-                         {.head = "memory MB", .right = true, .min_width = 9},
-                         {.head = "drops", .right = true, .min_width = 7},
-                         {.head = "latencies p50/p99 ms"}});
-  for (const auto& [node, processes] : registry.processes()) {
-    const ProcessStatus& status = processes.back();
-    std::uint64_t drops = 0;
-    for (const auto& [text, count] : status.drops) drops += count;
-    const bool is_alive = std::find(alive.begin(), alive.end(), node) != alive.end();
-    table.add({status.node, state_of(status, is_alive), std::to_string(status.frame),
-               base::with_decimals(status.frame_rate_hz, 1),
-               base::with_decimals(registry.cpu_percent(node), 0),
-               base::with_decimals(status.memory_mb, 0), std::to_string(drops),
-               latency_text(status)});
-  }
-  return table.text();
-}
-
-std::string messages_of(const StatusRegistry& registry) {
-  std::string lines;
-  for (const auto& [node, processes] : registry.processes()) {
-    for (const auto& [text, count] : processes.back().drops)
-      lines += fmt::format("{}: dropped {}: {}\n", node, count, base::printable(text));
-    for (const std::string& diagnostic : processes.back().diagnostics)
-      lines += fmt::format("{}: {}\n", node, base::printable(diagnostic));
-  }
-  for (const std::string& node : registry.duplicates())
-    lines += fmt::format("two processes publish as node '{}'\n", node);
-  return lines;
-}
-
 int run_top(const TopOptions& options) {
+  ignore_closed_pipes();
   bus::Bus bus({options.network.domain, options.network.profile});
   auto statuses_in = bus.reader<bus::topics::NodeStatus>();
   StatusRegistry registry;
@@ -95,10 +43,11 @@ int run_top(const TopOptions& options) {
     if (is_silent)
       std::cout << "no node publishes a status in domain " << options.network.domain << "\n";
     else
-      std::cout << nodes_table(registry) << messages_of(registry) << (on_terminal ? "" : "\n");
+      std::cout << nodes_table(registry, arrival_clock_ns()) << node_messages(registry)
+                << (on_terminal ? "" : "\n");
     std::cout << std::flush;
     if (options.once) return is_silent ? 3 : 0;
-    if (!std::cout) return 1;  // the reader of the pipe is gone
+    if (!std::cout) return base::is_broken_pipe(STDOUT_FILENO) ? 0 : 1;
   }
 }
 

@@ -10,9 +10,9 @@
 #include "common/recording/replay/recorder.h"
 #include "launch/cli/commands.h"
 #include "launch/cli/options.h"
+#include "launch/supervise/claims.h"
 #include "launch/supervise/deployment_run.h"
 #include "launch/supervise/interrupt.h"
-#include "launch/supervise/node_claims.h"
 
 namespace fivepipe::launch {
 namespace {
@@ -59,19 +59,22 @@ int run_up(UpOptions options) {
   std::vector<std::string> names;
   for (const config::Node& node : nodes) names.push_back(node.name);
   std::optional<NodeClaims> claims;
+  std::optional<FolderClaim> folder;
   try {
     claims.emplace(run.domain, names);
-  } catch (const NodeNameTaken& taken) {
-    std::cerr << taken.what() << '\n';
+    std::filesystem::create_directories(run.out);
+    folder.emplace(run.out);
+  } catch (const ClaimRefused& refused) {
+    std::cerr << refused.what() << '\n';
     return 2;
   }
-  // The claims come first: a running deployment with the same nodes may be writing to this folder.
-  std::filesystem::create_directories(run.out);
+  catch_signals();
+  if (!folder->warning().empty()) spdlog::warn("{}", folder->warning());
+  // The claims come first: a running deployment may be writing to this folder.
   clear_results(run.out);
   // llvmpipe starts one thread per core in every process that draws. On few cores, several such
   // processes would wait for one another.
   setenv("LP_NUM_THREADS", "1", 0);
-  catch_signals();
   return run_deployment(run, deployment, nodes);
 }
 
@@ -83,15 +86,15 @@ void add_up(CLI::App& app, Command& command) {
   CLI::App* up = app.add_subcommand(
       "up",
       "Start the nodes of a deployment and supervise them until --duration is over or Ctrl-C.\n"
-      "Restarts nodes that die.");
+      "Restarts nodes that die. Continues if a pager or `head` closes its output.");
   up->footer(
       "Examples:\n"
       "  fivepipe up launch/deployments/demo.yaml --duration 10 --out out/demo\n"
       "  fivepipe up launch/deployments/demo.yaml --record out/session.mcap\n"
       "  fivepipe up launch/deployments/seated4cam.yaml --set data=/data/seated4cam\n\n"
       "Exit codes: 0 done; 1 a node failed or was killed, no frame was composited, or the\n"
-      "recording is incomplete; 2 usage or configuration, or the nodes already run in this\n"
-      "domain; 3 hardware missing; 130 interrupted.");
+      "recording is incomplete; 2 usage or configuration, or another deployment runs these\n"
+      "nodes in this domain or writes to this folder; 3 hardware missing; 130 interrupted.");
   up->add_option("DEPLOYMENT", run.deployment, "deployment file (YAML)")->required();
   up->add_option("--host", options->host,
                  "start the nodes of this host (default: this machine's name and the nodes without "

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "common/base/realtime.h"
 #include "common/base/text_table.h"
 
 namespace fivepipe::launch {
@@ -30,11 +31,12 @@ ArrivalSummary summary_of(const std::deque<Arrival>& arrivals) {
   for (std::size_t i = 0; i < arrivals.size(); ++i) {
     latencies_ms.push_back(1e-6 * double(arrivals[i].latency_ns));
     if (i == 0) continue;
-    intervals_ms.push_back(1e-6 * double(arrivals[i].stamp_ns - arrivals[i - 1].stamp_ns));
+    intervals_ms.push_back(
+        1e-6 * double(base::difference_ns(arrivals[i].stamp_ns, arrivals[i - 1].stamp_ns)));
     bytes += arrivals[i].bytes;
   }
   if (arrivals.size() >= 2 && arrivals.back().stamp_ns > arrivals.front().stamp_ns) {
-    const double time_s = 1e-9 * double(arrivals.back().stamp_ns - arrivals.front().stamp_ns);
+    const double time_s = base::difference_s(arrivals.back().stamp_ns, arrivals.front().stamp_ns);
     summary.rate_hz = double(intervals_ms.size()) / time_s;
     summary.bytes_per_s = double(bytes) / time_s;
   }

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <iostream>
 
+#include "common/base/output_queue.h"
 #include "common/base/realtime.h"
 #include "common/recording/files/frame_groups.h"
 #include "common/recording/schema/wire_types.h"
@@ -42,7 +43,8 @@ int measure_recording(const HzRequest& request, const std::function<bool()>& int
       recording, topic, 0, std::nullopt, [&](const recording::RecordedMessage& message) {
         if (!message.key_change)
           statistics.add(message.channel->node,
-                         {message.log_stamp_ns, message.log_stamp_ns - message.source_stamp_ns,
+                         {message.log_stamp_ns,
+                          base::difference_ns(message.log_stamp_ns, message.source_stamp_ns),
                           message.cdr.size()},
                          frame_in(message));
         return !interrupted();
@@ -87,7 +89,8 @@ int measure_bus(const HzRequest& request, const std::function<bool()>& interrupt
       bus.wait(std::min<std::chrono::nanoseconds>(100ms, next - Clock::now()));
       reader.take([&](const bus::SerializedSample& sample) {
         const std::int64_t now_ns = base::now_realtime_ns();
-        const Arrival arrival{now_ns, now_ns - sample.source_stamp_ns, sample.cdr.size()};
+        const Arrival arrival{now_ns, base::difference_ns(now_ns, sample.source_stamp_ns),
+                              sample.cdr.size()};
         if (sample.kind == bus::SampleKind::data)
           statistics.add(names.of(sample.writer), arrival, frame_of(sample.cdr));
       });
@@ -104,7 +107,7 @@ int measure_bus(const HzRequest& request, const std::function<bool()>& interrupt
     else
       std::cout << statistics.text();
     std::cout << (on_terminal || once ? "" : "\n") << std::flush;
-    if (!std::cout) return 1;
+    if (!std::cout) return base::is_broken_pipe(STDOUT_FILENO) ? 0 : 1;
     if (once) return statistics.messages() == 0 ? 3 : 0;
   }
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 
+#include "common/base/realtime.h"
 #include "common/base/text_table.h"
 #include "common/base/timestamp_text.h"
 #include "common/base/usage_error.h"
@@ -178,9 +179,11 @@ std::string MessageFormatter::yaml_document(const ShownMessage& message, const J
     return with_comment({{"key_change", name_of(*message.key_change)},
                          {"key", error.empty() ? value : Json(error)}},
                         comment);
-  comment += ", latency " +
-             base::with_decimals(1e-6 * double(message.log_stamp_ns - message.source_stamp_ns), 2) +
-             " ms";
+  comment +=
+      ", latency " +
+      base::with_decimals(
+          1e-6 * double(base::difference_ns(message.log_stamp_ns, message.source_stamp_ns)), 2) +
+      " ms";
   const Json shown =
       error.empty() ? value : Json{{"not_decoded", error}, {"bytes", message.cdr.size()}};
   return with_comment(shown, options_.bare ? "" : comment);

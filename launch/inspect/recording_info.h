@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "common/base/realtime.h"
 #include "common/recording/files/recording.h"
 #include "common/recording/mcap/recover.h"
 
@@ -51,7 +52,7 @@ struct RecordingInfo {
 
   bool finished() const { return damage.summary.empty(); }
   bool intact() const { return finished() && damage.damage_reports.empty() && unreadable.empty(); }
-  double duration_s() const { return 1e-9 * double(end_ns - start_ns); }
+  double duration_s() const { return base::difference_s(end_ns, start_ns); }
 };
 
 // Reads the index. If `reads_all`, also reads every message, to determine bytes by topic and damage

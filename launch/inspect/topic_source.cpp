@@ -4,6 +4,8 @@
 #include <iostream>
 #include <set>
 
+#include "common/base/realtime.h"
+
 namespace fivepipe::launch {
 
 recording::Recording opened(const std::filesystem::path& file) {
@@ -37,9 +39,9 @@ int each_message(const recording::Recording& recording, const std::string& topic
   for (const recording::RecordedChannel& channel : recording.channels())
     if (channel.topic == topic) channels.insert(channel.id);
   const std::int64_t end_ns =
-      end_s ? recording.start_ns() + std::int64_t(1e9 * *end_s) : recording.end_ns();
+      end_s ? base::later_by_s(recording.start_ns(), *end_s) : recording.end_ns();
   auto cursor =
-      recording.messages(recording.start_ns() + std::int64_t(1e9 * start_s), end_ns, channels);
+      recording.messages(base::later_by_s(recording.start_ns(), start_s), end_ns, channels);
   int result = 0;
   for (;;) try {
       const auto message = cursor.next();

@@ -12,11 +12,15 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <utility>
 
 #include "common/base/machine.h"
 #include "common/base/realtime.h"
+#include "common/base/timing.h"
 #include "common/base/version.h"
+#include "common/pipeline/messages/wire_conversions.h"
 #include "launch/supervise/interrupt.h"
+#include "launch/supervise/live_status.h"
 #include "launch/supervise/program_folder.h"
 #include "launch/supervise/recorder_process.h"
 #include "launch/supervise/report.h"
@@ -119,21 +123,25 @@ class DeploymentRun {
  private:
   void take_messages() {
     take_statuses(statuses_in_, statuses_, node_names_);
-    for (const auto& [name, processes] : statuses_.processes())
-      if (processes.back().has_handled_frame)
-        supervisor_.mark_healthy(name, processes.back().start_stamp_ns);
+    for (const config::Node& node : nodes_)
+      if (const ProcessStatus* newest = statuses_.newest(node.name);
+          newest && newest->has_handled_frame)
+        supervisor_.mark_healthy(node.name, newest->start_stamp_ns);
     for (const auto& frame : composited_in_.take())
-      if (frame.valid() && !first_composited_stamp_ns_) {
+      if (frame.valid() && deployment_.viewer.name == frame->viewer &&
+          !messages::why_implausible(frame->frame, frame->composited_stamp_ns)) {
+        newest_composited_seen_ = Clock::now();
+        if (first_composited_seen_) continue;
         first_composited_stamp_ns_ = frame->composited_stamp_ns;
-        first_composited_seen_ = Clock::now();
+        first_composited_seen_ = newest_composited_seen_;
       }
     for (const std::string& problem : bus_.problems()) spdlog::error("{}", problem);
-    for (const std::string& name : statuses_.duplicates())
-      if (reported_duplicates_.insert(name).second)
+    for (const DuplicateNode& duplicate : statuses_.duplicates())
+      if (reported_duplicates_.insert(duplicate.node).second)
         spdlog::error(
-            "two processes publish as node '{}' and their frames mix: another deployment runs in "
-            "domain {}; stop it or choose another --domain",
-            name, settings_.domain);
+            "{}. Their frames mix: another deployment runs in domain {}; stop it or choose another "
+            "--domain",
+            text_of(duplicate), settings_.domain);
   }
 
   bool all_exited_cleanly(const std::string& program) const {
@@ -183,17 +191,23 @@ class DeploymentRun {
     ended_by_ = why;
   }
 
+  // Prints the status line periodically, and at once when rendering has stopped.
   void print_progress() {
-    if (Clock::now() < next_progress_) return;
-    next_progress_ += kProgressPeriod;
-    const double elapsed_s = std::chrono::duration<double>(Clock::now() - started_).count();
-    double rate_hz = 0;
-    for (const config::Node& node : nodes_)
-      if (const auto processes = statuses_.processes();
-          config::program_of(node) == "render_node" && processes.contains(node.name))
-        rate_hz = processes.at(node.name).back().frame_rate_hz;
-    spdlog::info("{:.0f} s: {} frames composited, now {:.1f} frames/s", elapsed_s,
-                 frames_composited(statuses_), rate_hz);
+    const bool stalled =
+        newest_composited_seen_ && base::seconds_since(*newest_composited_seen_) > kMaxFrameGap_s;
+    const bool was_stalled = std::exchange(rendering_stalled_, stalled);
+    if (Clock::now() < next_progress_ && (was_stalled || !stalled)) return;
+    while (next_progress_ <= Clock::now()) next_progress_ += kProgressPeriod;
+    Progress progress;
+    progress.elapsed_s = base::seconds_since(started_);
+    progress.composited = frames_composited(statuses_);
+    for (const config::Node& node : deployment_.nodes) {
+      if (config::program_of(node) == "render_node") progress.render_nodes.push_back(node.name);
+      if (!supervisor_.exited_cleanly(node.name)) progress.expected.push_back(node.name);
+    }
+    if (newest_composited_seen_)
+      progress.newest_frame_age_s = base::seconds_since(*newest_composited_seen_);
+    spdlog::info("{}", progress_line(progress, statuses_, arrival_clock_ns()));
   }
 
   // The final statuses of processes that exited cleanly may not have arrived yet.
@@ -286,7 +300,8 @@ class DeploymentRun {
   std::optional<std::int64_t> first_composited_stamp_ns_;
   std::string ended_by_;
   Clock::time_point started_ = Clock::now(), next_progress_ = started_ + kProgressPeriod;
-  std::optional<Clock::time_point> input_ended_, first_composited_seen_;
+  std::optional<Clock::time_point> input_ended_, first_composited_seen_, newest_composited_seen_;
+  bool rendering_stalled_ = false;
   Supervisor supervisor_;
 };
 

@@ -8,50 +8,104 @@ namespace {
 // The last status of a process that died may arrive after the first one of its successor.
 constexpr std::int64_t kStatusTimeout_ns = 1'500'000'000;
 
+bool is_same_process(const ProcessStatus& a, const ProcessStatus& b) {
+  return a.start_stamp_ns == b.start_stamp_ns &&
+         (!a.process || !b.process || a.process == b.process);
+}
+
+std::string text_of(const std::optional<bus::ProcessId>& process) {
+  if (!process) return "a process without identity";
+  return "process " + std::to_string(process->pid) + " on host " + process->host;
+}
+
+template <class Key>
+void add_counts(std::map<Key, std::uint64_t>& sums, const std::map<Key, std::uint64_t>& counts) {
+  for (const auto& [key, count] : counts) sums[key] += count;
+}
+
+// Adds the totals of an older process.
+void add_totals(ProcessStatus& sum, const ProcessStatus& older) {
+  sum.cpu_s += older.cpu_s;
+  sum.memory_mb = std::max(sum.memory_mb, older.memory_mb);
+  add_counts(sum.counts, older.counts);
+  add_counts(sum.drops, older.drops);
+  add_counts(sum.empty_cameras, older.empty_cameras);
+  for (const auto& [topic, totals] : older.topics) sum.topics[topic] += totals;
+  for (const auto& [object, totals] : older.collisions) sum.collisions[object] += totals;
+  for (const auto& [name, latency] : older.latencies)
+    if (Latency& kept = sum.latencies[name]; latency.count > kept.count) kept = latency;
+}
+
 }  // namespace
 
-void StatusRegistry::add(ProcessStatus status, std::int64_t arrived_stamp_ns) {
-  auto [at, is_new] = entries_[status.node].try_emplace(status.writer);
-  Entry& entry = at->second;
-  if (is_new)
-    entry.first_arrived_ns = arrived_stamp_ns;
-  else if (arrived_stamp_ns > entry.arrived_ns)
-    entry.cpu_percent = 100 * (status.cpu_s - entry.newest.cpu_s) /
-                        (1e-9 * double(arrived_stamp_ns - entry.arrived_ns));
-  entry.arrived_ns = arrived_stamp_ns;
-  entry.gone = status.final_report;
+TopicTotals& TopicTotals::operator+=(const TopicTotals& other) {
+  sent += other.sent;
+  not_sent += other.not_sent;
+  received += other.received;
+  recorded += other.recorded;
+  lost += other.lost;
+  return *this;
+}
+
+CollisionTotals& CollisionTotals::operator+=(const CollisionTotals& other) {
+  frames += other.frames;
+  points += other.points;
+  first_contacts += other.first_contacts;
+  return *this;
+}
+
+void StatusRegistry::add(ProcessStatus status, std::int64_t arrived_ns) {
+  if (!entries_.contains(status.node) && entries_.size() >= kMaxNodes) return;
+  Entry& entry = entry_of(entries_[status.node], status, arrived_ns);
+  if (arrived_ns > entry.arrived_ns)
+    entry.cpu_percent =
+        100 * (status.cpu_s - entry.newest.cpu_s) / (1e-9 * double(arrived_ns - entry.arrived_ns));
+  entry.arrived_ns = arrived_ns;
+  if (!status.process) status.process = entry.newest.process;
   entry.newest = std::move(status);
 }
 
-void StatusRegistry::writer_gone(const std::string& node) {
-  for (auto& [writer, entry] : entries_[node]) entry.gone = true;
+StatusRegistry::Entry& StatusRegistry::entry_of(std::vector<Entry>& processes,
+                                                const ProcessStatus& status,
+                                                std::int64_t arrived_ns) {
+  const auto known = std::find_if(processes.begin(), processes.end(), [&](const Entry& entry) {
+    return is_same_process(entry.newest, status);
+  });
+  if (known != processes.end()) return *known;
+  if (processes.size() >= kMaxProcesses) {
+    add_totals(processes[1].newest, processes[0].newest);
+    processes.erase(processes.begin());
+  }
+  const auto later = std::find_if(processes.begin(), processes.end(), [&](const Entry& entry) {
+    return entry.newest.start_stamp_ns > status.start_stamp_ns;
+  });
+  return *processes.insert(later, {status, arrived_ns, arrived_ns, 0});
 }
 
 std::map<std::string, std::vector<ProcessStatus>> StatusRegistry::processes() const {
   std::map<std::string, std::vector<ProcessStatus>> by_node;
-  for (const auto& [node, writers] : entries_) {
-    if (writers.empty()) continue;
-    auto& processes = by_node[node];
-    for (const auto& [writer, entry] : writers) processes.push_back(entry.newest);
-    std::stable_sort(processes.begin(), processes.end(), [](const auto& a, const auto& b) {
-      return a.start_stamp_ns < b.start_stamp_ns;
-    });
-  }
+  for (const auto& [node, entries] : entries_)
+    for (const Entry& entry : entries) by_node[node].push_back(entry.newest);
   return by_node;
 }
 
-std::vector<std::string> StatusRegistry::duplicates() const {
-  std::vector<std::string> nodes;
-  for (const auto& [node, writers] : entries_) {
-    const Entry* newest = newest_entry(node);
-    const bool another_lives = std::any_of(writers.begin(), writers.end(), [&](const auto& pair) {
-      const Entry& entry = pair.second;
-      return &entry != newest && !entry.newest.final_report &&
-             entry.arrived_ns > newest->first_arrived_ns + kStatusTimeout_ns;
-    });
-    if (another_lives) nodes.push_back(node);
+const ProcessStatus* StatusRegistry::newest(const std::string& node) const {
+  const Entry* entry = newest_entry(node);
+  return entry ? &entry->newest : nullptr;
+}
+
+std::vector<DuplicateNode> StatusRegistry::duplicates() const {
+  std::vector<DuplicateNode> duplicates;
+  for (const auto& [node, entries] : entries_) {
+    const Entry& newest = entries.back();
+    DuplicateNode duplicate{node, {}};
+    for (const Entry& entry : entries)
+      if (&entry == &newest || (!entry.newest.final_report &&
+                                entry.arrived_ns > newest.first_arrived_ns + kStatusTimeout_ns))
+        duplicate.processes.push_back(text_of(entry.newest.process));
+    if (duplicate.processes.size() > 1) duplicates.push_back(std::move(duplicate));
   }
-  return nodes;
+  return duplicates;
 }
 
 double StatusRegistry::cpu_percent(const std::string& node) const {
@@ -59,22 +113,16 @@ double StatusRegistry::cpu_percent(const std::string& node) const {
   return newest ? newest->cpu_percent : 0;
 }
 
-std::vector<std::string> StatusRegistry::alive(std::int64_t now_ns, std::int64_t max_age_ns) const {
-  std::vector<std::string> nodes;
-  for (const auto& [node, writers] : entries_)
-    if (const Entry* newest = newest_entry(node);
-        newest && !newest->gone && now_ns - newest->arrived_ns <= max_age_ns)
-      nodes.push_back(node);
-  return nodes;
+std::optional<NodeActivity> StatusRegistry::activity(const std::string& node,
+                                                     std::int64_t now_ns) const {
+  const Entry* newest = newest_entry(node);
+  if (!newest) return std::nullopt;
+  return NodeActivity{newest->newest.final_report, 1e-9 * double(now_ns - newest->arrived_ns)};
 }
 
 const StatusRegistry::Entry* StatusRegistry::newest_entry(const std::string& node) const {
-  const auto writers = entries_.find(node);
-  if (writers == entries_.end()) return nullptr;
-  const Entry* newest = nullptr;
-  for (const auto& [writer, entry] : writers->second)
-    if (!newest || entry.newest.start_stamp_ns > newest->newest.start_stamp_ns) newest = &entry;
-  return newest;
+  const auto entries = entries_.find(node);
+  return entries == entries_.end() ? nullptr : &entries->second.back();
 }
 
 }  // namespace fivepipe::launch

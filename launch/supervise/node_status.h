@@ -2,8 +2,11 @@
 #pragma once
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
+
+#include "common/pipeline/bus/process_id.h"
 
 namespace fivepipe::launch {
 
@@ -19,18 +22,20 @@ struct TopicTotals {
   std::uint64_t received = 0;
   std::uint64_t recorded = 0;
   std::uint64_t lost = 0;  // received and not recorded
+  TopicTotals& operator+=(const TopicTotals& other);
 };
 
 struct CollisionTotals {
   std::uint64_t frames = 0;  // in which the object collided
   std::uint64_t points = 0;  // collision points in these frames
   std::uint64_t first_contacts = 0;
+  CollisionTotals& operator+=(const CollisionTotals& other);
 };
 
 // One process of a node. All counts are totals since the start of the process.
 struct ProcessStatus {
   std::string node;
-  std::uint64_t writer = 0;  // publication handle; distinguishes processes of one node
+  std::optional<bus::ProcessId> process;  // nullopt: its participant states no identity
   std::string version;
   std::int64_t start_stamp_ns = 0;  // CLOCK_REALTIME
   bool has_handled_frame = false;   // the node started and works
@@ -48,33 +53,53 @@ struct ProcessStatus {
   std::vector<std::string> diagnostics;  // "subject: text"
 };
 
-// Keeps the newest status of each process.
+// Two processes that publish as the same node at the same time.
+struct DuplicateNode {
+  std::string node;
+  std::vector<std::string> processes;  // "process 4711 on host alpha"
+};
+
+struct NodeActivity {
+  bool ended = false;   // the newest process sent its final report
+  double silent_s = 0;  // time since the newest status
+};
+
+// A node publishes twice per second; one that is silent for longer hangs, died, or is out of reach.
+inline constexpr double kMaxSilence_s = 2;
+
+// Keeps the newest status of each process. Two statuses of a node are of one process if they have
+// the same start stamp and the same identity; a status without identity, as from an older version,
+// is distinguished by its start stamp alone. Arrival stamps are of any steady clock.
 class StatusRegistry {
  public:
-  void add(ProcessStatus status, std::int64_t arrived_stamp_ns);
-  // Call when the node has no writer any more: its processes have ended.
-  void writer_gone(const std::string& node);
+  // A peer can publish as any node and with any start stamp. The registry ignores further nodes. It
+  // sums the counts of the two oldest processes of a node that has more.
+  static constexpr std::size_t kMaxNodes = 256, kMaxProcesses = 64;
+
+  void add(ProcessStatus status, std::int64_t arrived_ns);
 
   // The newest status of each process, by node; each node's processes by start.
   std::map<std::string, std::vector<ProcessStatus>> processes() const;
-  // Nodes that two processes publish at the same time: the older process still publishes 1.5 s
-  // after the first status of the newer one.
-  std::vector<std::string> duplicates() const;
+  // The newest status of the process that started last; nullptr: none. Valid until the next add().
+  const ProcessStatus* newest(const std::string& node) const;
+  // Nodes of which the older process still publishes 1.5 s after the first status of the newer one.
+  std::vector<DuplicateNode> duplicates() const;
   // CPU use of the node's newest process between its two newest statuses [% of one core]; 0 before
   // the second status.
   double cpu_percent(const std::string& node) const;
-  // Nodes that have not ended and whose newest status arrived at most max_age_ns before now_ns.
-  std::vector<std::string> alive(std::int64_t now_ns, std::int64_t max_age_ns) const;
+  // Returns nullopt if no status of the node has arrived.
+  std::optional<NodeActivity> activity(const std::string& node, std::int64_t now_ns) const;
 
  private:
   struct Entry {
     ProcessStatus newest;
     std::int64_t first_arrived_ns = 0, arrived_ns = 0;
     double cpu_percent = 0;
-    bool gone = false;
   };
+  Entry& entry_of(std::vector<Entry>& processes, const ProcessStatus& status,
+                  std::int64_t arrived_ns);
   const Entry* newest_entry(const std::string& node) const;
-  std::map<std::string, std::map<std::uint64_t, Entry>> entries_;  // by node, then writer
+  std::map<std::string, std::vector<Entry>> entries_;  // by node; each node's processes by start
 };
 
 }  // namespace fivepipe::launch

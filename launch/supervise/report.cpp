@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "common/base/realtime.h"
 #include "common/base/text_table.h"
 #include "common/pipeline/node/status_names.h"
 
@@ -105,11 +106,7 @@ json collisions(const StatusRegistry& statuses) {
   std::map<std::string, CollisionTotals> sums;
   for (const auto& [node, processes] : statuses.processes())
     for (const ProcessStatus& process : processes)
-      for (const auto& [object, totals] : process.collisions) {
-        sums[object].frames += totals.frames;
-        sums[object].points += totals.points;
-        sums[object].first_contacts += totals.first_contacts;
-      }
+      for (const auto& [object, totals] : process.collisions) sums[object] += totals;
   json by_object = json::object();
   for (const auto& [object, sum] : sums)
     by_object[object] = {
@@ -117,17 +114,16 @@ json collisions(const StatusRegistry& statuses) {
   return by_object;
 }
 
+std::vector<std::string> duplicate_nodes(const StatusRegistry& statuses) {
+  std::vector<std::string> nodes;
+  for (const DuplicateNode& duplicate : statuses.duplicates()) nodes.push_back(duplicate.node);
+  return nodes;
+}
+
 json json_of_topics(const Processes& processes) {
   std::map<std::string, TopicTotals> sums;
   for (const ProcessStatus& process : processes)
-    for (const auto& [topic, totals] : process.topics) {
-      TopicTotals& sum = sums[topic];
-      sum.sent += totals.sent;
-      sum.not_sent += totals.not_sent;
-      sum.received += totals.received;
-      sum.recorded += totals.recorded;
-      sum.lost += totals.lost;
-    }
+    for (const auto& [topic, totals] : process.topics) sums[topic] += totals;
   json topics = json::object();
   for (const auto& [topic, sum] : sums)
     topics[topic] = {{"sent", sum.sent},
@@ -139,7 +135,7 @@ json json_of_topics(const Processes& processes) {
 }
 
 double cpu_percent(const ProcessStatus& process, std::int64_t stop_stamp_ns) {
-  const double uptime_s = 1e-9 * double(stop_stamp_ns - process.start_stamp_ns);
+  const double uptime_s = base::difference_s(stop_stamp_ns, process.start_stamp_ns);
   return uptime_s > 0 ? 100 * process.cpu_s / uptime_s : 0;
 }
 
@@ -253,7 +249,7 @@ json report_from(const ReportInput& input) {
   const std::uint64_t composited = frames_composited(input.statuses);
   const double composited_for_s =
       input.first_composited_stamp_ns
-          ? 1e-9 * double(input.stop_stamp_ns - *input.first_composited_stamp_ns)
+          ? base::difference_s(input.stop_stamp_ns, *input.first_composited_stamp_ns)
           : 0;
 
   std::map<std::string, std::uint64_t> dropped;
@@ -286,7 +282,7 @@ json report_from(const ReportInput& input) {
       {"latency_ms", frame_latency(input.statuses)},
       {"collisions", collisions(input.statuses)},
       {"empty_cameras", empty_cameras(input.statuses)},
-      {"duplicate_nodes", input.statuses.duplicates()},
+      {"duplicate_nodes", duplicate_nodes(input.statuses)},
       {"nodes", nodes}};
 }
 

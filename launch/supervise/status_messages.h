@@ -7,8 +7,15 @@
 
 namespace fivepipe::launch {
 
-// `writer` is the publication handle of the message's writer.
-ProcessStatus status_from(const fivepipe_v1_NodeStatus& message, std::uint64_t writer);
+// A peer can send lists of any length: this many entries of each are used.
+inline constexpr std::size_t kMaxStatusEntries = 256;
+
+// `process` wrote the message; nullopt: it states no identity.
+ProcessStatus status_from(const fivepipe_v1_NodeStatus& message,
+                          std::optional<bus::ProcessId> process);
+
+// The clock of arrival stamps [ns]; steady.
+std::int64_t arrival_clock_ns();
 
 // Adds all statuses that have arrived to the registry. If `nodes` is not empty, adds only the
 // statuses of these nodes.

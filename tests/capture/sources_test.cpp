@@ -1,3 +1,4 @@
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cstdlib>
@@ -92,6 +93,24 @@ TEST_F(Sources, ErrorNamesTheMissingFile) {
               open_file_source(camera(), {(folder_ / "none_%d.png").string(), "", 0});
             }).fault,
             SourceFault::not_found);
+}
+
+// Reading a pipe would wait for its writer for ever.
+TEST_F(Sources, PipesAreRefused) {
+  for (const char* name : {"pipe.png", "pipe.avi", "frame_2.png"})
+    ASSERT_EQ(mkfifo((folder_ / name).c_str(), 0600), 0);
+  cv::imwrite((folder_ / "frame_1.png").string(), picture(1));
+  for (const std::string name : {"pipe.png", "pipe.avi", "frame_%d.png"}) {
+    const std::string file = (folder_ / name).string();
+    for (const SourceProblem& problem : {problem_of([&] {
+                                           open_file_source(camera(), {file, "", 0});
+                                         }),
+                                         problem_of([&] { read_background(camera(), file); })}) {
+      EXPECT_EQ(problem.fault, SourceFault::not_found);
+      EXPECT_NE(problem.what.find(file), std::string::npos) << problem.what;
+      EXPECT_NE(problem.what.find("is a pipe, not a file"), std::string::npos) << problem.what;
+    }
+  }
 }
 
 TEST_F(Sources, ErrorNamesTheUndecodableFile) {

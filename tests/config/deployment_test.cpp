@@ -1,5 +1,7 @@
 #include "common/config/deployment.h"
 
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <numbers>
 
@@ -282,6 +284,26 @@ TEST_F(DeploymentFile, ReportsProblemsOfAllFilesTogether) {
           "rig.yaml:2:40: max[2] must be finite, is .nan",
           "rig.yaml:3:10: cameras must be a list of at least one, is a list of 0",
           "scene.yaml:2:1: unknown key objcts: did you mean objects?"));
+}
+
+// Reading a pipe would wait for its writer for ever.
+TEST_F(DeploymentFile, PipesAreRefused) {
+  ASSERT_EQ(mkfifo((folder() / "pipe").c_str(), 0600), 0);
+  EXPECT_EQ(problems_of([&] { load_deployment(folder() / "pipe"); }),
+            std::vector<std::string>{"pipe:0:0: is a pipe, not a file"});
+  const std::string is_pipe = (folder() / "pipe").string() + ": is a pipe, not a file";
+  const std::string pose = "[{eye_m: [0, -1, 0.5], target_m: [0, 0, 0.2]}]";
+  EXPECT_THAT(
+      problems("name: d\nrig: pipe\nscene: pipe\nviewer: {path: " + pose +
+               "}\nnodes: [{name: s, program: sim_node}]\n"),
+      ElementsAre("deployment.yaml:2:6: rig " + is_pipe, "deployment.yaml:3:8: scene " + is_pipe));
+  EXPECT_THAT(problems("name: d\nrig: rig.yaml\nscene: scene.yaml\nviewer: {file: pipe}\n"
+                       "nodes: [{name: s, program: sim_node}]\n"),
+              ElementsAre("pipe:0:0: is a pipe, not a file"));
+  EXPECT_TRUE(test::contains(
+      problems(with_nodes("  - {name: c, program: capture_node, sources: {left: {video: pipe, "
+                          "background: pipe}, right: synthetic}}\n")),
+      "video " + is_pipe));
 }
 
 TEST_F(DeploymentFile, MissingFilesAreReportedAtTheirReference) {

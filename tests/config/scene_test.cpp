@@ -1,5 +1,7 @@
 #include "common/config/scene.h"
 
+#include <sys/stat.h>
+
 #include <cstdint>
 #include <cstring>
 #include <limits>
@@ -259,6 +261,22 @@ TEST_F(SceneFile, RejectsInvalidRequests) {
   EXPECT_EQ(
       problems_with("local_minimum_translation: true", "local_minimum_translatoin: true").size(),
       1u);
+}
+
+// A mesh file may name further files. Reading a pipe would wait for its writer for ever.
+TEST_F(SceneFile, RejectsPipesAsMeshesAndAsTheirParts) {
+  for (const char* name : {"pipe.obj", "pipe.mtl", "pipe.bin"})
+    ASSERT_EQ(mkfifo((folder() / name).c_str(), 0600), 0);
+  const auto problem = [&](const std::string& mesh) { return problems(mesh_scene(mesh)); };
+  EXPECT_TRUE(test::contains(problem("file: pipe.obj, unit: m"), "is a pipe, not a file"));
+  // Materials are not needed.
+  write("material.obj", "mtllib pipe.mtl\n" + std::string(kTetrahedronObj));
+  EXPECT_TRUE(problem("file: material.obj, unit: m").empty());
+  std::string gltf = triangle_gltf(0);
+  const std::size_t uri = gltf.find("data:"), end = gltf.find('"', uri);
+  ASSERT_NE(uri, std::string::npos);
+  write("buffer.gltf", gltf.replace(uri, end - uri, "pipe.bin"));
+  EXPECT_TRUE(test::contains(problem("file: buffer.gltf"), "cannot read the mesh"));
 }
 
 TEST_F(SceneFile, RejectsUnusableMeshes) {

@@ -1,4 +1,5 @@
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <fstream>
@@ -39,6 +40,9 @@ TEST_F(Pbm, ErrorsNameTheFile) {
   EXPECT_NE(why_not(5, 4).find("5x4"), std::string::npos);
   std::ofstream(file) << "P1\n4 4\n";
   EXPECT_NE(why_not(4, 4).find("binary PBM"), std::string::npos);
+  std::filesystem::remove(file);
+  ASSERT_EQ(mkfifo(file.c_str(), 0600), 0);
+  EXPECT_NE(why_not(4, 4).find("is a pipe"), std::string::npos);
   EXPECT_THROW(write_pbm("/no/such/folder/x.pbm", ObjectPixels(3, 3)), std::runtime_error);
 }
 

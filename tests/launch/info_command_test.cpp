@@ -1,6 +1,7 @@
 #include "tests/launch/recording_commands.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <nlohmann/json.hpp>
 #include <random>
@@ -165,6 +166,21 @@ TEST_F(RecordingCommands, ErrorNamesFileThatIsNotARecording) {
   EXPECT_EQ(fivepipe("ls " + no_message.string()).exit_code, 0);
   EXPECT_EQ(fivepipe("echo HeadPose --from " + no_message.string()).exit_code, 2);
   EXPECT_EQ(fivepipe("echo FrameComposited --from " + no_schema.string()).exit_code, 1);
+}
+
+// Reading a pipe would wait for its writer for ever.
+TEST_F(RecordingCommands, APipeIsNotARecording) {
+  const fs::path pipe = folder.path / "pipe.mcap";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  for (const std::string& command : std::vector<std::string>{
+           "info ", "info --recover ", "info --extract " + (folder.path / "out").string() + " ",
+           "ls ", "echo HeadPose --from ", "hz HeadPose --from ", "replay ",
+           "bench recon_node --from "}) {
+    const Answer answer = shell("timeout 20 " + program + command + pipe.string() + " 2>&1");
+    EXPECT_EQ(answer.exit_code, 1) << command << answer.text;
+    EXPECT_TRUE(holds(answer, pipe.string()) && holds(answer, "not a regular file"))
+        << command << answer.text;
+  }
 }
 
 TEST_F(RecordingCommands, DamagedFilesAreReadUpToTheDamage) {

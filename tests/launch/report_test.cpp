@@ -10,11 +10,11 @@ namespace {
 
 constexpr std::int64_t s = 1'000'000'000;
 
-launch::ProcessStatus status(const std::string& node, std::uint64_t writer,
+launch::ProcessStatus status(const std::string& node, std::uint32_t pid,
                              std::int64_t start_stamp_ns) {
   launch::ProcessStatus status;
   status.node = node;
-  status.writer = writer;
+  status.process = bus::ProcessId{"alpha", pid, pid};
   status.start_stamp_ns = start_stamp_ns;
   return status;
 }
@@ -121,6 +121,25 @@ TEST(Report, MarksNonFinalStatuses) {
   EXPECT_EQ(report["nodes"]["render"]["status"], "none received");
 }
 
+// DDS gives a process a new publication handle after a silence longer than the lease.
+TEST(Report, CountsAProcessOnceThatWasSilentForLongerThanItsLease) {
+  launch::ReportInput input = ten_seconds();
+  auto render = status("render", 5, 100 * s);
+  render.counts = {{"frames_composited", 290}};
+  render.final_report = true;
+  input.statuses.add(render, 117 * s);
+  const auto report = launch::report_from(input);
+  EXPECT_EQ(report["frames"]["composited"], 290);
+  EXPECT_EQ(report["duplicate_nodes"], nlohmann::json::array());
+}
+
+TEST(Report, NamesDuplicateNodes) {
+  launch::ReportInput input = ten_seconds();
+  auto foreign = status("render", 99, 50 * s);
+  input.statuses.add(foreign, 115 * s);
+  EXPECT_EQ(launch::report_from(input)["duplicate_nodes"], nlohmann::json({"render"}));
+}
+
 TEST(Report, HasNoLatencyAndNoRateWithoutAFrame) {
   launch::ReportInput input = ten_seconds();
   input.statuses = {};
@@ -142,33 +161,4 @@ TEST(Report, TableShowsKeyFigures) {
   for (const char* part : {"30.0 frames/s", "286 composited", "incomplete_set", "p99 31.0",
                            "camera left", "SIGKILL", "ball"})
     EXPECT_NE(table.find(part), std::string::npos) << part << " is not in\n" << table;
-}
-
-TEST(StatusRegistry, DetectsDuplicateNodes) {
-  launch::StatusRegistry registry;
-  registry.add(status("sim", 1, 1 * s), 10 * s);
-  registry.add(status("sim", 2, 9 * s), 11 * s);
-  EXPECT_TRUE(registry.duplicates().empty()) << "the first process may have died";
-  registry.add(status("sim", 1, 1 * s), 13 * s);
-  EXPECT_EQ(registry.duplicates(), std::vector<std::string>{"sim"});
-}
-
-TEST(StatusRegistry, RestartIsNotADuplicate) {
-  launch::StatusRegistry registry;
-  registry.add(status("sim", 1, 1 * s), 10 * s);
-  registry.add(status("sim", 2, 9 * s), 11 * s);
-  registry.add(status("sim", 1, 1 * s), 11 * s + s / 2);  // arrives after the death of its process
-  for (int i = 12; i < 60; ++i) registry.add(status("sim", 2, 9 * s), i * s);
-  EXPECT_TRUE(registry.duplicates().empty());
-}
-
-TEST(StatusRegistry, CpuPercentIsBetweenTheTwoNewestStatuses) {
-  launch::StatusRegistry registry;
-  auto one = status("sim", 1, 0);
-  one.cpu_s = 100;
-  registry.add(one, 10 * s);
-  EXPECT_EQ(registry.cpu_percent("sim"), 0);
-  one.cpu_s = 100.5;
-  registry.add(one, 11 * s);
-  EXPECT_DOUBLE_EQ(registry.cpu_percent("sim"), 50);
 }

@@ -10,7 +10,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "launch/supervise/node_claims.h"
+#include "launch/supervise/claims.h"
 #include "launch/supervise/supervisor.h"
 
 using namespace fivepipe;
@@ -267,7 +267,7 @@ TEST(NodeClaims, ErrorNamesHolderOfTakenName) {
   try {
     launch::NodeClaims second(domain, {"render", "sim"});
     FAIL() << "the second claim was granted";
-  } catch (const launch::NodeNameTaken& taken) {
+  } catch (const launch::ClaimRefused& taken) {
     const std::string what = taken.what();
     EXPECT_NE(what.find("'sim'"), std::string::npos) << what;
     EXPECT_NE(what.find("process " + std::to_string(getpid())), std::string::npos) << what;
@@ -281,4 +281,36 @@ TEST(NodeClaims, NameIsReleasedWhenHolderExits) {
   const std::uint32_t domain = 100000 + std::uint32_t(getpid());
   { launch::NodeClaims first(domain, {"sim"}); }
   EXPECT_NO_THROW(launch::NodeClaims(domain, {"sim"}));
+}
+
+class FolderClaimTest : public SupervisorTest {};
+
+TEST_F(FolderClaimTest, ErrorNamesHolderAndFolder) {
+  const launch::FolderClaim first(folder);
+  EXPECT_EQ(first.warning(), "");
+  const fs::path link = folder.string() + "-link";
+  fs::create_symlink(folder, link);
+  for (const fs::path& name : {folder, folder / ".", link}) try {
+      launch::FolderClaim second(name);
+      ADD_FAILURE() << "the second claim was granted: " << name;
+    } catch (const launch::ClaimRefused& refused) {
+      const std::string what = refused.what();
+      EXPECT_NE(what.find("process " + std::to_string(getpid())), std::string::npos) << what;
+      EXPECT_NE(what.find(name.string()), std::string::npos) << what;
+    }
+  fs::remove(link);
+}
+
+TEST_F(FolderClaimTest, FolderIsReleasedByItsHolder) {
+  { const launch::FolderClaim first(folder); }
+  EXPECT_NO_THROW(launch::FolderClaim second(folder));
+}
+
+TEST_F(FolderClaimTest, MissingFolderIsNamed) {
+  try {
+    const launch::FolderClaim claim(folder / "missing");
+    FAIL();
+  } catch (const std::system_error& error) {
+    EXPECT_NE(std::string(error.what()).find("missing"), std::string::npos) << error.what();
+  }
 }

@@ -113,6 +113,31 @@ TEST_F(RecordingCommands, HzFindsRateAndMissingFrames) {
   EXPECT_LE(longest_line(answer.text), 120u);
 }
 
+// A recording holds the stamps that any process sent. Their differences must not overflow.
+TEST_F(RecordingCommands, ExtremeStampsAreShown) {
+  const fs::path file = folder.path / "extreme.mcap";
+  {
+    recording::RecordingWriter writer(file, "test", {});
+    const auto channel =
+        writer.add_channel(kCompositedTopic, kCompositedType,
+                           schema::fivepipe_schema(kCompositedType), {{"node", "render"}});
+    std::uint64_t frame = 0;
+    for (const std::int64_t log_ns : {std::int64_t(0), start_ns, INT64_MAX, INT64_MIN})
+      for (const std::int64_t source_ns : {INT64_MIN, start_ns, INT64_MAX})
+        writer.add(channel, log_ns, source_ns, frame_cdr("viewer", ++frame));
+  }
+  for (const std::string command :
+       {"info ", "hz FrameComposited --from ", "echo FrameComposited --from ",
+        "echo FrameComposited --start 1e300 --from ", "echo FrameComposited --end 1e300 --from "}) {
+    const Answer answer = fivepipe(command + file.string());
+    EXPECT_GE(answer.exit_code, 0) << command << answer.text;
+    EXPECT_FALSE(holds(answer, "runtime error")) << command << answer.text;
+  }
+  // The first message's latency is 2^63 ns, which would wrap to a negative one.
+  const Answer echo = fivepipe("echo FrameComposited --count 1 --from " + file.string());
+  EXPECT_TRUE(holds(echo, "latency 9223372036854.78 ms")) << echo.text;
+}
+
 TEST_F(RecordingCommands, ExistingRecordingIsOverwrittenOnlyIfForced) {
   const std::string before = content_of(session), file = " " + session.string();
   const std::string deployment = FIVEPIPE_SOURCE_DIR "/tests/system/deployment.yaml";

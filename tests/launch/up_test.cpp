@@ -1,144 +1,39 @@
-// Runs `fivepipe up` as a process; shell scripts replace the nodes.
-#include <fcntl.h>
-#include <gtest/gtest.h>
-#include <sched.h>
-#include <signal.h>
+// `fivepipe up` as a process; shell scripts replace the nodes.
 #include <sys/prctl.h>
 #include <sys/wait.h>
-#include <unistd.h>
 
-#include <chrono>
-#include <filesystem>
-#include <fstream>
-#include <functional>
-#include <nlohmann/json.hpp>
-#include <sstream>
-
-#include "tests/support/test_domain.h"
+#include "tests/launch/up_fixture.h"
 
 using namespace std::chrono_literals;
 namespace fs = std::filesystem;
 
+namespace fivepipe::test {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-constexpr auto kTimeout = 30s;
-const std::vector<std::string> nodes = {"capture", "recon_a", "recon_b", "simulation",
-                                        "rendering"};  // of demo.yaml
-
-std::string text_of(const fs::path& file) {
-  std::stringstream text;
-  text << std::ifstream(file).rdbuf();
-  return text.str();
-}
-
-bool wait_for(const std::function<bool()>& condition) {
-  const auto until = Clock::now() + kTimeout;
-  while (!condition()) {
-    if (Clock::now() > until) return false;
-    sched_yield();
-  }
-  return true;
-}
-
-class Up : public ::testing::Test {
- protected:
-  fs::path folder = [] {
-    std::string pattern = fs::temp_directory_path() / "fivepipe-up-XXXXXX";
-    return fs::path(mkdtemp(pattern.data()));
-  }();
-  std::vector<pid_t> started;
-
-  // `up` finds the nodes in the folder of its own program.
-  void SetUp() override {
-    fs::copy_file(FIVEPIPE_BINARY_DIR "/fivepipe", folder / "fivepipe");
-    for (const char* program : {"capture_node", "recon_node", "sim_node", "render_node"})
-      write_program(program, "echo pid $$ args \"$@\"\nexec sleep 1000\n");
-  }
-  ~Up() override {
-    for (const pid_t pid : started) kill(pid, SIGKILL);
-    fs::remove_all(folder);
-  }
-
-  void write_program(const std::string& name, const std::string& script) {
-    std::ofstream(folder / name) << "#!/bin/sh\n" << script;
-    fs::permissions(folder / name, fs::perms::owner_all);
-  }
-
-  pid_t start_up(const std::string& out, std::vector<std::string> more = {}) {
-    std::vector<std::string> words = {folder / "fivepipe",
-                                      "up",
-                                      FIVEPIPE_SOURCE_DIR "/launch/deployments/demo.yaml",
-                                      "--out",
-                                      folder / out,
-                                      "--domain",
-                                      std::to_string(fivepipe::test::own_domain())};
-    words.insert(words.end(), more.begin(), more.end());
-    std::vector<char*> argv;
-    for (std::string& word : words) argv.push_back(word.data());
-    argv.push_back(nullptr);
-    const std::string said = said_file(out);
-    const pid_t pid = fork();
-    if (pid == 0) {
-      const int fd = open(said.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
-      dup2(fd, STDOUT_FILENO);
-      dup2(fd, STDERR_FILENO);
-      execv(argv[0], argv.data());
-      _exit(127);
-    }
-    started.push_back(pid);
-    return pid;
-  }
-
-  fs::path said_file(const std::string& out) const { return folder / (out + ".said"); }
-  std::string said(const std::string& out = "out") const { return text_of(said_file(out)); }
-  std::string log_of(const std::string& node) const {
-    return text_of(folder / "out" / "log" / (node + ".log"));
-  }
-
-  bool all_nodes_run() const {
-    return wait_for([&] {
-      return std::all_of(nodes.begin(), nodes.end(), [&](const std::string& node) {
-        return log_of(node).find('\n') != std::string::npos;
-      });
-    });
-  }
-  pid_t pid_of(const std::string& node) const { return std::stoi(log_of(node).substr(4)); }
-
-  int exit_code_of(pid_t pid) {
-    int status = 0;
-    if (!wait_for([&] { return waitpid(pid, &status, WNOHANG) == pid; })) return -1;
-    std::erase(started, pid);
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
-  }
-};
-
-}  // namespace
-
 TEST_F(Up, PassesArgumentsToNodes) {
-  start_up("out");
-  ASSERT_TRUE(all_nodes_run()) << said();
+  const Program& up = start_up();
+  ASSERT_TRUE(all_nodes_run()) << up.said();
   const std::string args = log_of("recon_b");
   for (const std::string& part :
        {std::string("--deployment " FIVEPIPE_SOURCE_DIR "/launch/deployments/demo.yaml"),
-        std::string("--node recon_b"), "--out " + (folder / "out").string(),
-        "--domain " + std::to_string(fivepipe::test::own_domain())})
+        std::string("--node recon_b"), "--out " + (folder_ / "out").string(),
+        "--domain " + std::to_string(domain_)})
     EXPECT_NE(args.find(part), std::string::npos) << part << " is not in " << args;
 }
 
 TEST_F(Up, SigintStopsAllWithinTwoSecondsAndWritesReport) {
   // One node ignores the signals.
   write_program("sim_node", "trap '' TERM INT\necho pid $$\nexec sleep 1000\n");
-  const pid_t up = start_up("out");
-  ASSERT_TRUE(all_nodes_run()) << said();
+  Program& up = start_up();
+  ASSERT_TRUE(all_nodes_run()) << up.said();
   const auto begin = Clock::now();
-  kill(up, SIGINT);
-  EXPECT_EQ(exit_code_of(up), 130) << said();
+  up.signal(SIGINT);
+  EXPECT_EQ(up.wait_for_end(kTimeout), 130) << up.said();
   EXPECT_LT(Clock::now() - begin, 2s);
-  for (const std::string& node : nodes)
+  for (const std::string& node : nodes_)
     EXPECT_NE(kill(pid_of(node), 0), 0) << node << " still runs";
-  EXPECT_NE(said().find("simulation did not end on SIGTERM"), std::string::npos) << said();
-  const auto report = nlohmann::json::parse(text_of(folder / "out" / "report.json"));
+  EXPECT_NE(up.said().find("simulation did not end on SIGTERM"), std::string::npos) << up.said();
+  const auto report = this->report();
   EXPECT_EQ(report["ended_by"], "SIGINT");
   EXPECT_EQ(report["nodes"]["simulation"]["end"], "killed by signal 9 (SIGKILL)");
   EXPECT_EQ(report["nodes"]["recon_a"]["pids"][0], pid_of("recon_a"));
@@ -146,19 +41,20 @@ TEST_F(Up, SigintStopsAllWithinTwoSecondsAndWritesReport) {
 
 TEST_F(Up, NodeThatCannotStartSetsExitCodeAndOutput) {
   write_program("sim_node", "echo the table is too low\nexit 3\n");
-  const pid_t up = start_up("out");
-  EXPECT_EQ(exit_code_of(up), 3) << said();
-  EXPECT_NE(said().find("simulation cannot start: exit code 3"), std::string::npos) << said();
-  EXPECT_NE(said().find("Its last output:\n  the table is too low"), std::string::npos) << said();
+  Program& up = start_up();
+  EXPECT_EQ(up.wait_for_end(kTimeout), 3) << up.said();
+  EXPECT_NE(up.said().find("simulation cannot start: exit code 3"), std::string::npos) << up.said();
+  EXPECT_NE(up.said().find("Its last output:\n  the table is too low"), std::string::npos)
+      << up.said();
 }
 
 TEST_F(Up, NodesExitWhenUpIsKilled) {
   prctl(PR_SET_CHILD_SUBREAPER, 1);  // this process becomes the parent of orphans and can reap them
-  const pid_t up = start_up("out");
-  ASSERT_TRUE(all_nodes_run()) << said();
-  kill(up, SIGKILL);
-  EXPECT_EQ(exit_code_of(up), -SIGKILL);
-  for (const std::string& node : nodes) {
+  Program& up = start_up();
+  ASSERT_TRUE(all_nodes_run()) << up.said();
+  up.signal(SIGKILL);
+  EXPECT_EQ(up.wait_for_end(kTimeout), 128 + SIGKILL);
+  for (const std::string& node : nodes_) {
     const pid_t pid = pid_of(node);
     EXPECT_TRUE(wait_for([&] { return waitpid(pid, nullptr, WNOHANG) == pid; }))
         << node << " still runs";
@@ -166,23 +62,147 @@ TEST_F(Up, NodesExitWhenUpIsKilled) {
 }
 
 TEST_F(Up, ASecondDeploymentOfTheSameNodesIsRefusedByName) {
-  const pid_t first = start_up("out");
-  ASSERT_TRUE(all_nodes_run()) << said();
-  const auto composite = folder / "second" / "composite.png";
-  std::filesystem::create_directories(composite.parent_path());
+  const Program& first = start_up();
+  ASSERT_TRUE(all_nodes_run()) << first.said();
+  const auto composite = folder_ / "second" / "composite.png";
+  fs::create_directories(composite.parent_path());
   std::ofstream(composite) << "of the first deployment";
-  EXPECT_EQ(exit_code_of(start_up("second")), 2) << said("second");
-  EXPECT_TRUE(std::filesystem::exists(composite)) << "a refused deployment deletes nothing";
-  EXPECT_NE(said("second").find("node 'rendering' already runs in domain"), std::string::npos)
-      << said("second");
-  EXPECT_NE(said("second").find("process " + std::to_string(first)), std::string::npos)
-      << said("second");
+  Program& second = start_up("second", {}, "second.said");
+  EXPECT_EQ(second.wait_for_end(kTimeout), 2) << second.said();
+  EXPECT_TRUE(fs::exists(composite)) << "a refused deployment deletes nothing";
+  EXPECT_NE(second.said().find("node 'rendering' already runs in domain"), std::string::npos)
+      << second.said();
+  EXPECT_NE(second.said().find("process " + std::to_string(first.pid())), std::string::npos)
+      << second.said();
+}
+
+// Whatever its domain, a second `up` deletes nothing in the folder of a running one.
+TEST_F(Up, ASecondUpLeavesTheResultsOfARunningOne) {
+  Program& first = start_up();
+  ASSERT_TRUE(all_nodes_run()) << first.said();
+  const fs::path video = folder_ / "out" / "composite.mp4",
+                 report = folder_ / "out" / "report.json";
+  for (const fs::path& result : {video, report}) std::ofstream(result) << "of the running one";
+  const std::string log = log_of("recon_a");
+  const std::uint32_t other_domain = domain_ == 20 ? 21 : domain_ - 1;
+  for (const std::uint32_t domain : {domain_, other_domain}) {
+    Program& second = start(up_words("out", domain), "second.said");
+    ASSERT_EQ(second.wait_for_end(kTimeout), 2) << second.said();
+    EXPECT_NE(second.said().find("process " + std::to_string(first.pid())), std::string::npos)
+        << second.said();
+    EXPECT_NE(second.said().find(domain == domain_ ? "choose another --domain"
+                                                   : (folder_ / "out").string() + "\n"),
+              std::string::npos)
+        << second.said();
+    for (const fs::path& result : {video, report})
+      EXPECT_EQ(text_of(result), "of the running one") << result;
+    EXPECT_EQ(log_of("recon_a"), log);
+  }
+  first.signal(SIGINT);
+  ASSERT_EQ(first.wait_for_end(kTimeout), 130) << first.said();
+  EXPECT_EQ(this->report()["ended_by"], "SIGINT");
+  // The end of the first one releases the folder.
+  Program& third = start(up_words("out", other_domain), "third.said");
+  EXPECT_TRUE(wait_for([&] { return !fs::exists(video); })) << third.said();
+}
+
+TEST_F(Up, ContinuesAndReportsAfterTheReaderOfItsOutputHasEnded) {
+  write_nodes("while :; do echo line; sleep 0.02; done\n");
+  Program& up = start_into_head(up_words("out", domain_), "said");
+  ASSERT_TRUE(says(up, "line")) << up.said();
+  // `up` prints a line before it writes it to the log.
+  const std::size_t bytes = log_of("capture").size();
+  ASSERT_TRUE(
+      wait_for([&] { return log_of("capture").size() > bytes + 100 || up.wait_for_end(0ms); }));
+  up.signal(SIGINT);
+  EXPECT_EQ(up.wait_for_end(kTimeout), 130);
+  EXPECT_EQ(report()["ended_by"], "SIGINT");
+}
+
+TEST_F(Up, NodesHaveTheDefaultDispositionOfSigpipe) {
+  write_nodes("grep SigIgn /proc/self/status\nexec sleep 1000\n");
+  const Program& up = start_up();
+  ASSERT_TRUE(all_nodes_run()) << up.said();
+  const std::string log = log_of("capture"), field = "SigIgn:";
+  ASSERT_EQ(log.find(field), 0u) << log;
+  EXPECT_EQ(std::stoull(log.substr(field.size()), nullptr, 16) >> (SIGPIPE - 1) & 1, 0u) << log;
+}
+
+TEST_F(Up, OtherCommandsEndWithoutASignalIfTheirReaderEnds) {
+  const std::string program = FIVEPIPE_BINARY_DIR "/fivepipe", domain = std::to_string(domain_);
+  Program& top = start_into_head({program, "top", "--domain", domain}, "top.said");
+  Program& hz = start_into_head({program, "hz", "HeadPose", "--domain", domain}, "hz.said");
+  const fs::path file = folder_ / "session.mcap";
+  Program& record =
+      start_into_head({program, "record", "-o", file, "--domain", domain}, "record.said");
+  EXPECT_EQ(top.wait_for_end(kTimeout), 0);
+  EXPECT_EQ(hz.wait_for_end(kTimeout), 0);
+  ASSERT_TRUE(says(record, "recording"));
+  record.signal(SIGTERM);
+  EXPECT_EQ(record.wait_for_end(kTimeout), 1) << "no message arrived";
 }
 
 TEST_F(Up, EndOfInputStopsUpAndFailsWithoutComposites) {
   write_program("capture_node", "echo end of footage\nexit 0\n");
-  EXPECT_EQ(exit_code_of(start_up("out")), 1);
-  EXPECT_NE(said().find("no frame was composited"), std::string::npos) << said();
-  EXPECT_EQ(nlohmann::json::parse(text_of(folder / "out" / "report.json"))["ended_by"],
-            "every capture_node ended");
+  Program& up = start_up();
+  EXPECT_EQ(up.wait_for_end(kTimeout), 1);
+  EXPECT_NE(up.said().find("no frame was composited"), std::string::npos) << up.said();
+  EXPECT_EQ(report()["ended_by"], "every capture_node ended");
 }
+
+// DDS gives the statuses of a process new publication handles after a silence longer than the
+// lease.
+TEST_F(Up, AStoppedRenderNodeIsReportedAndCountsOnceWhenItContinues) {
+  // A shorter lease than that of the profile: it ends before `up` reports the silence.
+  std::string profile = text_of(FIVEPIPE_SOURCE_DIR "/launch/profiles/loopback.xml");
+  setenv("CYCLONEDDS_URI", replaced(profile, "<LeaseDuration>2s", "<LeaseDuration>500ms").c_str(),
+         1);
+  bus::Bus bus({domain_});
+  auto statuses = bus.reader<bus::topics::NodeStatus>();
+  auto composited = bus.reader<bus::topics::FrameComposited>();
+  // Whether statuses and frames of the node arrive.
+  const auto renders = [&] {
+    int status_count = 0, frame_count = 0;
+    return eventually(bus, kTimeout, [&] {
+      for (const auto& sample : statuses.take())
+        status_count += sample.valid() && std::string(sample->node) == "rendering";
+      for (const auto& sample : composited.take()) frame_count += sample.valid();
+      return status_count >= 2 && frame_count >= 2;
+    });
+  };
+  write_publishing_nodes();
+  Program& up = start_up();
+  ASSERT_TRUE(all_nodes_run()) << up.said();
+  ASSERT_TRUE(renders()) << up.said();
+  const pid_t rendering = pid_of("rendering");
+  kill(rendering, SIGSTOP);
+  ASSERT_TRUE(says(up, "frames composited, no frame for 2 s")) << up.said();
+  kill(rendering, SIGCONT);
+  ASSERT_TRUE(renders()) << up.said();
+  up.signal(SIGINT);
+  ASSERT_EQ(up.wait_for_end(kTimeout), 130) << up.said();
+  EXPECT_EQ(up.said().find("two processes"), std::string::npos) << up.said();
+  const auto report = this->report();
+  EXPECT_TRUE(report["duplicate_nodes"].empty());
+  const std::string printed = "composited ", log = log_of("rendering");
+  ASSERT_NE(log.find(printed), std::string::npos) << log;
+  EXPECT_GT(report["frames"]["composited"].get<int>(), 0);
+  EXPECT_LE(report["frames"]["composited"].get<int>(),
+            std::stoi(log.substr(log.find(printed) + printed.size())));
+  unsetenv("CYCLONEDDS_URI");
+}
+
+TEST_F(Up, ASecondProcessOfANodeIsReportedWithItsPid) {
+  write_publishing_nodes();
+  Program& up = start_up();
+  ASSERT_TRUE(all_nodes_run()) << up.said();
+  const Program other({FIVEPIPE_BINARY_DIR "/status_writer", "recon_a", std::to_string(domain_)},
+                      folder_ / "other.said");
+  ASSERT_TRUE(says(up, "two processes publish as node 'recon_a'")) << up.said();
+  for (const pid_t pid : {other.pid(), pid_of("recon_a")})
+    EXPECT_NE(up.said().find("process " + std::to_string(pid) + " on host "), std::string::npos)
+        << up.said();
+}
+
+}  // namespace
+}  // namespace fivepipe::test

@@ -108,7 +108,7 @@ TEST(TileAssembler, OpenFramesAreBounded) {
     EXPECT_LE(tiles.open_frames(), TileAssembler::kMaxOpenFrames);
   }
   EXPECT_EQ(tiles.counts().incomplete, 1000 - TileAssembler::kMaxOpenFrames);
-  EXPECT_FALSE(add(tiles, 10, 1));
+  EXPECT_FALSE(add(tiles, 999 - TileAssembler::kMaxOpenFrames, 1));
   EXPECT_EQ(tiles.counts().late, 1u);
 }
 
@@ -166,6 +166,41 @@ TEST(TileAssembler, AFrameHasNoColourIfOneTileHasNone) {
   }
   ASSERT_TRUE(hull);
   EXPECT_TRUE(hull->bgr.empty());
+}
+
+// Otherwise a stranger's tiles with a frame number near 2^64 would displace all others for ever.
+TEST(TileAssembler, WrongFrameNumbersDoNotKeepFramesFromCompleting) {
+  TileAssembler tiles = sets();
+  for (std::uint64_t frame = 1; frame < 50; ++frame) {
+    for (const std::uint64_t wrong : {UINT64_MAX - 2 * frame, UINT64_MAX - 1000 + 2 * frame}) {
+      Message stranger = message(frame, 1);
+      stranger.tile.frame = wrong;
+      EXPECT_FALSE(tiles.add(stranger.get()));
+    }
+    for (std::uint32_t i = 0; i < 3; ++i) EXPECT_FALSE(add(tiles, frame, i)) << frame;
+    EXPECT_TRUE(add(tiles, frame, 3)) << frame;
+    EXPECT_LE(tiles.open_frames(), TileAssembler::kMaxOpenFrames);
+  }
+}
+
+// A complete frame with a wrong number makes the true frames late, until kMaxLateFrames of them
+// contradict it.
+TEST(TileAssembler, RecoversFromACompleteFrameWithAWrongNumber) {
+  TileAssembler tiles = sets();
+  for (std::uint32_t i = 0; i < 4; ++i) {
+    Message stranger = message(1, i);
+    stranger.tile.frame = UINT64_MAX;
+    stranger.tile.capture_stamp_ns = INT64_MAX;
+    EXPECT_EQ(tiles.add(stranger.get()).has_value(), i == 3);
+  }
+  std::uint64_t frame = 2;
+  const auto completes = [&] {
+    for (std::uint32_t i = 0; i < 3; ++i) add(tiles, frame, i);
+    return add(tiles, frame++, 3).has_value();
+  };
+  std::uint32_t late_frames = 0;
+  while (!completes()) ASSERT_LE(++late_frames, TileAssembler::kMaxLateFrames);
+  for (int i = 0; i < 10; ++i) EXPECT_TRUE(completes());
 }
 
 struct Refusal {

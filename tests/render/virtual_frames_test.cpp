@@ -45,9 +45,24 @@ TEST(VirtualFrames, StayBoundedAndKeepTheNewest) {
     frames.add_state(frame, std::int64_t(frame), ball_at(double(frame)));
   EXPECT_TRUE(frames.has(99));
   EXPECT_FALSE(frames.has(99 - VirtualFrames::kMaxFrames));
-  frames.add_state(3, 3, ball_at(3));
-  EXPECT_FALSE(frames.has(3));
+  const std::uint64_t displaced = 99 - VirtualFrames::kMaxFrames;
+  frames.add_state(displaced, std::int64_t(displaced), ball_at(3));
+  EXPECT_FALSE(frames.has(displaced));
   EXPECT_TRUE(frames.has(100 - VirtualFrames::kMaxFrames));
+}
+
+// Otherwise a stranger's frame numbers near 2^64 would fill the table and refuse all others.
+TEST(VirtualFrames, WrongFrameNumbersDoNotKeepStatesOut) {
+  VirtualFrames frames;
+  std::uint64_t wrong = UINT64_MAX - 10'000;
+  for (std::uint64_t frame = 1; frame < 100; ++frame) {
+    for (std::size_t i = 0; i <= VirtualFrames::kMaxFrames; ++i)
+      frames.add_state(++wrong, std::int64_t(frame), ball_at(-1));
+    frames.add_collision(++wrong, INT64_MAX, "block");
+    frames.add_state(frame, std::int64_t(frame), ball_at(double(frame)));
+    ASSERT_TRUE(frames.has(frame)) << frame;
+    ASSERT_EQ(x_of(frames.best_for(frame)), double(frame));
+  }
 }
 
 TEST(VirtualFrames, FollowsRestartedCapture) {

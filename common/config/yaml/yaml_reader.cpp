@@ -6,6 +6,7 @@
 #include <fstream>
 #include <map>
 
+#include "common/base/readable_file.h"
 #include "common/config/yaml/key_suggestion.h"
 
 namespace fivepipe::config {
@@ -23,18 +24,10 @@ std::string kind_of(const YAML::Node& node) {
   }
 }
 
-std::optional<std::string> why_unreadable(const std::filesystem::path& file) {
-  std::error_code error;
-  if (!std::filesystem::exists(file, error)) return "there is no such file";
-  if (std::filesystem::is_directory(file, error)) return "is a directory, not a file";
-  if (!std::ifstream(file)) return "cannot be read: check its permissions";
-  return std::nullopt;
-}
-
 YamlMap YamlMap::load(const std::filesystem::path& file, Problems& problems) {
   const auto context = std::make_shared<Context>(Context{file, &problems, nullptr});
   const YamlMap nothing(context, YAML::Node(YAML::NodeType::Undefined), "the file");
-  if (const auto why = why_unreadable(file)) {
+  if (const auto why = base::why_unreadable(file)) {
     nothing.report({}, *why);
     return nothing;
   }

@@ -25,10 +25,6 @@ SourceLocation location_of_mark(const YAML::Mark& mark);
 // Describes a node's content for messages.
 std::string kind_of(const YAML::Node& node);
 
-// Returns the reason why a file cannot be read (missing, a directory, no permission), or nullopt if
-// it can.
-std::optional<std::string> why_unreadable(const std::filesystem::path& file);
-
 // One mapping of a YAML file. The keys that the caller queries become the known keys; finish()
 // reports all others.
 class YamlMap {

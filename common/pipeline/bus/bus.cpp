@@ -155,6 +155,8 @@ Bus::Bus(const BusOptions& options) : impl_(std::make_unique<Impl>()) {
                    " (Cyclone DDS logs the reason in the lines above)");
   const Qos qos(dds_create_qos(), dds_delete_qos);
   if (!options.participant.empty()) dds_qset_entity_name(qos.get(), options.participant.c_str());
+  const std::string identity = to_user_data(this_process());
+  dds_qset_userdata(qos.get(), identity.data(), identity.size());
   impl_->participant = std::make_unique<detail::Entity>(
       checked(dds_create_participant(options.domain, qos.get(), nullptr),
               "DDS participant in domain " + std::to_string(options.domain)));

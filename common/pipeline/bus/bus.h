@@ -6,11 +6,14 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "common/pipeline/bus/process_id.h"
 #include "common/pipeline/bus/topics.h"
+#include "common/pipeline/bus/writer_processes.h"
 
 namespace fivepipe::bus {
 
@@ -21,7 +24,7 @@ struct BusError : std::runtime_error {
 struct SampleInfo {
   bool valid;                    // false: only the key's state changed (disposed, or no writer)
   bool writer_gone;              // the key has no writer any more
-  std::uint64_t writer;          // publication handle; distinguishes a process from its predecessor
+  std::uint64_t writer;          // publication handle; see Reader::process() for an identity
   std::int64_t source_stamp_ns;  // CLOCK_REALTIME at the write
 };
 
@@ -102,11 +105,18 @@ class Reader {
   explicit Reader(std::shared_ptr<detail::Entity> entity) : entity_(std::move(entity)) {}
   // Returns the samples that arrived since the last take(), at most 64. Never waits.
   Batch<Topic> take() { return Batch<Topic>(entity_->handle, detail::take(entity_->handle)); }
+  // Returns the process that wrote the sample. Returns nullopt if its participant states no
+  // identity (another program, an older version), or if the writer was gone at the first call for
+  // it.
+  std::optional<ProcessId> process(const Sample<Topic>& sample) {
+    return processes_.of(entity_->handle, sample.writer());
+  }
   // Number of matched writers.
   int writers() const { return detail::matched_writers(entity_->handle); }
 
  private:
   std::shared_ptr<detail::Entity> entity_;
+  detail::WriterProcesses processes_;
 };
 
 template <class Topic>

@@ -60,6 +60,21 @@ std::map<std::string, std::string> qos_text(const dds_qos_t* qos) {
   return text;
 }
 
+DiscoveredProcess process_of_participant(dds_entity_t participant, const dds_guid_t& described) {
+  DiscoveredProcess found;
+  for_each_endpoint<dds_builtintopic_participant_t>(
+      participant, DDS_BUILTIN_TOPIC_DCPSPARTICIPANT, [&](const auto& known) {
+        if (std::memcmp(known.key.v, described.v, sizeof described.v) != 0) return;
+        void* bytes = nullptr;
+        std::size_t size = 0;
+        found.discovered = true;
+        if (dds_qget_userdata(known.qos, &bytes, &size) && bytes)
+          found.process = from_user_data({static_cast<const char*>(bytes), size});
+        dds_free(bytes);
+      });
+  return found;
+}
+
 std::vector<EndpointDescription> discovered_endpoints(dds_entity_t participant) {
   dds_guid_t own{};
   dds_get_guid(participant, &own);

@@ -3,6 +3,7 @@
 #include <dds/dds.h>
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,13 @@ namespace fivepipe::bus::detail {
 
 std::string guid_text(const dds_guid_t& guid);
 std::map<std::string, std::string> qos_text(const dds_qos_t* qos);
+// What discovery knows about a participant's process.
+struct DiscoveredProcess {
+  bool discovered = false;           // false: its data have not arrived, or it is gone
+  std::optional<ProcessId> process;  // nullopt: its user data state no identity
+};
+// Throws BusError.
+DiscoveredProcess process_of_participant(dds_entity_t participant, const dds_guid_t& described);
 // Returns all endpoints that this participant has discovered, including its own. Throws BusError.
 std::vector<EndpointDescription> discovered_endpoints(dds_entity_t participant);
 

@@ -4,6 +4,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "common/base/readable_file.h"
 #include "common/base/regex.h"
 #include "common/pipeline/bus/bus.h"
 #include "common/pipeline/bus/shipped_profiles.h"
@@ -12,8 +13,9 @@ namespace fivepipe::bus {
 namespace {
 
 std::string file_text(const std::string& path) {
+  if (const auto why = base::why_unreadable(path))
+    throw BusError(path + ", which CYCLONEDDS_URI names: " + *why);
   std::ifstream file(path);
-  if (!file) throw BusError("cannot read " + path + ", which CYCLONEDDS_URI names");
   std::ostringstream text;
   text << file.rdbuf();
   return text.str();

@@ -12,8 +12,13 @@ FrameSetAssembler::FrameSetAssembler(const config::Rig& rig)
 
 bool FrameSetAssembler::is_complete(const Incomplete& set) const {
   return std::all_of(shape_cameras_.begin(), shape_cameras_.end(), [&](std::size_t camera) {
-    return set.map_of_camera.contains(camera) || frames_missed_.at(camera) >= kLostAfterFrames;
+    return set.contains(camera) || frames_missed_.at(camera) >= kLostAfterFrames;
   });
+}
+
+// Closed: returned, older than a returned frame, or displaced.
+bool FrameSetAssembler::is_closed(std::uint64_t frame) const {
+  return (last_returned_ && frame <= *last_returned_) || incomplete_.was_displaced(frame);
 }
 
 void FrameSetAssembler::reset() {
@@ -25,15 +30,15 @@ void FrameSetAssembler::clear() {
   drops_["incomplete_set"] += incomplete_.size();
   incomplete_.clear();
   newest_frame_.reset();
-  last_closed_.reset();
+  last_returned_.reset();
 }
 
 FrameSet FrameSetAssembler::finished(std::uint64_t frame, Incomplete set) const {
   FrameSet result{frame, 0, 0, INT64_MAX, INT64_MIN, {}, {}, {}, {}};
   std::int64_t latest_ns = 0;
   for (const std::size_t camera : shape_cameras_) {
-    const auto found = set.map_of_camera.find(camera);
-    if (found == set.map_of_camera.end()) {
+    const auto found = set.find(camera);
+    if (found == set.end()) {
       result.lost_cameras.push_back(rig_.cameras[camera].name);
       continue;
     }
@@ -62,41 +67,36 @@ std::vector<FrameSet> FrameSetAssembler::add(CameraMap map) {
     for (const std::size_t other : shape_cameras_) ++frames_missed_[other];
   newest_frame_ = std::max(newest_frame_.value_or(frame), frame);
   frames_missed_[camera] = 0;
-  if (last_closed_ && frame <= *last_closed_) {
+  if (is_closed(frame)) {
     ++drops_["late_map"];
     return {};
   }
   // If maps of one frame number have distant capture stamps, capture_node was restarted between
   // them.
-  if (const auto open = incomplete_.find(frame); open != incomplete_.end()) {
+  if (const Incomplete* const open = incomplete_.find(frame)) {
     const std::int64_t older_by_ns =
-        open->second.map_of_camera.begin()->second.capture_stamp_ns - map.capture_stamp_ns;
+        base::difference_ns(open->begin()->second.capture_stamp_ns, map.capture_stamp_ns);
     if (older_by_ns > RestartDetector::kMinRestart_ns) {
       ++drops_["late_map"];
       return {};
     }
-    if (-older_by_ns > RestartDetector::kMinRestart_ns) {
+    if (older_by_ns < -RestartDetector::kMinRestart_ns) {
       ++drops_["incomplete_set"];
-      incomplete_.erase(open);
+      incomplete_.take(frame);
     }
   }
-  if (!incomplete_[frame].map_of_camera.try_emplace(camera, std::move(map)).second) {
+  const std::uint64_t displaced_before = incomplete_.displaced();
+  Incomplete& set = incomplete_.get_or_add(frame);
+  drops_["incomplete_set"] += incomplete_.displaced() - displaced_before;
+  if (!set.try_emplace(camera, std::move(map)).second) {
     ++drops_["repeated_map"];
     return {};
   }
+  if (!is_complete(set)) return {};
   std::vector<FrameSet> complete;
-  const auto found = incomplete_.find(frame);
-  if (is_complete(found->second)) {
-    complete.push_back(finished(frame, std::move(found->second)));
-    last_closed_ = frame;
-    drops_["incomplete_set"] += std::uint64_t(std::distance(incomplete_.begin(), found));
-    incomplete_.erase(incomplete_.begin(), std::next(found));
-  }
-  while (incomplete_.size() > kMaxIncompleteSets) {
-    ++drops_["incomplete_set"];
-    last_closed_ = incomplete_.begin()->first;
-    incomplete_.erase(incomplete_.begin());
-  }
+  complete.push_back(finished(frame, *incomplete_.take(frame)));
+  last_returned_ = frame;
+  drops_["incomplete_set"] += incomplete_.erase_up_to(frame);
   return complete;
 }
 

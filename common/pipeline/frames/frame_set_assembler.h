@@ -2,7 +2,6 @@
 // memory is bounded: new frames displace old ones.
 #pragma once
 #include <cstdint>
-#include <deque>
 #include <map>
 #include <optional>
 #include <string>
@@ -10,6 +9,7 @@
 
 #include "common/config/rig.h"
 #include "common/hull/hull.h"
+#include "common/pipeline/frames/recent_frames.h"
 #include "common/pipeline/frames/restart_detector.h"
 
 namespace fivepipe::frames {
@@ -37,9 +37,9 @@ struct FrameSet {
 
 class FrameSetAssembler {
  public:
-  // Maximum number of incomplete sets; a further set displaces the oldest one. It exceeds the 8
-  // samples that a reader holds per camera (bus.cpp), because a late reader takes them camera by
-  // camera.
+  // Maximum number of incomplete sets; a further set displaces the one that was opened first. It
+  // exceeds the 8 samples that a reader holds per camera (bus.cpp), because a late reader takes
+  // them camera by camera.
   static constexpr std::size_t kMaxIncompleteSets = 12;
   // A camera that sent no map while the others sent this many frames is lost: sets are complete
   // without it until its next map. The limit counts received frames, because pacing skips frame
@@ -60,19 +60,18 @@ class FrameSetAssembler {
   void reset();
 
  private:
-  struct Incomplete {
-    std::map<std::size_t, CameraMap> map_of_camera;
-  };
+  using Incomplete = std::map<std::size_t, CameraMap>;  // by camera
   bool is_complete(const Incomplete& set) const;
+  bool is_closed(std::uint64_t frame) const;
   void clear();
   FrameSet finished(std::uint64_t frame, Incomplete set) const;
 
   config::Rig rig_;
   std::vector<std::size_t> shape_cameras_;
   std::map<std::size_t, std::uint64_t> frames_missed_;  // by camera, since its last map
-  std::map<std::uint64_t, Incomplete> incomplete_;
+  RecentFrames<Incomplete> incomplete_{kMaxIncompleteSets};
   RestartDetector restart_detector_;
-  std::optional<std::uint64_t> newest_frame_, last_closed_;  // closed: returned or dropped
+  std::optional<std::uint64_t> newest_frame_, last_returned_;
   std::map<std::string, std::uint64_t> drops_;
 };
 

@@ -24,6 +24,7 @@ template <class Message>
 std::string why_mismatched(const Message& message, const config::Rig& rig,
                            std::optional<std::size_t> index) {
   if (!index) return "unknown camera";
+  if (const auto why = why_implausible(message.frame, message.capture_stamp_ns)) return *why;
   const geometry::Pinhole& k = rig.cameras[*index].published;
   if (message.image_width_px != k.width_px || message.image_height_px != k.height_px)
     return "wrong image size";

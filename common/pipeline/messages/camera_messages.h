@@ -27,9 +27,10 @@ struct OutgoingMap {
 OutgoingMap map_message(const std::string& camera, std::uint64_t frame,
                         std::int64_t capture_stamp_ns, const hull::ObjectPixels& pixels);
 
-// Returns BadMessage if the camera is unknown or gives no shape, the image size differs from the
-// rig's, the region is outside the image, the payload is truncated, too long or undecodable, or the
-// number of object pixels differs from the stated one.
+// Returns BadMessage if the camera is unknown or gives no shape, why_implausible() rejects the
+// frame number or the capture stamp, the image size differs from the rig's, the region is outside
+// the image, the payload is truncated, too long or undecodable, or the number of object pixels
+// differs from the stated one.
 Received<frames::CameraMap> object_pixels_from(const fivepipe_v1_ObjectPixelMap& message,
                                                const config::Rig& rig);
 

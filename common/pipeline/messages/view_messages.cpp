@@ -12,10 +12,14 @@ fivepipe_v1_ViewInfo view_info_message(const config::Viewer& viewer) {
   return message;
 }
 
-Received<ViewGeometry> view_geometry_from(const fivepipe_v1_ViewInfo& message) {
+Received<ViewGeometry> view_geometry_from(const fivepipe_v1_ViewInfo& message,
+                                          const config::Viewer& viewer) {
   const geometry::Pinhole recon = from_wire(message.recon);
   if (auto why = geometry::why_unusable({recon, Eigen::Isometry3d::Identity()}))
     return BadMessage{"bad_view", message.viewer, *why};
+  // A stranger's size could exceed the memory.
+  if (recon.width_px != viewer.recon_width_px || recon.height_px != viewer.recon_height_px)
+    return BadMessage{"bad_view", message.viewer, "image size differs from this node's deployment"};
   if (!(message.near_m > 0 && message.far_m > message.near_m && std::isfinite(message.far_m)))
     return BadMessage{"bad_view", message.viewer, "not 0 < near < far"};
   return ViewGeometry{recon, message.near_m, message.far_m};
@@ -38,6 +42,8 @@ OutgoingPose head_pose_message(const config::Viewer& viewer, FramePose pose) {
 Received<FramePose> head_pose_from(const fivepipe_v1_HeadPose& message) {
   const auto pose = from_wire(message.eye_from_world);
   if (!pose) return BadMessage{"bad_head_pose", message.viewer, "not finite or not a rotation"};
+  if (const auto why = why_implausible(message.frame, message.capture_stamp_ns))
+    return BadMessage{"bad_head_pose", message.viewer, *why};
   const auto owners = span_of(message.tile_owners);
   return FramePose{message.frame, message.capture_stamp_ns, *pose, {owners.begin(), owners.end()}};
 }

@@ -13,8 +13,10 @@ struct ViewGeometry {
   geometry::Pinhole recon;
   double near_m, far_m;
 };
-// Returns BadMessage unless sizes and focal lengths are positive and 0 < near < far.
-Received<ViewGeometry> view_geometry_from(const fivepipe_v1_ViewInfo& message);
+// Returns BadMessage unless sizes and focal lengths are positive, the reconstruction image has the
+// size of this node's deployment, and 0 < near < far.
+Received<ViewGeometry> view_geometry_from(const fivepipe_v1_ViewInfo& message,
+                                          const config::Viewer& viewer);
 
 struct FramePose {
   std::uint64_t frame;
@@ -30,7 +32,8 @@ struct OutgoingPose {
   const fivepipe_v1_HeadPose& message();
 };
 OutgoingPose head_pose_message(const config::Viewer& viewer, FramePose pose);
-// Returns BadMessage unless the pose is finite and a rotation.
+// Returns BadMessage unless the pose is finite and a rotation, and frame number and capture stamp
+// are plausible (wire_conversions.h).
 Received<FramePose> head_pose_from(const fivepipe_v1_HeadPose& message);
 
 }  // namespace fivepipe::messages

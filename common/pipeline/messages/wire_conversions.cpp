@@ -36,4 +36,10 @@ std::optional<Eigen::Isometry3d> from_wire(const fivepipe_v1_Pose& pose) {
   return isometry;
 }
 
+std::optional<std::string> why_implausible(std::uint64_t frame, std::int64_t stamp_ns) {
+  if (frame > kMaxFrame) return "frame number above 2^53";
+  if (stamp_ns < 0 || stamp_ns > kMaxStamp_ns) return "timestamp before 1970 or after 2200";
+  return std::nullopt;
+}
+
 }  // namespace fivepipe::messages

@@ -1,5 +1,7 @@
 // Converts the types that several messages share: poses, pinholes, rectangles, texts, sequences.
 #pragma once
+#include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -22,6 +24,14 @@ hull::PixelRect from_wire(const fivepipe_v1_PixelRect& rect);
 // the quaternion's length differs from 1 by more than kMaxQuaternionError.
 std::optional<Eigen::Isometry3d> from_wire(const fivepipe_v1_Pose& pose);
 inline constexpr double kMaxQuaternionError = 1e-6;
+
+// Limits of what a message may state, far beyond every true value. Within them, the difference of
+// two stamps does not overflow, and a frame number is exact as a double and as int64.
+inline constexpr std::uint64_t kMaxFrame = std::uint64_t(1) << 53;       // 285,000 years at 1 kHz
+inline constexpr std::int64_t kMaxStamp_ns = 7'258'118'400'000'000'000;  // the year 2200
+// Returns why a frame number or a stamp is invalid: above the limit, or before 1970. Returns
+// nullopt if both are valid.
+std::optional<std::string> why_implausible(std::uint64_t frame, std::int64_t stamp_ns);
 
 // Copies the text. Throws std::length_error with the text if it does not fit. Names come from the
 // configuration, which bounds their length.

@@ -1,7 +1,8 @@
 #include "common/recording/files/frame_groups.h"
 
 #include <algorithm>
-#include <cstdlib>
+
+#include "common/base/realtime.h"
 
 namespace fivepipe::recording {
 namespace {
@@ -50,7 +51,7 @@ bool FrameGroups::read_message() {
   if (frame) {
     kept.capture_stamp_ns = frame->capture_stamp_ns;
     const auto of_this_run = [&](std::int64_t capture_stamp_ns) {
-      return std::abs(frame->capture_stamp_ns - capture_stamp_ns) < kMaxFrameSpan_ns;
+      return base::distance_ns(frame->capture_stamp_ns, capture_stamp_ns) < kMaxFrameSpan_ns;
     };
     const auto of_this_frame = [&](const FrameGroup& group) {
       return group.frame == frame->frame && of_this_run(group.capture_stamp_ns);

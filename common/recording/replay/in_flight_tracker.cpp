@@ -1,9 +1,10 @@
 #include "common/recording/replay/in_flight_tracker.h"
 
 #include <algorithm>
-#include <cstdlib>
 
+#include "common/base/realtime.h"
 #include "common/pipeline/frames/restart_detector.h"
+#include "common/pipeline/messages/wire_conversions.h"
 
 namespace fivepipe::replay {
 namespace {
@@ -25,11 +26,23 @@ bool has_one_capture_stamp(const recording::FrameGroup& group) {
   for (const recording::OwnedMessage& message : group.messages) {
     if (message.channel->topic != bus::topics::ObjectPixelMap::name || message.key_change) continue;
     if (!first) first = &message;
-    if (std::abs(message.capture_stamp_ns - first->capture_stamp_ns) >
+    if (base::distance_ns(message.capture_stamp_ns, first->capture_stamp_ns) >
         frames::RestartDetector::kMinRestart_ns)
       return false;
   }
   return true;
+}
+
+// Benchmarks subtract the stamps of a trace.
+bool has_plausible_stamps(const fivepipe_v1_FrameTrace& trace) {
+  const auto plausible = [&](std::int64_t stamp_ns) {
+    return !messages::why_implausible(trace.frame, stamp_ns);
+  };
+  const auto steps = messages::span_of(trace.steps);
+  return plausible(trace.first_input_ns) && plausible(trace.last_input_ns) &&
+         std::all_of(steps.begin(), steps.end(), [&](const fivepipe_v1_FrameStep& step) {
+           return plausible(step.start_ns) && plausible(step.end_ns);
+         });
 }
 
 }  // namespace
@@ -86,7 +99,7 @@ void InFlightTracker::expect(const recording::FrameGroup& group) {
 void InFlightTracker::take_traces() {
   if (!traces_) return;
   for (const auto& sample : traces_->take()) {
-    if (!sample.valid()) continue;
+    if (!sample.valid() || !has_plausible_stamps(*sample)) continue;
     const auto progress = progress_.find(sample->node);
     if (progress == progress_.end()) continue;
     if (progress->second.open.erase(sample->frame)) ++handled_[sample->node];

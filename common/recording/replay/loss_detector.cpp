@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "common/base/realtime.h"
+
 namespace fivepipe::replay {
 namespace {
 
@@ -73,7 +75,8 @@ std::set<std::string> LossDetector::unverified_nodes(std::int64_t now_ns) const 
   std::set<std::string> names;
   for (const auto& [name, node] : nodes_) {
     const bool is_current =
-        node.newest.final_report || now_ns - node.newest.source_stamp_ns < kMaxSilence_ns;
+        node.newest.final_report ||
+        base::difference_ns(now_ns, node.newest.source_stamp_ns) < kMaxSilence_ns;
     if (!(node.compares && is_current) && !node.received.empty()) names.insert(name);
   }
   return names;

@@ -21,6 +21,8 @@ using recording::RecordedChannel;
 
 // Period of the calls of `control`.
 constexpr auto kPollPeriod = 50ms;
+// Maximum time until a message is due. A recording may hold any stamps, and a later time overflows.
+constexpr double kMaxWait_s = 1e9;
 // Within this time a waiting node wakes up and takes its received messages.
 constexpr auto kNodeResetTime = 100ms;
 // Maximum number of consecutive frames that no node waits for; less than a reader's queue holds.
@@ -187,8 +189,9 @@ bool Replayer::may_continue(const std::function<ReplayControl()>& control) {
 bool Replayer::wait_until(std::int64_t log_stamp_ns, bool is_step,
                           const std::function<ReplayControl()>& control) {
   const auto due = [&] {
+    const double after_s = base::difference_s(log_stamp_ns, log_zero_ns_) / plan_.rate;
     return wall_zero_ + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(
-                            1e-9 * double(log_stamp_ns - log_zero_ns_) / plan_.rate));
+                            std::clamp(after_s, -kMaxWait_s, kMaxWait_s)));
   };
   was_step_ = false;
   if (!may_continue(control)) return false;

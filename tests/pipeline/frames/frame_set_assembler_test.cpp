@@ -120,6 +120,55 @@ TEST(FrameSetAssembler, IsBoundedWhenACameraIsSilent) {
   EXPECT_EQ(dropped, FrameSetAssembler::kLostAfterFrames - FrameSetAssembler::kMaxIncompleteSets);
 }
 
+// A set with both maps of a closed frame would be a second set of this frame.
+TEST(FrameSetAssembler, MapsOfReturnedAndDisplacedFramesAreLate) {
+  FrameSetAssembler sets(rig_of(2));
+  sets.add(map_of(0, 20));
+  ASSERT_EQ(sets.add(map_of(1, 20)).size(), 1u);
+  for (const std::uint64_t closed : {20, 19}) {
+    EXPECT_TRUE(sets.add(map_of(0, closed)).empty());
+    EXPECT_TRUE(sets.add(map_of(1, closed)).empty());
+    EXPECT_EQ(sets.take_drops(), (std::map<std::string, std::uint64_t>{{"late_map", 2}})) << closed;
+  }
+  const std::uint64_t displaced = 21;
+  for (std::uint64_t i = 0; i <= FrameSetAssembler::kMaxIncompleteSets; ++i)
+    sets.add(map_of(0, displaced + i));
+  EXPECT_EQ(sets.take_drops(), (std::map<std::string, std::uint64_t>{{"incomplete_set", 1}}));
+  EXPECT_TRUE(sets.add(map_of(0, displaced)).empty());
+  EXPECT_TRUE(sets.add(map_of(1, displaced)).empty());
+  EXPECT_EQ(sets.take_drops(), (std::map<std::string, std::uint64_t>{{"late_map", 2}}));
+}
+
+// Otherwise a stranger's maps with frame numbers near 2^64 would displace all others for ever.
+TEST(FrameSetAssembler, WrongFrameNumbersDoNotKeepSetsFromCompleting) {
+  FrameSetAssembler sets(rig_of(2));
+  for (std::uint64_t frame = 1; frame < 100; ++frame) {
+    for (const std::uint64_t wrong : {UINT64_MAX - 2 * frame, UINT64_MAX - 1000 + 2 * frame}) {
+      CameraMap stranger = map_of(0, frame);
+      stranger.frame = wrong;
+      EXPECT_TRUE(sets.add(stranger).empty());
+    }
+    EXPECT_TRUE(sets.add(map_of(0, frame)).empty()) << frame;
+    EXPECT_EQ(frames_of(sets.add(map_of(1, frame))), std::vector<std::uint64_t>{frame});
+  }
+}
+
+// A complete set with a wrong number makes the true maps late, until kMaxContradictions of them
+// contradict it, whatever its stamp.
+TEST(FrameSetAssembler, RecoversFromACompleteSetWithAWrongNumber) {
+  for (const std::int64_t stamp_ns : {std::int64_t(0), INT64_MIN, INT64_MAX}) {
+    FrameSetAssembler sets(rig_of(1));
+    CameraMap stranger = map_of(0, 1);
+    stranger.frame = UINT64_MAX;
+    stranger.capture_stamp_ns = stamp_ns;
+    EXPECT_EQ(sets.add(stranger).size(), 1u);
+    std::uint64_t frame = 2;
+    while (sets.add(map_of(0, frame++)).empty())
+      ASSERT_LE(frame, 2u + RestartDetector::kMaxContradictions);
+    for (int i = 0; i < 10; ++i) EXPECT_EQ(sets.add(map_of(0, frame++)).size(), 1u);
+  }
+}
+
 TEST(FrameSetAssembler, FollowsRestartedCapture) {
   FrameSetAssembler sets(rig_of(1));
   CameraMap first = map_of(0, 5000), restarted = map_of(0, 0), next = map_of(0, 1);

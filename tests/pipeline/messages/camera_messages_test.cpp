@@ -136,6 +136,28 @@ TEST(ObjectPixelsCodec, TruncatedOrOverlongPayloadIsRefused) {
   }
 }
 
+// The region ends inside a word, at its border, and at the image's border.
+TEST(ObjectPixelsCodec, RunsReachTheRegionsLastPixelAndNoFurther) {
+  for (const int end_px : {20, 63, 64, 65, 100})
+    for (const int skipped : {0, 3}) {
+      const hull::PixelRect region{10, 1, end_px, 2};
+      const auto decode = [&](int run) {
+        std::vector<std::uint8_t> payload;
+        for (const int value : {skipped, run, 0, 0}) {
+          payload.push_back(std::uint8_t(value & 0xff));
+          payload.push_back(std::uint8_t(value >> 8));
+        }
+        return from_run_lengths(100, 3, region, payload);
+      };
+      const int longest = end_px - region.u0_px - skipped;
+      hull::ObjectPixels expected(100, 3);
+      expected.set_run(region.u0_px + skipped, end_px, 1);
+      EXPECT_EQ(decode(longest), expected) << end_px << ' ' << skipped;
+      for (const int more : {1, 2, 64, 0xffff - longest})
+        EXPECT_FALSE(decode(longest + more)) << end_px << ' ' << skipped << ' ' << more;
+    }
+}
+
 TEST(ObjectPixelsCodec, RandomBytesNeverWriteOutsideTheRegion) {
   std::mt19937 random(7);
   std::uniform_int_distribution<int> byte(0, 255), length(0, 80);
@@ -290,6 +312,56 @@ TEST(ViewMessages, PosesRoundTripAndRejectNan) {
   message = out.message();
   message.eye_from_world.rotation.w *= 1.1;
   EXPECT_TRUE(std::holds_alternative<BadMessage>(head_pose_from(message)));
+}
+
+// A received stamp is subtracted from others: the difference must not overflow.
+TEST(WireConversions, ImplausibleFramesAndStampsAreRefused) {
+  for (const std::int64_t stamp_ns : {std::int64_t(0), std::int64_t(1), kMaxStamp_ns})
+    for (const std::uint64_t frame : {std::uint64_t(0), kMaxFrame})
+      EXPECT_FALSE(why_implausible(frame, stamp_ns)) << frame << ' ' << stamp_ns;
+  for (const std::int64_t stamp_ns :
+       {INT64_MIN, INT64_MIN + 1, std::int64_t(-1), kMaxStamp_ns + 1, INT64_MAX})
+    EXPECT_TRUE(why_implausible(1, stamp_ns)) << stamp_ns;
+  EXPECT_TRUE(why_implausible(kMaxFrame + 1, 1));
+  EXPECT_TRUE(why_implausible(UINT64_MAX, 1));
+}
+
+TEST(WireConversions, MessagesWithImplausibleFramesOrStampsAreRefused) {
+  const config::Rig rig = one_camera_rig(40, 30);
+  const hull::ObjectPixels pixels = random_pixels(40, 30, 0.1, 1);
+  const hull::ColourRegion colour{config::published_camera(rig.cameras[0]), pixels, pixels.bounds(),
+                                  std::vector<std::uint8_t>(3 * pixels.bounds().area_px())};
+  const auto accepts = [&](std::uint64_t frame, std::int64_t stamp_ns) {
+    const bool map = std::holds_alternative<frames::CameraMap>(object_pixels_from(
+                   map_message("wall1", frame, stamp_ns, pixels).message(), rig)),
+               coloured = std::holds_alternative<CameraColour>(
+                   colour_from(colour_message("wall1", frame, stamp_ns, colour).message(), rig)),
+               pose = std::holds_alternative<FramePose>(head_pose_from(
+                   head_pose_message({}, {frame, stamp_ns, Eigen::Isometry3d::Identity(), {}})
+                       .message()));
+    EXPECT_EQ(map, coloured);
+    EXPECT_EQ(map, pose);
+    return map;
+  };
+  EXPECT_TRUE(accepts(7, 1'700'000'000'000'000'000));
+  EXPECT_TRUE(accepts(kMaxFrame, kMaxStamp_ns));
+  for (const std::int64_t stamp_ns : {INT64_MIN, std::int64_t(-1), INT64_MAX})
+    EXPECT_FALSE(accepts(7, stamp_ns)) << stamp_ns;
+  EXPECT_FALSE(accepts(UINT64_MAX, 1));
+}
+
+TEST(ViewMessages, ImageSizesOfAnotherDeploymentAreRefused) {
+  const config::Viewer viewer;
+  EXPECT_TRUE(
+      std::holds_alternative<ViewGeometry>(view_geometry_from(view_info_message(viewer), viewer)));
+  for (std::int32_t fivepipe_v1_Pinhole::*side :
+       {&fivepipe_v1_Pinhole::width_px, &fivepipe_v1_Pinhole::height_px})
+    for (const std::int32_t size_px : {INT32_MIN, -1, 0, 1, 1'000'000, INT32_MAX}) {
+      fivepipe_v1_ViewInfo message = view_info_message(viewer);
+      message.recon.*side = size_px;
+      EXPECT_TRUE(std::holds_alternative<BadMessage>(view_geometry_from(message, viewer)))
+          << size_px;
+    }
 }
 
 }  // namespace

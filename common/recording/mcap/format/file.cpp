@@ -11,8 +11,9 @@
 
 namespace fivepipe::mcap {
 
+// O_NONBLOCK: opening a pipe does not wait for its writer. It has no effect on regular files.
 File::File(const std::filesystem::path& path)
-    : name_(path.string()), file_(open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
+    : name_(path.string()), file_(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {
   if (file_ < 0)
     throw std::system_error(errno, std::generic_category(), name_ + ": cannot be opened");
   struct stat status {};

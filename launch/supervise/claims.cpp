@@ -1,11 +1,17 @@
-#include "launch/supervise/node_claims.h"
+#include "launch/supervise/claims.h"
 
+#include <fcntl.h>
+#include <sys/file.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <sys/un.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <sstream>
 #include <system_error>
 
 namespace fivepipe::launch {
@@ -34,6 +40,10 @@ int new_socket() {
   return fd;
 }
 
+std::string process_text(pid_t pid) {
+  return pid > 0 ? "process " + std::to_string(pid) : "another process";
+}
+
 std::string holder_of(const Address& address) {
   const int fd = new_socket();
   ucred holder{};
@@ -41,7 +51,26 @@ std::string holder_of(const Address& address) {
   const bool known = connect(fd, address.get(), address.length) == 0 &&
                      getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &holder, &size) == 0 && holder.pid > 0;
   close(fd);
-  return known ? "process " + std::to_string(holder.pid) : "another process";
+  return process_text(known ? holder.pid : 0);
+}
+
+// Returns the process that holds the lock of the open file; 0 if it is in another PID namespace.
+pid_t lock_holder(int file) {
+  struct stat of_file {};
+  if (fstat(file, &of_file) != 0) return 0;
+  // "1: FLOCK  ADVISORY  WRITE 4711 fe:00:1234 0 EOF". Some file systems show another device than
+  // stat() does, so the inode identifies the lock.
+  const std::string inode = ":" + std::to_string(of_file.st_ino);
+  std::ifstream locks("/proc/locks");
+  for (std::string line; std::getline(locks, line);) {
+    std::istringstream words(line);
+    std::string number, kind, mode, access, device_and_inode;
+    pid_t pid = 0;
+    if (words >> number >> kind >> mode >> access >> pid >> device_and_inode && kind == "FLOCK" &&
+        device_and_inode.ends_with(inode))
+      return pid;
+  }
+  return 0;
 }
 
 }  // namespace
@@ -58,7 +87,7 @@ NodeClaims::NodeClaims(std::uint32_t domain, const std::vector<std::string>& nod
   }
   if (taken.empty()) return;
   release();
-  throw NodeNameTaken(taken + "Stop that deployment or choose another --domain.");
+  throw ClaimRefused(taken + "Stop that deployment or choose another --domain.");
 }
 
 NodeClaims::~NodeClaims() { release(); }
@@ -67,5 +96,23 @@ void NodeClaims::release() {
   for (const int fd : sockets_) close(fd);
   sockets_.clear();
 }
+
+FolderClaim::FolderClaim(const std::filesystem::path& folder)
+    : folder_(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+  if (folder_ < 0)
+    throw std::system_error(errno, std::generic_category(), "cannot open " + folder.string());
+  if (flock(folder_, LOCK_EX | LOCK_NB) == 0) return;
+  if (errno != EWOULDBLOCK) {
+    warning_ = "cannot lock " + folder.string() + " (" + std::strerror(errno) +
+               "): start no other deployment with this folder";
+    return;
+  }
+  const std::string holder = process_text(lock_holder(folder_));
+  close(folder_);
+  throw ClaimRefused("another deployment, started by " + holder + ", writes its results to " +
+                     folder.string() + "\nStop that deployment or choose another --out.");
+}
+
+FolderClaim::~FolderClaim() { close(folder_); }
 
 }  // namespace fivepipe::launch

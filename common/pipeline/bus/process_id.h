@@ -1,0 +1,29 @@
+// Identity of a process, which it publishes in the user data of its DDS participant.
+#pragma once
+#include <compare>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace fivepipe::bus {
+
+// Two processes never have equal identities, whatever their hosts, and also if the kernel reuses a
+// pid. A publication handle is no identity: DDS gives a process new handles after a silence longer
+// than the lease.
+struct ProcessId {
+  std::string host;            // as gethostname() returns it
+  std::uint32_t pid = 0;       // in the PID namespace of the process
+  std::uint64_t start_id = 0;  // random for each start of a program
+
+  friend auto operator<=>(const ProcessId&, const ProcessId&) = default;
+};
+
+ProcessId this_process();
+
+// "fivepipe/1 pid=4711 start=0123456789abcdef host=alpha".
+std::string to_user_data(const ProcessId& process);
+// Returns nullopt for any other text: the participant is of another program.
+std::optional<ProcessId> from_user_data(std::string_view user_data);
+
+}  // namespace fivepipe::bus

@@ -1,0 +1,111 @@
+#include "launch/supervise/live_status.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+#include "common/base/text_table.h"
+
+namespace fivepipe::launch {
+namespace {
+
+bool is_active(const NodeActivity& activity) {
+  return !activity.ended && activity.silent_s <= kMaxSilence_s;
+}
+
+std::string state_of(const NodeActivity& activity) {
+  if (is_active(activity)) return "";
+  return activity.ended ? "ended" : fmt::format("silent {:.0f} s", activity.silent_s);
+}
+
+std::string latency_text(const ProcessStatus& status) {
+  std::vector<std::string> parts;
+  for (const auto& [name, latency] : status.latencies)
+    parts.push_back(
+        fmt::format("{} {:.1f}/{:.1f}", base::printable(name), latency.p50_ms, latency.p99_ms));
+  return fmt::format("{}", fmt::join(parts, ", "));
+}
+
+// Of the slowest render_node; 0 if one of them is silent.
+double frame_rate_hz(const std::vector<std::string>& render_nodes, const StatusRegistry& registry,
+                     std::int64_t now_ns) {
+  double slowest_hz = std::numeric_limits<double>::infinity();
+  for (const std::string& node : render_nodes) {
+    const auto activity = registry.activity(node, now_ns);
+    const bool active = activity && is_active(*activity);
+    slowest_hz = std::min(slowest_hz, active ? registry.newest(node)->frame_rate_hz : 0);
+  }
+  return slowest_hz;
+}
+
+std::string rendering_text(const Progress& progress, const StatusRegistry& registry,
+                           std::int64_t now_ns) {
+  if (progress.render_nodes.empty()) return "no render_node";
+  if (!progress.newest_frame_age_s) return "no frame composited yet";
+  const std::string composited = base::counted(progress.composited, "frame") + " composited, ";
+  if (*progress.newest_frame_age_s > kMaxFrameGap_s)
+    return composited + fmt::format("no frame for {:.0f} s", *progress.newest_frame_age_s);
+  return composited +
+         fmt::format("now {:.1f} frames/s", frame_rate_hz(progress.render_nodes, registry, now_ns));
+}
+
+}  // namespace
+
+std::string progress_line(const Progress& progress, const StatusRegistry& registry,
+                          std::int64_t now_ns) {
+  std::string line =
+      fmt::format("{:.0f} s: ", progress.elapsed_s) + rendering_text(progress, registry, now_ns);
+  for (const std::string& node : progress.expected) {
+    const auto activity = registry.activity(node, now_ns);
+    if (!activity)
+      line += fmt::format("; {}: no status yet", node);
+    else if (activity->silent_s > kMaxSilence_s)
+      line += fmt::format("; {}: no status for {:.0f} s", node, activity->silent_s);
+  }
+  return line;
+}
+
+std::string nodes_table(const StatusRegistry& registry, std::int64_t now_ns) {
+  base::TextTable table({{.head = "node", .min_width = 14},
+                         {.head = "state", .min_width = 12},
+                         {.head = "frame", .right = true, .min_width = 8},
+                         {.head = "Hz", .right = true, .min_width = 6},
+                         {.head = "CPU %", .right = true, .min_width = 6},
+                         {.head = "memory MB", .right = true, .min_width = 9},
+                         {.head = "drops", .right = true, .min_width = 7},
+                         {.head = "latencies p50/p99 ms"}});
+  for (const auto& [node, processes] : registry.processes()) {
+    const ProcessStatus& status = processes.back();
+    const NodeActivity activity = registry.activity(node, now_ns).value();
+    std::uint64_t drops = 0;
+    for (const auto& [text, count] : status.drops) drops += count;
+    // The rates of a silent node are those before its silence.
+    const bool active = is_active(activity);
+    table.add({base::printable(node), state_of(activity), std::to_string(status.frame),
+               active ? base::with_decimals(status.frame_rate_hz, 1) : "-",
+               active ? base::with_decimals(registry.cpu_percent(node), 0) : "-",
+               base::with_decimals(status.memory_mb, 0), std::to_string(drops),
+               latency_text(status)});
+  }
+  return table.text();
+}
+
+std::string node_messages(const StatusRegistry& registry) {
+  std::string lines;
+  for (const auto& [node, processes] : registry.processes()) {
+    for (const auto& [text, count] : processes.back().drops)
+      lines += base::printable(fmt::format("{}: dropped {}: {}", node, count, text)) + "\n";
+    for (const std::string& diagnostic : processes.back().diagnostics)
+      lines += base::printable(fmt::format("{}: {}", node, diagnostic)) + "\n";
+  }
+  for (const DuplicateNode& duplicate : registry.duplicates()) lines += text_of(duplicate) + "\n";
+  return lines;
+}
+
+std::string text_of(const DuplicateNode& duplicate) {
+  return base::printable(fmt::format("two processes publish as node '{}': {}", duplicate.node,
+                                     fmt::join(duplicate.processes, ", ")));
+}
+
+}  // namespace fivepipe::launch

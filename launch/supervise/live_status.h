@@ -1,0 +1,37 @@
+// Texts about running nodes, from their statuses. Pure.
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "launch/supervise/node_status.h"
+
+namespace fivepipe::launch {
+
+// A render_node composites more often; without a frame for longer, the rendering has stopped.
+inline constexpr double kMaxFrameGap_s = 2;
+
+struct Progress {
+  double elapsed_s = 0;                   // since the start of `fivepipe up`
+  std::vector<std::string> render_nodes;  // empty: the deployment composites no frames
+  std::uint64_t composited = 0;
+  std::optional<double> newest_frame_age_s;  // nullopt: no frame is composited yet
+  // Nodes whose statuses should arrive.
+  std::vector<std::string> expected;
+};
+
+// The line that `fivepipe up` prints: "12 s: 240 frames composited, now 19.8 frames/s" or
+// "no frame for 4 s", then the nodes without a recent status. The rate is that of the slowest
+// render_node. `now_ns` is of the clock of the registry's arrival stamps.
+std::string progress_line(const Progress& progress, const StatusRegistry& registry,
+                          std::int64_t now_ns);
+
+// The table and the messages of `fivepipe top`. A silent node has no rates.
+std::string nodes_table(const StatusRegistry& registry, std::int64_t now_ns);
+std::string node_messages(const StatusRegistry& registry);
+
+// "two processes publish as node 'sim': process 12 on host alpha, process 34 on host beta".
+std::string text_of(const DuplicateNode& duplicate);
+
+}  // namespace fivepipe::launch

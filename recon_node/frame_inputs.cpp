@@ -1,0 +1,47 @@
+#include "recon_node/frame_inputs.h"
+
+#include <utility>
+
+#include "common/base/realtime.h"
+
+namespace fivepipe::recon {
+
+void FrameInputs::add(messages::FramePose pose) {
+  if (restart_detector_.is_restart(pose.frame, pose.capture_stamp_ns)) {
+    poses_.clear();
+    colours_.clear();
+  }
+  poses_.get_or_add(pose.frame) = std::move(pose);
+}
+
+bool FrameInputs::add(messages::CameraColour colour) {
+  ColourOfCamera& of_frame = colours_.get_or_add(colour.frame);
+  const std::size_t camera = colour.camera;
+  return of_frame.insert_or_assign(camera, std::move(colour)).second;
+}
+
+std::vector<hull::ColourRegion> FrameInputs::take_colours(std::uint64_t frame,
+                                                          std::int64_t capture_stamp_ns) {
+  std::vector<hull::ColourRegion> colours;
+  std::optional<ColourOfCamera> of_frame = colours_.take(frame);
+  if (!of_frame) return colours;
+  for (auto& [camera, colour] : *of_frame)
+    if (base::distance_ns(colour.capture_stamp_ns, capture_stamp_ns) <
+        frames::RestartDetector::kMinRestart_ns)
+      colours.push_back(std::move(colour.colour));
+  return colours;
+}
+
+void FrameInputs::reset() {
+  poses_.clear();
+  colours_.clear();
+  restart_detector_ = {};
+}
+
+std::size_t FrameInputs::kept_colours() const {
+  std::size_t kept = 0;
+  for (const auto& entry : colours_) kept += entry.value.size();
+  return kept;
+}
+
+}  // namespace fivepipe::recon

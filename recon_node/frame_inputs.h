@@ -1,0 +1,47 @@
+// The head poses and camera colours of recent frames, which recon_node keeps until it has all maps
+// of a frame. The memory is bounded, whatever frame numbers the messages have.
+#pragma once
+#include <cstdint>
+#include <map>
+#include <vector>
+
+#include "common/hull/colour_region.h"
+#include "common/pipeline/frames/recent_frames.h"
+#include "common/pipeline/frames/restart_detector.h"
+#include "common/pipeline/messages/camera_messages.h"
+#include "common/pipeline/messages/view_messages.h"
+
+namespace fivepipe::recon {
+
+class FrameInputs {
+ public:
+  // The poses and colours of this many frames are kept, more than can be in flight.
+  static constexpr std::size_t kMaxFrames = 16;
+
+  // Adds a pose. Drops all earlier poses and colours if capture_node has restarted.
+  void add(messages::FramePose pose);
+  // Adds a camera's colour. Returns false if it replaces an earlier one of the same camera and
+  // frame: the table keeps one per camera.
+  bool add(messages::CameraColour colour);
+
+  // Returns nullptr if the frame's pose has not arrived. Valid until the next add().
+  const messages::FramePose* pose_of(std::uint64_t frame) const { return poses_.find(frame); }
+  // Removes and returns the colours of this frame, by camera. Skips those of a frame with the same
+  // number that capture_node sent before it restarted.
+  std::vector<hull::ColourRegion> take_colours(std::uint64_t frame, std::int64_t capture_stamp_ns);
+  // Drops the colours of this frame and of all frames with a lower number.
+  void drop_colours_up_to(std::uint64_t frame) { colours_.erase_up_to(frame); }
+  // Forgets all frames.
+  void reset();
+
+  std::size_t kept_poses() const { return poses_.size(); }
+  std::size_t kept_colours() const;
+
+ private:
+  using ColourOfCamera = std::map<std::size_t, messages::CameraColour>;
+  frames::RestartDetector restart_detector_;
+  frames::RecentFrames<messages::FramePose> poses_{kMaxFrames};
+  frames::RecentFrames<ColourOfCamera> colours_{kMaxFrames};
+};
+
+}  // namespace fivepipe::recon

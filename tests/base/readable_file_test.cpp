@@ -1,0 +1,51 @@
+#include "common/base/readable_file.h"
+
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <fstream>
+
+namespace fivepipe::base {
+namespace {
+
+class ReadableFile : public testing::Test {
+ protected:
+  ~ReadableFile() override { std::filesystem::remove_all(folder_); }
+  const std::filesystem::path folder_ =
+      std::filesystem::temp_directory_path() / ("fivepipe_readable_" + std::to_string(getpid()));
+  const bool created_ = std::filesystem::create_directory(folder_);
+};
+
+TEST_F(ReadableFile, RegularFilesAndLinksToThemAreReadable) {
+  std::ofstream(folder_ / "file") << "text";
+  std::filesystem::create_symlink("file", folder_ / "link");
+  EXPECT_EQ(why_unreadable(folder_ / "file"), std::nullopt);
+  EXPECT_EQ(why_unreadable(folder_ / "link"), std::nullopt);
+}
+
+TEST_F(ReadableFile, EverythingElseIsRefusedWithItsKind) {
+  ASSERT_EQ(mkfifo((folder_ / "pipe").c_str(), 0600), 0);
+  std::filesystem::create_symlink("pipe", folder_ / "link_to_pipe");
+  std::filesystem::create_symlink("nothing", folder_ / "dangling");
+  EXPECT_EQ(why_unreadable(folder_ / "pipe"), "is a pipe, not a file");
+  EXPECT_EQ(why_unreadable(folder_ / "link_to_pipe"), "is a pipe, not a file");
+  EXPECT_EQ(why_unreadable("/dev/zero"), "is a device, not a file");
+  EXPECT_EQ(why_unreadable(folder_), "is a directory, not a file");
+  EXPECT_EQ(why_unreadable(folder_ / "none"), "there is no such file");
+  EXPECT_EQ(why_unreadable(folder_ / "dangling"), "there is no such file");
+  EXPECT_EQ(why_unreadable(""), "there is no such file");
+}
+
+TEST_F(ReadableFile, AFileWithoutPermissionIsRefused) {
+  std::ofstream(folder_ / "file") << "text";
+  chmod((folder_ / "file").c_str(), 0);
+  const std::optional<std::string> why = why_unreadable(folder_ / "file");
+  if (geteuid() == 0)
+    EXPECT_EQ(why, std::nullopt) << "root may read every file";
+  else
+    EXPECT_EQ(why, "cannot be read: check its permissions");
+}
+
+}  // namespace
+}  // namespace fivepipe::base

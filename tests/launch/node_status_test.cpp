@@ -1,0 +1,214 @@
+// The newest statuses of processes, and the texts about running nodes.
+#include <gtest/gtest.h>
+
+#include "launch/supervise/live_status.h"
+
+using namespace fivepipe;
+
+namespace {
+
+constexpr std::int64_t s = 1'000'000'000;
+
+const bus::ProcessId kFirst{"alpha", 12, 1}, kSecond{"alpha", 34, 2};
+
+launch::ProcessStatus status(const std::string& node, std::optional<bus::ProcessId> process,
+                             std::int64_t start_stamp_ns) {
+  launch::ProcessStatus status;
+  status.node = node;
+  status.process = std::move(process);
+  status.start_stamp_ns = start_stamp_ns;
+  return status;
+}
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+}  // namespace
+
+TEST(StatusRegistry, DetectsDuplicateNodes) {
+  launch::StatusRegistry registry;
+  registry.add(status("sim", kFirst, 1 * s), 10 * s);
+  registry.add(status("sim", kSecond, 9 * s), 11 * s);
+  EXPECT_TRUE(registry.duplicates().empty()) << "the first process may have died";
+  registry.add(status("sim", kFirst, 1 * s), 13 * s);
+  ASSERT_EQ(registry.duplicates().size(), 1u);
+  EXPECT_EQ(launch::text_of(registry.duplicates()[0]),
+            "two processes publish as node 'sim': process 12 on host alpha, process 34 on host "
+            "alpha");
+}
+
+TEST(StatusRegistry, RestartIsNotADuplicate) {
+  launch::StatusRegistry registry;
+  registry.add(status("sim", kFirst, 1 * s), 10 * s);
+  registry.add(status("sim", kSecond, 9 * s), 11 * s);
+  // Arrives after the death of its process.
+  registry.add(status("sim", kFirst, 1 * s), 11 * s + s / 2);
+  for (int i = 12; i < 60; ++i) registry.add(status("sim", kSecond, 9 * s), i * s);
+  EXPECT_TRUE(registry.duplicates().empty());
+  EXPECT_EQ(registry.processes().at("sim").size(), 2u);
+}
+
+TEST(StatusRegistry, TwoHostsWithEqualPidsAndStartsAreTwoProcesses) {
+  launch::StatusRegistry registry;
+  registry.add(status("sim", bus::ProcessId{"alpha", 12, 1}, 1 * s), 10 * s);
+  registry.add(status("sim", bus::ProcessId{"beta", 12, 1}, 1 * s), 10 * s);
+  EXPECT_EQ(registry.processes().at("sim").size(), 2u);
+}
+
+TEST(StatusRegistry, AProcessIsOneAfterAnySilence) {
+  launch::StatusRegistry registry;
+  registry.add(status("sim", kFirst, 1 * s), 10 * s);
+  registry.add(status("sim", kFirst, 1 * s), 1000 * s);
+  registry.add(status("sim", kFirst, 1 * s), 1002 * s);
+  EXPECT_EQ(registry.processes().at("sim").size(), 1u);
+  EXPECT_TRUE(registry.duplicates().empty());
+}
+
+TEST(StatusRegistry, StatusesWithoutIdentityAreDistinguishedByTheirStart) {
+  launch::StatusRegistry registry;
+  registry.add(status("sim", std::nullopt, 1 * s), 10 * s);
+  registry.add(status("sim", std::nullopt, 1 * s), 20 * s);
+  EXPECT_EQ(registry.processes().at("sim").size(), 1u);
+  registry.add(status("sim", std::nullopt, 2 * s), 20 * s);
+  EXPECT_EQ(registry.processes().at("sim").size(), 2u);
+  // The identity arrives after the first statuses, and is not forgotten.
+  registry.add(status("sim", kFirst, 1 * s), 21 * s);
+  registry.add(status("sim", std::nullopt, 1 * s), 22 * s);
+  ASSERT_EQ(registry.processes().at("sim").size(), 2u);
+  EXPECT_EQ(registry.processes().at("sim")[0].process, kFirst);
+  EXPECT_EQ(registry.processes().at("sim")[1].process, std::nullopt);
+}
+
+TEST(StatusRegistry, BoundsNodesAndKeepsTheTotalsOfManyProcesses) {
+  launch::StatusRegistry registry;
+  const int processes = 3 * int(launch::StatusRegistry::kMaxProcesses);
+  for (int i = 1; i <= processes; ++i) {
+    auto one = status("sim", bus::ProcessId{"alpha", std::uint32_t(i), 1}, i * s);
+    one.counts["frames"] = 10;
+    one.drops["late_map"] = 1;
+    one.topics["topic"].sent = 2;
+    one.collisions["ball"].frames = 3;
+    registry.add(one, (100 + i) * s);
+  }
+  const auto kept = registry.processes().at("sim");
+  EXPECT_EQ(kept.size(), launch::StatusRegistry::kMaxProcesses);
+  std::uint64_t frames = 0, drops = 0, sent = 0, collided = 0;
+  for (const auto& process : kept) {
+    frames += process.counts.at("frames");
+    drops += process.drops.at("late_map");
+    sent += process.topics.at("topic").sent;
+    collided += process.collisions.at("ball").frames;
+  }
+  EXPECT_EQ(frames, 10u * processes);
+  EXPECT_EQ(drops, 1u * processes);
+  EXPECT_EQ(sent, 2u * processes);
+  EXPECT_EQ(collided, 3u * processes);
+  for (std::size_t i = 0; i < 2 * launch::StatusRegistry::kMaxNodes; ++i)
+    registry.add(status("invented" + std::to_string(i), kFirst, s), 200 * s);
+  EXPECT_EQ(registry.processes().size(), launch::StatusRegistry::kMaxNodes);
+  EXPECT_TRUE(registry.newest("sim"));
+}
+
+TEST(StatusRegistry, CpuPercentIsBetweenTheTwoNewestStatuses) {
+  launch::StatusRegistry registry;
+  auto one = status("sim", kFirst, 0);
+  one.cpu_s = 100;
+  registry.add(one, 10 * s);
+  EXPECT_EQ(registry.cpu_percent("sim"), 0);
+  one.cpu_s = 100.5;
+  registry.add(one, 11 * s);
+  EXPECT_DOUBLE_EQ(registry.cpu_percent("sim"), 50);
+}
+
+namespace {
+
+// render composites 20 frames/s, sim publishes too; both statuses arrived at 10 s.
+struct Running {
+  launch::StatusRegistry registry;
+  launch::Progress progress{.elapsed_s = 12,
+                            .render_nodes = {"render"},
+                            .composited = 240,
+                            .newest_frame_age_s = 0.05,
+                            .expected = {"render", "sim"}};
+  Running() {
+    auto render = status("render", kFirst, s), sim = status("sim", kSecond, s);
+    render.frame_rate_hz = sim.frame_rate_hz = 20;
+    render.frame = sim.frame = 240;
+    registry.add(render, 10 * s);
+    registry.add(sim, 10 * s);
+  }
+};
+
+}  // namespace
+
+TEST(ProgressLine, StatesFramesAndTheirRate) {
+  const Running running;
+  EXPECT_EQ(launch::progress_line(running.progress, running.registry, 10 * s + s / 2),
+            "12 s: 240 frames composited, now 20.0 frames/s");
+}
+
+TEST(ProgressLine, StatesTheRateOfTheSlowestRenderNode) {
+  Running running;
+  auto slow = status("slow", kSecond, s);
+  slow.frame_rate_hz = 7;
+  running.registry.add(slow, 10 * s);
+  running.progress.render_nodes = {"render", "slow"};
+  EXPECT_EQ(launch::progress_line(running.progress, running.registry, 10 * s + s / 2),
+            "12 s: 240 frames composited, now 7.0 frames/s");
+}
+
+TEST(ProgressLine, RepeatsNoRateOnceRenderingHasStopped) {
+  Running running;
+  running.progress.newest_frame_age_s = 4.2;
+  EXPECT_EQ(launch::progress_line(running.progress, running.registry, 10 * s + s / 2),
+            "12 s: 240 frames composited, no frame for 4 s");
+  running.progress.newest_frame_age_s.reset();
+  EXPECT_EQ(launch::progress_line(running.progress, running.registry, 10 * s + s / 2),
+            "12 s: no frame composited yet");
+}
+
+TEST(ProgressLine, NamesNodesWithoutRecentStatus) {
+  Running running;
+  running.progress.expected.push_back("recon_a");
+  running.registry.add(status("sim", kSecond, s), 14 * s);
+  EXPECT_EQ(launch::progress_line(running.progress, running.registry, 14 * s + s / 2),
+            "12 s: 240 frames composited, now 0.0 frames/s; render: no status for 4 s; recon_a: no "
+            "status yet");
+}
+
+TEST(ProgressLine, ADeploymentMayHaveNoRenderNode) {
+  launch::Progress progress;
+  progress.elapsed_s = 5;
+  EXPECT_EQ(launch::progress_line(progress, {}, 0), "5 s: no render_node");
+}
+
+TEST(NodesTable, ASilentNodeHasNoRates) {
+  const Running running;
+  EXPECT_TRUE(contains(launch::nodes_table(running.registry, 10 * s), " 20.0 "));
+  const std::string table = launch::nodes_table(running.registry, 14 * s);
+  EXPECT_TRUE(contains(table, "silent 4 s")) << table;
+  EXPECT_FALSE(contains(table, "20.0")) << table;
+}
+
+TEST(NodesTable, TellsAnEndedNodeFromASilentOne) {
+  Running running;
+  auto sim = status("sim", kSecond, s);
+  sim.final_report = true;
+  running.registry.add(sim, 11 * s);
+  const std::string table = launch::nodes_table(running.registry, 11 * s);
+  EXPECT_TRUE(contains(table, "ended")) << table;
+  EXPECT_FALSE(contains(table, "silent")) << table;
+}
+
+TEST(NodesTable, APeersTextCannotControlTheTerminal) {
+  Running running;
+  auto hostile = status("\x1b[2J", kFirst, s);
+  hostile.drops["\x1b]0;title"] = 1;
+  hostile.diagnostics = {"subject: \r\n"};
+  hostile.latencies["\x1b["] = {};
+  running.registry.add(hostile, 10 * s);
+  for (const std::string& text :
+       {launch::nodes_table(running.registry, 10 * s), launch::node_messages(running.registry)})
+    for (const char c : text) EXPECT_TRUE(c >= ' ' || c == '\n') << text;
+}

@@ -1,0 +1,100 @@
+#include "recon_node/frame_inputs.h"
+
+#include <gtest/gtest.h>
+
+namespace fivepipe::recon {
+namespace {
+
+constexpr std::int64_t kPeriod_ns = 33'000'000;
+std::int64_t stamp_ns(std::uint64_t frame) { return std::int64_t(frame) * kPeriod_ns; }
+
+messages::FramePose pose_of(std::uint64_t frame) {
+  return {frame, stamp_ns(frame), Eigen::Isometry3d::Identity(), {}};
+}
+messages::CameraColour colour_of(std::size_t camera, std::uint64_t frame, std::uint8_t blue = 0) {
+  hull::ObjectPixels pixels(4, 4);
+  pixels.set(1, 1);
+  return {camera, frame, stamp_ns(frame), {{}, pixels, {1, 1, 2, 2}, {blue, 0, 0}}};
+}
+
+TEST(FrameInputs, ReturnsThePoseAndTheColoursOfTheFrameByCamera) {
+  FrameInputs inputs;
+  inputs.add(pose_of(7));
+  EXPECT_TRUE(inputs.add(colour_of(2, 7, 20)));
+  EXPECT_TRUE(inputs.add(colour_of(0, 7, 10)));
+  EXPECT_TRUE(inputs.add(colour_of(0, 8, 30)));
+  ASSERT_TRUE(inputs.pose_of(7));
+  EXPECT_EQ(inputs.pose_of(7)->capture_stamp_ns, stamp_ns(7));
+  EXPECT_EQ(inputs.pose_of(8), nullptr);
+  const auto colours = inputs.take_colours(7, stamp_ns(7));
+  ASSERT_EQ(colours.size(), 2u);
+  EXPECT_EQ(colours[0].bgr[0], 10);
+  EXPECT_EQ(colours[1].bgr[0], 20);
+  EXPECT_TRUE(inputs.take_colours(7, stamp_ns(7)).empty());
+  inputs.drop_colours_up_to(8);
+  EXPECT_TRUE(inputs.take_colours(8, stamp_ns(8)).empty());
+}
+
+// A writer that repeats a camera's colour must not grow the memory of a frame.
+TEST(FrameInputs, KeepsOneColourPerCameraAndFrame) {
+  FrameInputs inputs;
+  EXPECT_TRUE(inputs.add(colour_of(0, 5, 0)));
+  for (int i = 1; i <= 1000; ++i) EXPECT_FALSE(inputs.add(colour_of(0, 5, std::uint8_t(i % 200))));
+  EXPECT_EQ(inputs.kept_colours(), 1u);
+  const auto colours = inputs.take_colours(5, stamp_ns(5));
+  ASSERT_EQ(colours.size(), 1u);
+  EXPECT_EQ(colours[0].bgr[0], 1000 % 200);
+}
+
+// Frame numbers near 2^64 must not displace the true frames: a table of the largest numbers would
+// keep them for ever.
+TEST(FrameInputs, WrongFrameNumbersDoNotKeepFramesOut) {
+  FrameInputs inputs;
+  std::uint64_t wrong = UINT64_MAX - 10'000;
+  for (std::uint64_t frame = 0; frame < 200; ++frame) {
+    for (std::size_t i = 0; i <= FrameInputs::kMaxFrames; ++i) {
+      messages::FramePose pose = pose_of(frame);
+      messages::CameraColour colour = colour_of(1, frame);
+      pose.frame = colour.frame = ++wrong;
+      inputs.add(pose);
+      inputs.add(std::move(colour));
+    }
+    inputs.add(pose_of(frame));
+    EXPECT_TRUE(inputs.add(colour_of(0, frame)));
+    ASSERT_TRUE(inputs.pose_of(frame)) << frame;
+    ASSERT_EQ(inputs.take_colours(frame, stamp_ns(frame)).size(), 1u) << frame;
+    ASSERT_LE(inputs.kept_poses(), FrameInputs::kMaxFrames);
+    ASSERT_LE(inputs.kept_colours(), FrameInputs::kMaxFrames);
+  }
+}
+
+TEST(FrameInputs, ForgetsFramesOfAnEarlierRun) {
+  FrameInputs inputs;
+  inputs.add(pose_of(100));
+  inputs.add(colour_of(0, 100));
+  messages::FramePose restarted = pose_of(0);
+  restarted.capture_stamp_ns = stamp_ns(100) + frames::RestartDetector::kMinRestart_ns + 1;
+  inputs.add(restarted);
+  EXPECT_EQ(inputs.pose_of(100), nullptr);
+  EXPECT_EQ(inputs.kept_colours(), 0u);
+  EXPECT_TRUE(inputs.pose_of(0));
+}
+
+// The colour of a frame with the same number from before a restart belongs to another image.
+TEST(FrameInputs, SkipsColoursCapturedAtAnotherTime) {
+  FrameInputs inputs;
+  inputs.add(colour_of(0, 3));
+  const std::int64_t later_ns = stamp_ns(3) + frames::RestartDetector::kMinRestart_ns;
+  EXPECT_TRUE(inputs.take_colours(3, later_ns).empty());
+  inputs.add(colour_of(0, 3));
+  EXPECT_EQ(inputs.take_colours(3, later_ns - 1).size(), 1u);
+  for (const std::int64_t extreme_ns : {INT64_MIN, INT64_MAX}) {
+    messages::CameraColour colour = colour_of(0, 4);
+    colour.capture_stamp_ns = extreme_ns;
+    inputs.add(std::move(colour));
+    EXPECT_TRUE(inputs.take_colours(4, -1 - extreme_ns).empty());
+  }
+}
+
+}  // namespace
+}  // namespace fivepipe::recon
