@@ -98,7 +98,8 @@ class DeploymentRun {
         recorder_(started_recorder(bus_, settings)),
         start_stamp_ns_(base::now_realtime_ns()),
         supervisor_(programs_, RestartSettings{}, console_output(programs_)) {
-    for (const config::Node& node : deployment.nodes) node_names_.insert(node.name);
+    for (const config::Node& node : deployment.nodes) names_.insert(node.name);
+    if (recorder_) names_.insert(own_recorder_name());
     for (const std::string& warning : bus_.warnings()) spdlog::warn("{}", warning);
   }
 
@@ -107,22 +108,49 @@ class DeploymentRun {
     while (!supervisor_.all_exited()) {
       supervisor_.step(50ms);
       take_messages();
-      if (recorder_) recorder_->forward_output();
+      watch_recorder();
       if (const std::string why = reason_to_stop(); !why.empty()) stop(why);
       // A second Ctrl-C kills at once.
       if (signals_received() > 0) supervisor_.stop(signals_received() > 1 ? 0ms : kInterruptGrace);
       if (!supervisor_.stopping()) print_progress();
     }
     if (stop_stamp_ns_ == 0) note_stop("every node ended");
-    wait_for_final_reports();
-    if (recorder_) recorder_exit_code_ = recorder_->finish();
+    wait_until([this] { return all_reports_final(); });
+    finish_recorder();
     write_report();
     return exit_code();
   }
 
  private:
+  // Forwards the recorder's output and reports its end at once, because from then on nothing is
+  // recorded.
+  void watch_recorder() {
+    if (!recorder_) return;
+    recorder_->forward_output();
+    if (recorder_end_ || !(recorder_end_ = recorder_->ended())) return;
+    recorder_ended_after_s_ = base::seconds_since(started_);
+    // --record-option=--duration can end it cleanly.
+    spdlog::log(is_recording_complete() ? spdlog::level::info : spdlog::level::err,
+                "the recorder ended while the deployment runs: {}; no further message is recorded",
+                to_string(*recorder_end_));
+  }
+
+  void finish_recorder() {
+    if (!recorder_ || recorder_end_) return;
+    recorder_end_ = recorder_->finish();
+    if (!recorder_end_ || recorder_end_->by_signal) return;  // it sent no final report
+    wait_until([this] {
+      const ProcessStatus* status = statuses_.newest(own_recorder_name());
+      return status && status->final_report;
+    });
+  }
+
+  bool is_recording_complete() const {
+    return !recorder_ || (recorder_end_ && !recorder_end_->by_signal && recorder_end_->number == 0);
+  }
+
   void take_messages() {
-    take_statuses(statuses_in_, statuses_, node_names_);
+    take_statuses(statuses_in_, statuses_, names_);
     for (const config::Node& node : nodes_)
       if (const ProcessStatus* newest = statuses_.newest(node.name);
           newest && newest->has_handled_frame)
@@ -205,18 +233,19 @@ class DeploymentRun {
       if (config::program_of(node) == "render_node") progress.render_nodes.push_back(node.name);
       if (!supervisor_.exited_cleanly(node.name)) progress.expected.push_back(node.name);
     }
+    if (recorder_ && !(recorder_end_ && is_recording_complete()))
+      progress.expected.push_back(own_recorder_name());
     if (newest_composited_seen_)
       progress.newest_frame_age_s = base::seconds_since(*newest_composited_seen_);
     spdlog::info("{}", progress_line(progress, statuses_, arrival_clock_ns()));
   }
 
-  // The final statuses of processes that exited cleanly may not have arrived yet.
-  void wait_for_final_reports() {
+  // Final statuses of processes that exited cleanly may arrive after their end. Takes messages
+  // until the condition holds, for at most kFinalReportTimeout.
+  template <class Condition>
+  void wait_until(const Condition& holds) {
     const auto until = Clock::now() + kFinalReportTimeout;
-    while (Clock::now() < until && !all_reports_final()) {
-      bus_.wait(20ms);
-      take_messages();
-    }
+    for (take_messages(); !holds() && Clock::now() < until; take_messages()) bus_.wait(20ms);
   }
   bool all_reports_final() const {
     const auto processes = statuses_.processes();
@@ -250,6 +279,13 @@ class DeploymentRun {
       if (std::none_of(nodes_.begin(), nodes_.end(),
                        [&](const config::Node& own) { return own.name == node.name; }))
         input.programs.push_back({node.name, config::program_of(node), {}});
+    if (recorder_)
+      input.recorder = {settings_.record,
+                        own_recorder_name(),
+                        recorder_->pid(),
+                        recorder_end_ ? to_string(*recorder_end_) : "did not end on SIGKILL",
+                        is_recording_complete(),
+                        recorder_ended_after_s_};
     input.statuses = statuses_;
     return input;
   }
@@ -273,11 +309,8 @@ class DeploymentRun {
       for (const std::string& line : failure->last_lines) std::cerr << "  " << line << '\n';
       return failure->exit_code;
     }
-    if (recorder_exit_code_ != 0)
-      std::cerr << "the recording is incomplete: the recorder returned exit code "
-                << recorder_exit_code_ << "\n";
+    if (!is_recording_complete()) return 1;  // the table of the report states why
     if (signals_received() > 0) return 130;
-    if (recorder_exit_code_ != 0) return 1;
     if (!supervisor_.killed().empty() || !supervisor_.crashed_while_stopping().empty()) return 1;
     if (!renders() || frames_composited(statuses_) > 0) return 0;
     std::cerr << "no frame was composited; see the logs in " << (settings_.out / "log").string()
@@ -289,13 +322,14 @@ class DeploymentRun {
   const config::Deployment& deployment_;
   const std::vector<config::Node>& nodes_;
   std::vector<Program> programs_;
-  std::set<std::string> node_names_, reported_duplicates_;
+  std::set<std::string> names_, reported_duplicates_;  // names_: whose statuses count
   bus::Bus bus_;
   bus::Reader<bus::topics::NodeStatus> statuses_in_;
   bus::Reader<bus::topics::FrameComposited> composited_in_;
   StatusRegistry statuses_;
   std::unique_ptr<RecorderProcess> recorder_;  // starts before the first node
-  int recorder_exit_code_ = 0;
+  std::optional<ProcessExit> recorder_end_;
+  std::optional<double> recorder_ended_after_s_;  // if it ended before the deployment
   std::int64_t start_stamp_ns_ = 0, stop_stamp_ns_ = 0;
   std::optional<std::int64_t> first_composited_stamp_ns_;
   std::string ended_by_;

@@ -11,6 +11,7 @@
 #include <array>
 #include <cerrno>
 #include <system_error>
+#include <thread>
 #include <utility>
 
 namespace fivepipe::launch {
@@ -121,7 +122,7 @@ ChildProcess::ChildProcess(const std::vector<std::string>& argv, const std::vect
 
 ChildProcess::~ChildProcess() {
   signal_group(SIGKILL);
-  if (!exit_) waitpid(pid_, nullptr, 0);
+  if (!abandoned_) wait_for_end(kKillTimeout);
   if (output_fd_ >= 0) close(output_fd_);
 }
 
@@ -157,6 +158,13 @@ std::optional<ProcessExit> ChildProcess::ended() {
     exit_ = WIFSIGNALED(status) ? ProcessExit{true, WTERMSIG(status)}
                                 : ProcessExit{false, WEXITSTATUS(status)};
   return exit_;
+}
+
+bool ChildProcess::wait_for_end(std::chrono::milliseconds timeout) {
+  const auto until = std::chrono::steady_clock::now() + timeout;
+  while (!ended() && std::chrono::steady_clock::now() < until)
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  return ended().has_value();
 }
 
 void ChildProcess::signal_group(int signal) const { kill(-pid_, signal); }

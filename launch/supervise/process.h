@@ -2,6 +2,7 @@
 #pragma once
 #include <sys/types.h>
 
+#include <chrono>
 #include <optional>
 #include <string>
 #include <vector>
@@ -15,10 +16,14 @@ struct ProcessExit {
 // "killed by signal 9 (SIGKILL)", "exit code 3 (hardware or peer missing)".
 std::string to_string(const ProcessExit& exit);
 
+// A process ends within milliseconds of SIGKILL, except one that the kernel cannot interrupt
+// because it waits for a disk or a driver.
+inline constexpr std::chrono::milliseconds kKillTimeout{300};
+
 // A process in its own process group, so that the processes that it starts end with it. Its stdin
 // is /dev/null; stdout and stderr are one pipe, in the order written. The kernel kills the process
 // when the thread that started it ends (PR_SET_PDEATHSIG): start children from the main thread
-// only. The destructor kills the group and reaps the process.
+// only. The destructor kills the group, and reaps the process if it ends within kKillTimeout.
 class ChildProcess {
  public:
   // argv[0] is the path of the program. Pins the process to `cores` unless that is empty. Throws
@@ -36,6 +41,10 @@ class ChildProcess {
   std::vector<std::string> read_lines(bool flush = false);
   // Returns how the process ended; nullopt while it runs. Never blocks.
   std::optional<ProcessExit> ended();
+  // Returns whether the process has ended, after at most `timeout`.
+  bool wait_for_end(std::chrono::milliseconds timeout);
+  // The destructor does not wait. Call it for a process that has outlived kKillTimeout.
+  void abandon() { abandoned_ = true; }
   void signal_group(int signal) const;
 
  private:
@@ -43,6 +52,7 @@ class ChildProcess {
   int output_fd_ = -1;
   std::string unfinished_;
   std::optional<ProcessExit> exit_;
+  bool abandoned_ = false;
 };
 
 }  // namespace fivepipe::launch

@@ -6,7 +6,6 @@
 #include <csignal>
 #include <iostream>
 #include <stdexcept>
-#include <thread>
 
 #include "common/recording/replay/recorder.h"
 #include "launch/supervise/interrupt.h"
@@ -20,16 +19,9 @@ using Clock = std::chrono::steady_clock;
 
 constexpr auto kStartTimeout = 10s;
 
-// Time to write the buffered messages to the disk. It is short after Ctrl-C and zero after a second
-// one; the file remains readable up to its last chunk.
-std::chrono::milliseconds grace(int signals) {
-  return signals == 0 ? 30s : signals == 1 ? 1500ms : 0ms;
-}
-
-// Unique, because the domain may have another recorder.
-std::string own_recorder_name() {
-  return std::string(replay::kRecorderName) + "_" + std::to_string(getpid());
-}
+// After SIGTERM the recorder writes its buffer for at most 2 s, counts the rest as lost and closes
+// the file.
+constexpr std::chrono::milliseconds kRecorderGrace = 3s;
 
 std::vector<std::string> command_line(const std::vector<std::string>& arguments) {
   std::vector<std::string> words{program_folder() / "fivepipe", "record", "--name",
@@ -62,29 +54,31 @@ RecorderProcess::RecorderProcess(bus::Bus& bus, std::vector<std::string> argumen
 }
 
 void RecorderProcess::forward_output() {
-  for (const std::string& line : child_.read_lines(ended()))
+  for (const std::string& line : child_.read_lines(ended().has_value()))
     std::cerr << "[recorder] " << line << '\n';
 }
 
-int RecorderProcess::finish() {
+std::optional<ProcessExit> RecorderProcess::finish() {
   child_.signal_group(SIGTERM);
-  int signals = signals_received();
-  auto until = Clock::now() + grace(signals);
-  while (!ended() && Clock::now() < until) {
+  const auto until = Clock::now() + kRecorderGrace;
+  while (signals_received() < 2 && Clock::now() < until && !child_.wait_for_end(20ms))
     forward_output();
-    std::this_thread::sleep_for(20ms);
-    if (signals_received() != signals) until = Clock::now() + grace(signals = signals_received());
-  }
   if (!ended()) {
     std::cerr
         << "the recorder did not end and is killed; `fivepipe info --recover FILE` repairs its "
            "recording\n";
     child_.signal_group(SIGKILL);
-    while (!ended()) std::this_thread::sleep_for(1ms);
+    if (!child_.wait_for_end(kKillTimeout)) {
+      std::cerr << "the recorder (process " << pid() << ") waits for the disk in the kernel\n";
+      child_.abandon();
+    }
   }
   forward_output();
-  const auto exit = child_.ended();
-  return exit && !exit->by_signal ? exit->number : 1;
+  return ended();
+}
+
+std::string own_recorder_name() {
+  return std::string(replay::kRecorderName) + "_" + std::to_string(getpid());
 }
 
 }  // namespace fivepipe::launch

@@ -16,15 +16,20 @@ class RecorderProcess {
   // (interrupt.h). Throws std::runtime_error with its output if it does not listen within 10 s.
   RecorderProcess(bus::Bus& bus, std::vector<std::string> arguments);
 
+  pid_t pid() const { return child_.pid(); }
   void forward_output();
-  bool ended() { return child_.ended().has_value(); }
-  // Sends SIGTERM and waits for the end: at most 30 s, 1.5 s after one signal (interrupt.h), not at
-  // all after two. Then kills the recorder. Forwards its last output to stderr and returns its exit
-  // code; 1 if it was killed.
-  int finish();
+  std::optional<ProcessExit> ended() { return child_.ended(); }
+  // Sends SIGTERM and waits for the end: at most 3 s, not at all after two signals (interrupt.h).
+  // Then kills the recorder. Returns nullopt if even that does not end it within kKillTimeout.
+  // Forwards its last output to stderr.
+  std::optional<ProcessExit> finish();
 
  private:
   ChildProcess child_;
 };
+
+// The name of this process's recorder on the bus. It is unique, because the domain may have another
+// recorder.
+std::string own_recorder_name();
 
 }  // namespace fivepipe::launch

@@ -180,6 +180,36 @@ json json_of_node(const ProgramHistory& program, const Processes& processes,
   return node;
 }
 
+json json_of_recorder(const ReportInput& input) {
+  if (!input.recorder) return nullptr;
+  const RecorderHistory& recorder = *input.recorder;
+  json described = {{"file", recorder.file},
+                    {"pid", recorder.pid},
+                    {"end", recorder.end},
+                    {"complete", recorder.complete},
+                    {"ended_after_s", nullptr}};
+  if (recorder.ended_after_s) described["ended_after_s"] = *recorder.ended_after_s;
+  TopicTotals sum;
+  if (const ProcessStatus* status = input.statuses.newest(recorder.name))
+    for (const auto& [topic, totals] : status->topics) sum += totals;
+  described["received"] = sum.received;
+  described["recorded"] = sum.recorded;
+  described["lost"] = sum.lost;
+  return described;
+}
+
+std::string recorder_line(const json& recorder) {
+  if (recorder.is_null() || recorder["complete"].get<bool>()) return "";
+  const json& ended_after_s = recorder["ended_after_s"];
+  return fmt::format(
+      "the recording is incomplete: {}; {} of {} received messages recorded; end of the "
+      "recorder{}: {}\n",
+      recorder["file"].get<std::string>(), recorder["recorded"].get<std::uint64_t>(),
+      recorder["received"].get<std::uint64_t>(),
+      ended_after_s.is_null() ? "" : fmt::format(" after {:.1f} s", ended_after_s.get<double>()),
+      recorder["end"].get<std::string>());
+}
+
 std::string frames_line(const json& report) {
   const json& frames = report["frames"];
   return fmt::format(
@@ -253,15 +283,13 @@ json report_from(const ReportInput& input) {
           : 0;
 
   std::map<std::string, std::uint64_t> dropped;
-  for (const auto& [node, of_node] : processes)
-    for (const auto& [reason, count] : summed(of_node, &ProcessStatus::drops))
-      dropped[reason] += count;
-
   json nodes = json::object();
   for (const ProgramHistory& program : input.programs) {
-    const auto of_node = processes.find(program.name);
-    nodes[program.name] = json_of_node(
-        program, of_node == processes.end() ? Processes{} : of_node->second, input.stop_stamp_ns);
+    const auto found = processes.find(program.name);
+    const Processes of_node = found == processes.end() ? Processes{} : found->second;
+    nodes[program.name] = json_of_node(program, of_node, input.stop_stamp_ns);
+    for (const auto& [reason, count] : summed(of_node, &ProcessStatus::drops))
+      dropped[reason] += count;
   }
   return {
       {"version", input.version},
@@ -283,11 +311,13 @@ json report_from(const ReportInput& input) {
       {"collisions", collisions(input.statuses)},
       {"empty_cameras", empty_cameras(input.statuses)},
       {"duplicate_nodes", duplicate_nodes(input.statuses)},
+      {"recorder", json_of_recorder(input)},
       {"nodes", nodes}};
 }
 
 std::string table_of(const json& report) {
-  return frames_line(report) + events_of(report) + nodes_table(report["nodes"]);
+  return frames_line(report) + events_of(report) + recorder_line(report["recorder"]) +
+         nodes_table(report["nodes"]);
 }
 
 }  // namespace fivepipe::launch

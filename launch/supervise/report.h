@@ -12,6 +12,16 @@
 
 namespace fivepipe::launch {
 
+struct RecorderHistory {
+  std::string file;
+  std::string name;  // on the bus
+  pid_t pid = 0;
+  std::string end;        // how it ended
+  bool complete = false;  // the recording has every message
+  // Since the start of the deployment, if the recorder ended before the deployment.
+  std::optional<double> ended_after_s;
+};
+
 struct ReportInput {
   std::string version, commit, build_type;
   std::string cpu;
@@ -22,7 +32,8 @@ struct ReportInput {
   std::optional<std::int64_t> first_composited_stamp_ns;
   std::string ended_by;  // "duration", "SIGINT", "recon_a cannot start: ..."
   std::vector<ProgramHistory> programs;
-  StatusRegistry statuses;
+  std::optional<RecorderHistory> recorder;  // nullopt: nothing was to be recorded
+  StatusRegistry statuses;                  // of the programs and of the recorder
 };
 
 // frames.captured: of the busiest capture_node. frames.complete, frames.composited: of the slowest

@@ -1,14 +1,18 @@
 #include "launch/supervise/supervisor.h"
 
-#include "common/base/realtime.h"
-
+#include <fcntl.h>
 #include <poll.h>
 #include <sched.h>
 #include <signal.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cstdio>
 #include <system_error>
+#include <utility>
+
+#include "common/base/output_queue.h"
+#include "common/base/realtime.h"
 
 namespace fivepipe::launch {
 namespace {
@@ -41,6 +45,35 @@ bool is_expected_after_stop(const ProcessExit& exit) {
 
 }  // namespace
 
+// A thread writes the file, so that a slow disk does not delay the supervision.
+class Supervisor::LogFile {
+ public:
+  explicit LogFile(const std::filesystem::path& path)
+      : file_(open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666)) {
+    if (file_ >= 0) queue_.emplace(file_);
+  }
+  ~LogFile() {
+    queue_.reset();
+    if (file_ >= 0) close(file_);
+  }
+  LogFile(const LogFile&) = delete;
+  LogFile& operator=(const LogFile&) = delete;
+
+  bool is_open() const { return queue_.has_value(); }
+  // Returns false for the first line that the disk, full or too slow, does not take.
+  bool add(const std::string& line) {
+    if (!queue_ || (!queue_->closed() && queue_->offer(line + '\n'))) return true;
+    return std::exchange(incomplete_, true);
+  }
+
+ private:
+  int file_;
+  bool incomplete_ = false;
+  std::optional<base::OutputQueue> queue_;
+};
+
+Supervisor::~Supervisor() = default;
+
 Supervisor::Supervisor(const std::vector<Program>& programs, RestartSettings settings,
                        SupervisorOutput output)
     : output_(std::move(output)) {
@@ -54,8 +87,9 @@ Supervisor::Supervisor(const std::vector<Program>& programs, RestartSettings set
                     " is not available on this machine; the node is not pinned to it");
     if (!program.log.empty()) {
       std::filesystem::create_directories(program.log.parent_path());
-      node.log.open(program.log);
-      if (!node.log) output_.event(program.name + ": cannot write " + program.log.string());
+      node.log = std::make_unique<LogFile>(program.log);
+      if (!node.log->is_open())
+        output_.event(program.name + ": cannot write " + program.log.string());
     }
   }
   for (Supervised& node : nodes_) start(node);
@@ -115,11 +149,11 @@ void Supervisor::poll_outputs(std::chrono::milliseconds wait) const {
 void Supervisor::forward_output(Supervised& node, bool flush) {
   for (const std::string& line : node.child->read_lines(flush)) {
     output_.line(node.program.name, line);
-    if (node.log.is_open()) node.log << line << '\n';
+    if (node.log && !node.log->add(line))
+      output_.event(node.program.name + ": its log is incomplete: the disk is full or too slow");
     node.last_lines.push_back(line);
     if (node.last_lines.size() > kFailureLogLines) node.last_lines.pop_front();
   }
-  node.log.flush();
 }
 
 void Supervisor::handle_exit(Supervised& node, const ProcessExit& exit) {
@@ -127,9 +161,7 @@ void Supervisor::handle_exit(Supervised& node, const ProcessExit& exit) {
   node.processes.back().end = to_string(exit);
   node.child.reset();  // also kills the rest of its process group
   if (stopping()) {
-    const bool killed_by_us =
-        std::find(killed_.begin(), killed_.end(), node.program.name) != killed_.end();
-    if (!is_expected_after_stop(exit) && !killed_by_us) {
+    if (!is_expected_after_stop(exit) && !node.killed) {
       crashed_while_stopping_.push_back(node.program.name);
       output_.event(node.program.name + " died while stopping: " + to_string(exit));
     }
@@ -173,13 +205,27 @@ void Supervisor::stop(std::chrono::milliseconds grace) {
 void Supervisor::kill_remaining() {
   if (!stop_deadline_ || Clock::now() < *stop_deadline_) return;
   for (Supervised& node : nodes_) {
-    if (!node.child ||
-        std::find(killed_.begin(), killed_.end(), node.program.name) != killed_.end())
+    if (!node.child) continue;
+    if (node.killed) {
+      if (Clock::now() >= *node.killed + kKillTimeout) abandon(node);
       continue;
+    }
     killed_.push_back(node.program.name);
+    node.killed = Clock::now();
     output_.event(node.program.name + " did not end on SIGTERM in time and is killed");
     node.child->signal_group(SIGKILL);
   }
+}
+
+void Supervisor::abandon(Supervised& node) {
+  const std::string outlives =
+      "does not end on SIGKILL: it waits for a disk or a driver in the kernel";
+  output_.event(node.program.name + " (process " + std::to_string(node.child->pid()) + ") " +
+                outlives);
+  node.processes.back().end = outlives;
+  forward_output(node, true);
+  node.child->abandon();
+  node.child.reset();
 }
 
 bool Supervisor::all_exited() const {

@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <deque>
 #include <filesystem>
-#include <fstream>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -57,6 +56,7 @@ class Supervisor {
 
   Supervisor(const std::vector<Program>& programs, RestartSettings settings,
              SupervisorOutput output);
+  ~Supervisor();  // waits until the logs are written
 
   // Call when the node's process that started at this time [ns, CLOCK_REALTIME] has handled a
   // frame.
@@ -67,11 +67,13 @@ class Supervisor {
   void step(std::chrono::milliseconds wait);
 
   // Sends SIGTERM to every process. step() kills those that still run after `grace` and lists them
-  // in killed(). A later call can only shorten the grace.
+  // in killed(). It abandons a process that outlives SIGKILL by kKillTimeout, so all_exited() holds
+  // at most that long after the grace. A later call can only shorten the grace.
   void stop(std::chrono::milliseconds grace);
   bool stopping() const { return stop_deadline_.has_value(); }
 
-  bool all_exited() const;                             // no process runs or is due to start
+  // No process runs or is due to start, except abandoned ones.
+  bool all_exited() const;
   bool exited_cleanly(const std::string& node) const;  // with exit code 0, before stop()
   // The first node that cannot start. The supervisor stops the others.
   const std::optional<Failure>& failure() const { return failure_; }
@@ -82,14 +84,15 @@ class Supervisor {
   std::vector<ProgramHistory> history() const;
 
  private:
+  class LogFile;
   struct Supervised {
     Program program;
     RestartPolicy policy;
     std::unique_ptr<ChildProcess> child;
     Clock::time_point started{};
-    std::optional<Clock::time_point> start_due;
+    std::optional<Clock::time_point> start_due, killed;
     bool exited_cleanly = false;
-    std::ofstream log;
+    std::unique_ptr<LogFile> log;
     std::deque<std::string> last_lines;
     std::vector<ProcessRecord> processes;
   };
@@ -100,6 +103,7 @@ class Supervisor {
   void handle_exit(Supervised& node, const ProcessExit& exit);
   void poll_outputs(std::chrono::milliseconds wait) const;
   void kill_remaining();
+  void abandon(Supervised& node);
 
   std::vector<Supervised> nodes_;
   SupervisorOutput output_;

@@ -140,6 +140,41 @@ TEST(Report, NamesDuplicateNodes) {
   EXPECT_EQ(launch::report_from(input)["duplicate_nodes"], nlohmann::json({"render"}));
 }
 
+TEST(Report, DescribesTheRecorder) {
+  launch::ReportInput input = ten_seconds();
+  EXPECT_TRUE(launch::report_from(input)["recorder"].is_null());
+  input.recorder = {"session.mcap", "recorder_7", 9, "exit code 0 (exited cleanly)", true, {}};
+  auto recorder = status("recorder_7", 9, 99 * s);
+  recorder.topics["a"] = {.received = 5, .recorded = 4, .lost = 1};
+  recorder.topics["b"] = {.received = 20, .recorded = 20};
+  recorder.drops["lost: a"] = 1;
+  input.statuses.add(recorder, 110 * s);
+  const auto report = launch::report_from(input);
+  EXPECT_EQ(report["recorder"], (nlohmann::json{{"file", "session.mcap"},
+                                                {"pid", 9},
+                                                {"end", "exit code 0 (exited cleanly)"},
+                                                {"complete", true},
+                                                {"ended_after_s", nullptr},
+                                                {"received", 25},
+                                                {"recorded", 24},
+                                                {"lost", 1}}));
+  EXPECT_FALSE(report["nodes"].contains("recorder_7"));
+  EXPECT_FALSE(report["frames"]["dropped"].contains("lost: a")) << "no frame of a node";
+  EXPECT_EQ(launch::table_of(report).find("recording"), std::string::npos);
+}
+
+TEST(Report, StatesThatTheRecordingIsIncomplete) {
+  launch::ReportInput input = ten_seconds();
+  input.recorder = {"session.mcap", "recorder_7", 9, "killed by signal 9 (SIGKILL)", false, 3.21};
+  const auto report = launch::report_from(input);
+  EXPECT_EQ(report["recorder"]["ended_after_s"], 3.21);
+  const std::string table = launch::table_of(report);
+  EXPECT_NE(table.find("the recording is incomplete: session.mcap; 0 of 0 received messages "
+                       "recorded; end of the recorder after 3.2 s: killed by signal 9 (SIGKILL)\n"),
+            std::string::npos)
+      << table;
+}
+
 TEST(Report, HasNoLatencyAndNoRateWithoutAFrame) {
   launch::ReportInput input = ten_seconds();
   input.statuses = {};

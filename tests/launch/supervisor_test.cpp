@@ -1,8 +1,10 @@
 // The supervisor with real processes: small shell scripts replace the nodes.
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sched.h>
 #include <signal.h>
 #include <sys/prctl.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -76,15 +78,33 @@ bool exists(pid_t pid) { return kill(pid, 0) == 0; }
 }  // namespace
 
 TEST_F(SupervisorTest, ForwardsAndLogsOutputPerNode) {
-  launch::Supervisor supervisor(
-      {node("capture", "echo to stdout; echo to stderr >&2; printf unfinished")}, {}, output());
-  ASSERT_TRUE(step_until(supervisor, [&] { return supervisor.all_exited(); }));
+  {
+    launch::Supervisor supervisor(
+        {node("capture", "echo to stdout; echo to stderr >&2; printf unfinished")}, {}, output());
+    ASSERT_TRUE(step_until(supervisor, [&] { return supervisor.all_exited(); }));
+    EXPECT_TRUE(supervisor.exited_cleanly("capture"));
+  }
   EXPECT_EQ(lines, (std::vector<std::string>{"capture: to stdout", "capture: to stderr",
                                              "capture: unfinished"}));
   std::stringstream log;
   log << std::ifstream(folder / "log" / "capture.log").rdbuf();
   EXPECT_EQ(log.str(), "to stdout\nto stderr\nunfinished\n");
-  EXPECT_TRUE(supervisor.exited_cleanly("capture"));
+}
+
+// A pipe that is not read stands for the slow disk: it takes 64 KB.
+TEST_F(SupervisorTest, ASlowDiskUnderTheLogDoesNotDelayTheSupervision) {
+  const launch::Program printing =
+      node("capture", "i=0; while [ $i -lt 200 ]; do printf '%01000d\\n' 0; i=$((i+1)); done");
+  fs::create_directories(printing.log.parent_path());
+  ASSERT_EQ(mkfifo(printing.log.c_str(), 0600), 0);
+  const int unread = open(printing.log.c_str(), O_RDONLY | O_NONBLOCK);
+  ASSERT_GE(unread, 0);
+  {
+    launch::Supervisor supervisor({printing}, {}, output());
+    EXPECT_TRUE(step_until(supervisor, [&] { return supervisor.all_exited(); }));
+    EXPECT_EQ(lines.size(), 200u);
+    close(unread);  // the writing thread ends
+  }
 }
 
 TEST_F(SupervisorTest, RestartsKilledNodeAndReportsCause) {

@@ -1,5 +1,6 @@
 // `fivepipe up` as a process; shell scripts replace the nodes.
 #include <sys/prctl.h>
+#include <sys/ptrace.h>
 #include <sys/wait.h>
 
 #include "tests/launch/up_fixture.h"
@@ -140,6 +141,103 @@ TEST_F(Up, OtherCommandsEndWithoutASignalIfTheirReaderEnds) {
   ASSERT_TRUE(says(record, "recording"));
   record.signal(SIGTERM);
   EXPECT_EQ(record.wait_for_end(kTimeout), 1) << "no message arrived";
+}
+
+// A traced process outlives SIGKILL until its tracer takes notice, as a process does that waits for
+// a disk in the kernel.
+TEST_F(Up, AProcessThatOutlivesSigkillDoesNotDelayTheEnd) {
+  Program& up = start_up();
+  ASSERT_TRUE(all_nodes_run()) << up.said();
+  const pid_t stuck = pid_of("recon_b");
+  ASSERT_EQ(ptrace(PTRACE_SEIZE, stuck, nullptr, nullptr), 0) << strerror(errno);
+  const auto begin = Clock::now();
+  up.signal(SIGINT);
+  EXPECT_EQ(up.wait_for_end(kTimeout), 130) << up.said();
+  // 1.3 s until SIGKILL, 0.3 s after it.
+  EXPECT_LT(Clock::now() - begin, 2s);
+  EXPECT_NE(
+      up.said().find("recon_b (process " + std::to_string(stuck) + ") does not end on SIGKILL"),
+      std::string::npos)
+      << up.said();
+  EXPECT_EQ(kill(stuck, 0), 0) << "the process was not stuck";
+  EXPECT_NE(report()["nodes"]["recon_b"]["end"].get<std::string>().find("does not end on SIGKILL"),
+            std::string::npos);
+  waitpid(stuck, nullptr, __WALL);
+}
+
+class RecordingUp : public Up {
+ protected:
+  const fs::path file_ = folder_ / "session.mcap";
+  bus::Bus bus_{{domain_}};
+  bus::Reader<bus::topics::NodeStatus> statuses_ = bus_.reader<bus::topics::NodeStatus>();
+
+  // Starts `up --record` and waits until the recorder publishes.
+  Program& start_recording(const std::vector<std::string>& more = {}) {
+    write_publishing_nodes();
+    std::vector<std::string> all = {"--record", file_};
+    all.insert(all.end(), more.begin(), more.end());
+    Program& up = start_up("out", all);
+    EXPECT_TRUE(eventually(bus_, kTimeout, [&] {
+      for (const auto& sample : statuses_.take())
+        if ("recorder_" + std::to_string(up.pid()) == sample->node)
+          if (const auto process = statuses_.process(sample)) recorder_ = pid_t(process->pid);
+      return recorder_ > 0;
+    })) << up.said();
+    return up;
+  }
+  pid_t recorder_ = 0;
+};
+
+TEST_F(RecordingUp, ReportsACompleteRecording) {
+  // A frame that a node composites before it has discovered the recorder is missing.
+  Program& up = start_recording({"--record-option=--topics=NodeStatus"});
+  bool published = false;
+  ASSERT_TRUE(eventually(bus_, kTimeout, [&] {
+    for (const auto& sample : statuses_.take())
+      published |= std::string(sample->node) == "rendering";
+    return published;
+  })) << up.said();
+  up.signal(SIGINT);
+  ASSERT_EQ(up.wait_for_end(kTimeout), 130) << up.said();
+  const auto recorder = report()["recorder"];
+  EXPECT_EQ(recorder["file"], file_.string());
+  EXPECT_EQ(recorder["pid"], recorder_);
+  EXPECT_EQ(recorder["end"], "exit code 0 (exited cleanly)");
+  EXPECT_TRUE(recorder["complete"].get<bool>());
+  EXPECT_TRUE(recorder["ended_after_s"].is_null());
+  EXPECT_GT(recorder["recorded"].get<int>(), 0);
+  EXPECT_EQ(recorder["recorded"], recorder["received"]);
+}
+
+TEST_F(RecordingUp, ReportsTheDeathOfTheRecorderAtOnce) {
+  Program& up = start_recording();
+  ASSERT_GT(recorder_, 0);
+  kill(recorder_, SIGKILL);
+  EXPECT_TRUE(
+      says(up, "the recorder ended while the deployment runs: killed by signal 9 (SIGKILL)"))
+      << up.said();
+  EXPECT_FALSE(up.wait_for_end(0ms)) << "the deployment continues";
+  up.signal(SIGINT);
+  EXPECT_EQ(up.wait_for_end(kTimeout), 1) << up.said();
+  EXPECT_NE(up.said().find("the recording is incomplete: " + file_.string()), std::string::npos)
+      << up.said();
+  const auto recorder = report()["recorder"];
+  EXPECT_EQ(recorder["end"], "killed by signal 9 (SIGKILL)");
+  EXPECT_FALSE(recorder["complete"].get<bool>());
+  EXPECT_TRUE(recorder["ended_after_s"].is_number());
+}
+
+// A stopped recorder stands for one that waits for the disk.
+TEST_F(RecordingUp, DurationEndsByTheClockAlthoughTheRecorderHangs) {
+  Program& up = start_recording({"--duration", "1"});
+  ASSERT_GT(recorder_, 0);
+  kill(recorder_, SIGSTOP);
+  const auto begin = Clock::now();
+  EXPECT_EQ(up.wait_for_end(kTimeout), 1) << up.said();
+  // At most 1 s to run, and 3 s until the recorder is killed; the rest is for a busy machine.
+  EXPECT_LT(Clock::now() - begin, 10s);
+  EXPECT_EQ(report()["ended_by"], "duration");
+  EXPECT_EQ(report()["recorder"]["end"], "killed by signal 9 (SIGKILL)");
 }
 
 TEST_F(Up, EndOfInputStopsUpAndFailsWithoutComposites) {

@@ -1,6 +1,7 @@
 #include "common/recording/mcap/append_file.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -13,6 +14,11 @@ namespace fivepipe::mcap {
 AppendFile::AppendFile(std::filesystem::path path, int flags)
     : path_(std::move(path)), file_(open(path_.c_str(), flags | O_CLOEXEC, 0666)) {
   if (file_ < 0) fail("cannot be opened for writing");
+  // A file system without locks refuses with another error.
+  if (flock(file_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return;
+  close(file_);
+  errno = EBUSY;
+  fail("another process writes to it");
 }
 
 AppendFile::AppendFile(AppendFile&& other) noexcept
@@ -26,7 +32,10 @@ AppendFile::~AppendFile() {
 }
 
 AppendFile AppendFile::create(const std::filesystem::path& path) {
-  return {path, O_RDWR | O_CREAT | O_TRUNC};
+  AppendFile file(path, O_RDWR | O_CREAT);
+  // EINVAL: a device or a pipe has no size.
+  if (ftruncate(file.file_, 0) != 0 && errno != EINVAL) file.fail("cannot be truncated");
+  return file;
 }
 
 AppendFile AppendFile::reopen(const std::filesystem::path& path, std::uint64_t size_bytes) {

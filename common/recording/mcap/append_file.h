@@ -10,7 +10,8 @@ namespace fivepipe::mcap {
 class AppendFile {
  public:
   // create() truncates an existing file. reopen() truncates the file to `size_bytes`, which must
-  // not exceed its size. Both throw std::system_error, which names the file.
+  // not exceed its size. Both lock the file (flock) before they change it. Both throw
+  // std::system_error, which names the file, also if another AppendFile holds the lock.
   static AppendFile create(const std::filesystem::path& path);
   static AppendFile reopen(const std::filesystem::path& path, std::uint64_t size_bytes);
   AppendFile(AppendFile&& other) noexcept;

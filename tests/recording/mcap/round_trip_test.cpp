@@ -1,6 +1,9 @@
 // Reads MCAP files that this library wrote.
 #include <gtest/gtest.h>
 
+#include <functional>
+#include <system_error>
+
 #include "common/recording/mcap/format/compression.h"
 #include "common/recording/mcap/recover.h"
 #include "tests/support/recording/mcap_files.h"
@@ -69,6 +72,27 @@ TEST_P(McapRoundTrip, UnfinishedFileIsReadAndRepaired) {
   EXPECT_TRUE(repaired.is_finished()) << repaired.damage().summary;
   EXPECT_EQ(test::all_messages(repaired.messages()), recording.messages);
   EXPECT_EQ(repaired.statistics(), unfinished.statistics());
+}
+
+TEST_P(McapRoundTrip, AFileThatIsBeingWrittenIsNeitherReplacedNorRepaired) {
+  ChunkBuilder builder;
+  builder.add({builder.add_channel({0, "t", "cdr", {}}), 0, 1, 1, Bytes(1'000)});
+  FileWriter writer(path_, GetParam(), "");
+  writer.write(builder.take());
+  const Bytes before = test::file_bytes(path_);
+  for (const auto& interfere : {std::function<void()>([&] { FileWriter(path_, GetParam(), ""); }),
+                                std::function<void()>([&] { recover(path_); })})
+    try {
+      interfere();
+      ADD_FAILURE() << "not refused";
+    } catch (const std::system_error& error) {
+      EXPECT_NE(std::string(error.what()).find(path_.string() + ": another process writes to it"),
+                std::string::npos)
+          << error.what();
+    }
+  EXPECT_EQ(test::file_bytes(path_), before);
+  writer.finish();
+  EXPECT_EQ(Reader(path_).statistics().messages, 1u);
 }
 
 INSTANTIATE_TEST_SUITE_P(All, McapRoundTrip,
