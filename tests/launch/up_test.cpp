@@ -153,8 +153,8 @@ TEST_F(Up, AProcessThatOutlivesSigkillDoesNotDelayTheEnd) {
   const auto begin = Clock::now();
   up.signal(SIGINT);
   EXPECT_EQ(up.wait_for_end(kTimeout), 130) << up.said();
-  // 1.3 s until SIGKILL, 0.3 s after it.
-  EXPECT_LT(Clock::now() - begin, 2s);
+  // 1.3 s until SIGKILL and 0.3 s after it; the rest is for a busy machine.
+  EXPECT_LT(Clock::now() - begin, 5s);
   EXPECT_NE(
       up.said().find("recon_b (process " + std::to_string(stuck) + ") does not end on SIGKILL"),
       std::string::npos)
