@@ -90,7 +90,7 @@ class VideoPipe {
           is_of_this_run(sample->frame) &&
           !tile_balancer_->add(sample->frame, sample->worker, messages::span_of(sample->tiles),
                                messages::span_of(sample->cost_ms)))
-        node_.status.drop("bad_tile_costs");
+        node_.status.drop_from(tile_costs_.process(sample), {"bad_tile_costs", "", ""});
   }
 
   void report_progress(std::string_view what, double fraction) {

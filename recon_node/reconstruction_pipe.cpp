@@ -59,7 +59,7 @@ class ReconstructionPipe {
       if (!sample.valid() || viewer_ != sample->viewer) continue;
       if (const auto geometry = messages::view_geometry_from(*sample, node_.deployment.viewer);
           const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&geometry))
-        node_.status.drop(*bad);
+        node_.status.drop_from(view_infos_.process(sample), *bad);
       else
         geometry_ = std::get<messages::ViewGeometry>(geometry);
     }
@@ -67,7 +67,7 @@ class ReconstructionPipe {
       if (!sample.valid() || viewer_ != sample->viewer) continue;
       if (const auto pose = messages::head_pose_from(*sample);
           const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&pose))
-        node_.status.drop(*bad);
+        node_.status.drop_from(poses_.process(sample), *bad);
       else
         inputs_.add(std::get<messages::FramePose>(pose));
     }
@@ -84,7 +84,7 @@ class ReconstructionPipe {
       if (!sample.valid()) continue;
       auto colour = messages::colour_from(*sample, node_.deployment.rig);
       if (const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&colour)) {
-        node_.status.drop(*bad);
+        node_.status.drop_from(colours_.process(sample), *bad);
         continue;
       }
       if (!inputs_.add(std::get<messages::CameraColour>(std::move(colour))))

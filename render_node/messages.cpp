@@ -1,7 +1,5 @@
 #include "render_node/messages.h"
 
-#include <algorithm>
-
 namespace fivepipe::render {
 
 messages::Received<ReceivedTile> tile_from(const fivepipe_v1_HullTile& message,
@@ -22,9 +20,11 @@ messages::Received<ReceivedTile> tile_from(const fivepipe_v1_HullTile& message,
   tile.covered = messages::from_wire(message.covered);
   tile.depth_m = messages::span_of(message.depth_m);
   tile.bgr = messages::span_of(message.bgr);
-  for (const auto& camera : messages::span_of(message.empty_cameras)) {
-    if (std::none_of(rig.cameras.begin(), rig.cameras.end(),
-                     [&](const config::RigCamera& known) { return known.name == camera; }))
+  const auto empty_cameras = messages::span_of(message.empty_cameras);
+  if (empty_cameras.size() > rig.cameras.size())
+    return messages::BadMessage{"bad_tile", "", "more empty cameras than cameras"};
+  for (const auto& camera : empty_cameras) {
+    if (!messages::camera_index(rig, camera))
       return messages::BadMessage{"bad_tile", camera, "unknown empty camera"};
     tile.empty_cameras.emplace_back(camera);
   }

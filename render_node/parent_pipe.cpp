@@ -76,7 +76,7 @@ class ParentPipe {
       if (!sample.valid() || !highlighted_.contains(sample->object)) continue;
       const auto highlight = highlight_from(*sample);
       if (const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&highlight))
-        node_.status.drop(*bad);
+        node_.status.drop_from(collisions_.process(sample), *bad);
       else if (const auto& [frame, stamp_ns, collides] = std::get<Highlight>(highlight); collides)
         virtual_frames_.add_collision(frame, stamp_ns, sample->object);
     }
@@ -87,19 +87,20 @@ class ParentPipe {
       if (!sample.valid()) continue;
       auto poses = poses_from(*sample);
       if (const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&poses))
-        node_.status.drop(*bad);
+        node_.status.drop_from(states_.process(sample), *bad);
       else
         virtual_frames_.add_state(sample->frame, sample->capture_stamp_ns,
-                                  drawable(std::get<0>(std::move(poses))));
+                                  drawable(std::get<0>(std::move(poses)), sample));
     }
   }
 
   // Drops and counts the poses that draw() would ignore. Otherwise the kept states of a stranger
   // could fill the memory.
-  std::vector<ObjectPose> drawable(std::vector<ObjectPose> poses) {
+  std::vector<ObjectPose> drawable(std::vector<ObjectPose> poses,
+                                   const bus::Sample<bus::topics::VirtualState>& sample) {
     std::erase_if(poses, [&](const ObjectPose& pose) {
       const auto why = renderer_.why_undrawable(pose);
-      if (why) node_.status.drop({"bad_state", pose.object, *why});
+      if (why) node_.status.drop_from(states_.process(sample), {"bad_state", pose.object, *why});
       return why.has_value();
     });
     return poses;
@@ -111,11 +112,14 @@ class ParentPipe {
       if (!sample.valid() || viewer_.name != sample->viewer) continue;
       auto tile = tile_from(*sample, node_.deployment.rig);
       if (const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&tile)) {
-        node_.status.drop(*bad);
+        node_.status.drop_from(tiles_.process(sample), *bad);
         continue;
       }
       std::get<ReceivedTile>(tile).received_ns = now_ns;
+      const std::uint64_t rejected_before = tile_assembler_.counts().rejected_tiles;
       auto hull = tile_assembler_.add(std::get<ReceivedTile>(tile));
+      if (tile_assembler_.counts().rejected_tiles > rejected_before)
+        node_.status.refuse(tiles_.process(sample), 1);
       if (!hull) continue;
       if (pending_ && replay_.lossless()) {
         after_pending_.push_back(std::move(*hull));  // waits for the states of the frames before it

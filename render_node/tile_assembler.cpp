@@ -51,13 +51,13 @@ TileAssembler::TileAssembler(const geometry::Pinhole& recon, double near_m, doub
 
 std::optional<HullFrame> TileAssembler::add(const ReceivedTile& tile) {
   if (const auto reason = why_refused(tile)) {
-    ++counts_.rejected[*reason];
+    reject(*reason);
     return {};
   }
   if (is_late(tile)) return {};
   OpenFrame& open = open_for(tile);
   if (const auto reason = why_inconsistent(tile, open)) {
-    ++counts_.rejected[*reason];
+    reject(*reason);
     return {};
   }
   if (!open.rects[tile.tile].empty()) {
@@ -83,11 +83,16 @@ std::optional<HullFrame> TileAssembler::add(const ReceivedTile& tile) {
                                  tile.empty_cameras.end());
   if (open.tiles_here < open.rects.size()) return {};
   if (open.area_px != std::size_t(recon_.width_px) * std::size_t(recon_.height_px)) {
-    ++counts_.rejected["tiles leave gaps in the view"];
+    reject("tiles leave gaps in the view");
     open_.take(tile.frame);
     return {};
   }
   return completed(tile.frame);
+}
+
+void TileAssembler::reject(const std::string& reason) {
+  ++counts_.rejected[reason];
+  ++counts_.rejected_tiles;
 }
 
 // Returns why the tile is invalid by itself, or nullopt.

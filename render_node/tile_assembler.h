@@ -54,6 +54,7 @@ struct TileCounts {
   std::uint64_t duplicate = 0;
   std::uint64_t restarts = 0;                     // times the source restarted its frame count
   std::map<std::string, std::uint64_t> rejected;  // invalid tiles by reason
+  std::uint64_t rejected_tiles = 0;               // sum of `rejected`
 };
 
 // Assembles several frames at a time. A complete frame drops all older open frames. If a tile of a
@@ -93,6 +94,7 @@ class TileAssembler {
     std::int64_t capture_stamp_ns;
   };
 
+  void reject(const std::string& reason);
   std::optional<std::string> why_refused(const ReceivedTile& tile) const;
   std::optional<std::string> why_inconsistent(const ReceivedTile& tile,
                                               const OpenFrame& open) const;

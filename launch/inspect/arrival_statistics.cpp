@@ -46,6 +46,23 @@ ArrivalSummary summary_of(const std::deque<Arrival>& arrivals) {
 }
 
 void FrameGaps::add(std::uint64_t frame) {
+  insert(frame);
+  if (ranges_ > kMaxRanges) forget_oldest();
+}
+
+void FrameGaps::forget_oldest() {
+  Ranges& run = runs_.front();
+  const auto [first, last] = *run.begin();
+  run.erase(run.begin());
+  --ranges_;
+  forgotten_frames_ += last - first + 1;
+  if (run.empty())
+    runs_.pop_front();
+  else
+    forgotten_missing_ += run.begin()->first - last - 1;
+}
+
+void FrameGaps::insert(std::uint64_t frame) {
   if (runs_.empty() || frame + kReorderWindow_frames < runs_.back().rbegin()->second)
     runs_.emplace_back();
   Ranges& ranges = runs_.back();
@@ -58,6 +75,7 @@ void FrameGaps::add(std::uint64_t frame) {
       if (after == ranges.end() || after->first != frame + 1) return;
       before->second = after->second;
       ranges.erase(after);
+      --ranges_;
       return;
     }
   }
@@ -65,21 +83,26 @@ void FrameGaps::add(std::uint64_t frame) {
   if (after != ranges.end() && after->first == frame + 1) {
     last = after->second;
     ranges.erase(after);
+    --ranges_;
   }
   ranges[frame] = last;
+  ++ranges_;
 }
 
 std::uint64_t FrameGaps::frames() const {
-  std::uint64_t count = 0;
+  std::uint64_t count = forgotten_frames_;
   for (const Ranges& ranges : runs_)
     for (const auto& [first, last] : ranges) count += last - first + 1;
   return count;
 }
 
 std::uint64_t FrameGaps::missing() const {
-  std::uint64_t span = 0;
-  for (const Ranges& ranges : runs_) span += ranges.rbegin()->second - ranges.begin()->first + 1;
-  return span - frames();
+  std::uint64_t count = forgotten_missing_;
+  for (const Ranges& ranges : runs_) {
+    count += ranges.rbegin()->second - ranges.begin()->first + 1;
+    for (const auto& [first, last] : ranges) count -= last - first + 1;
+  }
+  return count;
 }
 
 std::string FrameGaps::missing_text(std::size_t max_count) const {
@@ -95,7 +118,8 @@ std::string FrameGaps::missing_text(std::size_t max_count) const {
 
 void ArrivalStatistics::add(const std::string& writer, const Arrival& arrival,
                             std::optional<std::uint64_t> frame) {
-  by_writer_[writer].push_back(arrival);
+  const bool is_named = by_writer_.contains(writer) || by_writer_.size() < kMaxWriters;
+  by_writer_[is_named ? writer : "others"].push_back(arrival);
   all_.push_back(arrival);
   if (frame) frames_.add(*frame);
 }

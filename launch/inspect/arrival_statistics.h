@@ -37,22 +37,33 @@ class FrameGaps {
  public:
   // Messages of up to this many frames may be interleaved.
   static constexpr std::uint64_t kReorderWindow_frames = 24;
+  // At most this many contiguous ranges are kept; the oldest ones only count. A writer can send any
+  // frame numbers.
+  static constexpr std::size_t kMaxRanges = 10'000;
 
   void add(std::uint64_t frame);
   std::uint64_t frames() const;  // number of distinct frames
   std::uint64_t missing() const;
-  // Missing frames such as "17, 40..42"; at most `max_count` ranges, then "..".
+  // Missing frames of the kept ranges such as "17, 40..42"; at most `max_count` ranges, then "..".
   std::string missing_text(std::size_t max_count) const;
 
  private:
+  void insert(std::uint64_t frame);
+  void forget_oldest();
+
   // First -> last frame of each contiguous range.
   using Ranges = std::map<std::uint64_t, std::uint64_t>;
-  std::vector<Ranges> runs_;  // in the order of their beginnings
+  std::deque<Ranges> runs_;  // in the order of their beginnings
+  std::size_t ranges_ = 0;   // in all runs
+  std::uint64_t forgotten_frames_ = 0, forgotten_missing_ = 0;
 };
 
 // Statistics of one topic, by writer and in total.
 class ArrivalStatistics {
  public:
+  // Further writers count together as "others".
+  static constexpr std::size_t kMaxWriters = 64;
+
   // `frame`: nullopt if the message belongs to no frame.
   void add(const std::string& writer, const Arrival& arrival, std::optional<std::uint64_t> frame);
   // Removes older arrivals. Their frames stay counted.

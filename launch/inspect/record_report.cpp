@@ -5,6 +5,12 @@
 #include "common/base/text_table.h"
 
 namespace fivepipe::launch {
+namespace {
+
+// Peers can invent nodes: at most this many are listed.
+constexpr std::size_t kMaxLines = 20;
+
+}  // namespace
 
 std::string summary_text(const replay::RecordRequest& request, const replay::RecordResult& result) {
   base::TextTable table(
@@ -23,14 +29,21 @@ std::string summary_text(const replay::RecordRequest& request, const replay::Rec
 std::string problems_text(const replay::RecordRequest& request,
                           const replay::RecordResult& result) {
   std::string text;
+  std::size_t incomplete = 0;
   for (const replay::SentByNode& by : result.sent)
-    if (by.missing() > 0)
+    if (by.missing() > 0 && ++incomplete <= kMaxLines)
       text += fmt::format("{} sent {} messages of {}, the recorder received {}\n", by.node, by.sent,
                           by.topic, by.received);
+  if (incomplete > kMaxLines)
+    text += fmt::format("and {} more topics of nodes\n", incomplete - kMaxLines);
   if (!result.unverified_nodes.empty()) {
     std::vector<std::string> nodes;
-    for (const std::string& node : result.unverified_nodes)
+    for (const std::string& node : result.unverified_nodes) {
+      if (nodes.size() == kMaxLines) break;
       nodes.push_back(node.empty() ? "(unnamed)" : node);
+    }
+    if (nodes.size() < result.unverified_nodes.size())
+      nodes.push_back(fmt::format("and {} more", result.unverified_nodes.size() - nodes.size()));
     text +=
         "cannot check for losses; no recent send counts from: " + base::joined(nodes, ", ") + "\n";
   }

@@ -6,9 +6,14 @@
 #include <algorithm>
 
 #include "common/base/text_table.h"
+#include "common/pipeline/node/status_names.h"
+#include "launch/supervise/largest_counts.h"
 
 namespace fivepipe::launch {
 namespace {
+
+// A peer can invent nodes, drops and diagnostics. `fivepipe top` shows at most this many.
+constexpr std::size_t kMaxShownNodes = 50, kMaxShownLines = 20, kMaxShownLatencies = 20;
 
 bool is_active(const NodeActivity& activity) {
   return !activity.ended && activity.silent_s <= kMaxSilence_s;
@@ -21,9 +26,11 @@ std::string state_of(const NodeActivity& activity) {
 
 std::string latency_text(const ProcessStatus& status) {
   std::vector<std::string> parts;
-  for (const auto& [name, latency] : status.latencies)
+  for (const auto& [name, latency] : status.latencies) {
+    if (parts.size() == kMaxShownLatencies) break;
     parts.push_back(
         fmt::format("{} {:.1f}/{:.1f}", base::printable(name), latency.p50_ms, latency.p99_ms));
+  }
   return fmt::format("{}", fmt::join(parts, ", "));
 }
 
@@ -75,7 +82,10 @@ std::string nodes_table(const StatusRegistry& registry, std::int64_t now_ns) {
                          {.head = "memory MB", .right = true, .min_width = 9},
                          {.head = "drops", .right = true, .min_width = 7},
                          {.head = "latencies p50/p99 ms"}});
-  for (const auto& [node, processes] : registry.processes()) {
+  std::size_t shown = 0;
+  const auto nodes = registry.processes();
+  for (const auto& [node, processes] : nodes) {
+    if (++shown > kMaxShownNodes) break;
     const ProcessStatus& status = processes.back();
     const NodeActivity activity = registry.activity(node, now_ns).value();
     std::uint64_t drops = 0;
@@ -88,16 +98,23 @@ std::string nodes_table(const StatusRegistry& registry, std::int64_t now_ns) {
                base::with_decimals(status.memory_mb, 0), std::to_string(drops),
                latency_text(status)});
   }
-  return table.text();
+  const std::size_t more = nodes.size() - std::min(nodes.size(), kMaxShownNodes);
+  return table.text() + (more == 0 ? "" : fmt::format("and {} more nodes\n", more));
 }
 
 std::string node_messages(const StatusRegistry& registry) {
   std::string lines;
+  std::size_t shown = 0;
   for (const auto& [node, processes] : registry.processes()) {
-    for (const auto& [text, count] : processes.back().drops)
+    if (++shown > kMaxShownNodes) break;
+    const ProcessStatus& status = processes.back();
+    for (const auto& [text, count] : largest(status.drops, kMaxShownLines))
       lines += base::printable(fmt::format("{}: dropped {}: {}", node, count, text)) + "\n";
-    for (const std::string& diagnostic : processes.back().diagnostics)
-      lines += base::printable(fmt::format("{}: {}", node, diagnostic)) + "\n";
+    for (const auto& [name, count] : largest(refused_from(status.counts), kMaxShownLines))
+      lines +=
+          base::printable(fmt::format("{}: refused {} messages from {}", node, count, name)) + "\n";
+    for (std::size_t i = 0; i < std::min(status.diagnostics.size(), kMaxShownLines); ++i)
+      lines += base::printable(fmt::format("{}: {}", node, status.diagnostics[i])) + "\n";
   }
   for (const DuplicateNode& duplicate : registry.duplicates()) lines += text_of(duplicate) + "\n";
   return lines;

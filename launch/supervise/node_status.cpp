@@ -13,11 +13,6 @@ bool is_same_process(const ProcessStatus& a, const ProcessStatus& b) {
          (!a.process || !b.process || a.process == b.process);
 }
 
-std::string text_of(const std::optional<bus::ProcessId>& process) {
-  if (!process) return "a process without identity";
-  return "process " + std::to_string(process->pid) + " on host " + process->host;
-}
-
 template <class Key>
 void add_counts(std::map<Key, std::uint64_t>& sums, const std::map<Key, std::uint64_t>& counts) {
   for (const auto& [key, count] : counts) sums[key] += count;

@@ -9,6 +9,7 @@
 #include "common/base/realtime.h"
 #include "common/base/text_table.h"
 #include "common/pipeline/node/status_names.h"
+#include "launch/supervise/largest_counts.h"
 
 namespace fivepipe::launch {
 namespace {
@@ -102,6 +103,15 @@ std::set<std::string> empty_cameras(const StatusRegistry& statuses) {
   return cameras;
 }
 
+// Messages that nodes refused, by the process that sent them.
+Counts all_refused(const StatusRegistry& statuses) {
+  Counts refused;
+  for (const auto& [node, processes] : statuses.processes())
+    for (const ProcessStatus& process : processes)
+      for (const auto& [sender, count] : refused_from(process.counts)) refused[sender] += count;
+  return refused;
+}
+
 json collisions(const StatusRegistry& statuses) {
   std::map<std::string, CollisionTotals> sums;
   for (const auto& [node, processes] : statuses.processes())
@@ -170,9 +180,9 @@ json json_of_node(const ProgramHistory& program, const Processes& processes,
   node["cpu_s"] = cpu_s;
   node["cpu_percent"] = cpu_percent(last, stop_stamp_ns);  // of one core; newest process
   node["memory_mb"] = memory_mb;
-  node["counts"] = summed(processes, &ProcessStatus::counts);
+  node["counts"] = largest(summed(processes, &ProcessStatus::counts));
   node["topics"] = json_of_topics(processes);
-  node["drops"] = summed(processes, &ProcessStatus::drops);
+  node["drops"] = largest(summed(processes, &ProcessStatus::drops));
   node["latencies_ms"] = json::object();
   for (const auto& [name, latency] : busiest_latencies(processes))
     node["latencies_ms"][name] = json_of(latency);
@@ -231,6 +241,8 @@ std::string events_of(const json& report) {
   std::string lines;
   for (const auto& [reason, count] : report["frames"]["dropped"].items())
     lines += fmt::format("  dropped: {} {}\n", count.get<std::uint64_t>(), reason);
+  for (const auto& [process, count] : report["refused_from"].items())
+    lines += fmt::format("  refused: {} messages from {}\n", count.get<std::uint64_t>(), process);
   lines += latency_line(report["latency_ms"]);
   for (const auto& [object, count] : report["collisions"].items())
     lines +=
@@ -304,7 +316,8 @@ json report_from(const ReportInput& input) {
        {{"captured", max_count(per_node(input.statuses, node::kFramesCaptured))},
         {"complete", complete_sets(input)},
         {"composited", composited},
-        {"dropped", dropped}}},
+        {"dropped", largest(dropped)}}},
+      {"refused_from", largest(all_refused(input.statuses))},
       {"frame_rate_hz",
        composited > 1 && composited_for_s > 0 ? double(composited - 1) / composited_for_s : 0.0},
       {"latency_ms", frame_latency(input.statuses)},

@@ -256,6 +256,27 @@ TEST(Arrivals, ListsGapsAndDetectsRestart) {
   EXPECT_EQ(FrameGaps().missing(), 0u);
 }
 
+// A writer can send any frame numbers, and any number of processes can write.
+TEST(Arrivals, AreBoundedAndStillCounted) {
+  FrameGaps gaps;
+  constexpr std::uint64_t kFrames = 3 * FrameGaps::kMaxRanges;
+  for (std::uint64_t i = 0; i < kFrames; ++i) gaps.add(100 + 3 * i);
+  EXPECT_EQ(gaps.frames(), kFrames);
+  EXPECT_EQ(gaps.missing(), 2 * (kFrames - 1));
+  EXPECT_EQ(gaps.missing_text(2 * FrameGaps::kMaxRanges).find("101..102"), std::string::npos)
+      << "the oldest gap is forgotten";
+  FrameGaps falling;  // each number begins a new run
+  for (std::uint64_t i = 0; i < kFrames; ++i) falling.add(100 * (kFrames - i));
+  EXPECT_EQ(falling.frames(), kFrames);
+  EXPECT_EQ(falling.missing(), 0u);
+  ArrivalStatistics statistics;
+  for (int i = 0; i < 1000; ++i) statistics.add("writer_" + std::to_string(i), {i, 0, 1}, {});
+  const std::string text = statistics.text();
+  EXPECT_LE(std::count(text.begin(), text.end(), '\n'),
+            std::ptrdiff_t(ArrivalStatistics::kMaxWriters) + 4);
+  EXPECT_NE(text.find("others"), std::string::npos) << text;
+}
+
 TEST(Arrivals, RemovesOldArrivalsButKeepsFrames) {
   ArrivalStatistics statistics;
   for (int i = 0; i < 10; ++i)

@@ -212,3 +212,22 @@ TEST(NodesTable, APeersTextCannotControlTheTerminal) {
        {launch::nodes_table(running.registry, 10 * s), launch::node_messages(running.registry)})
     for (const char c : text) EXPECT_TRUE(c >= ' ' || c == '\n') << text;
 }
+
+// `fivepipe top` prints this each second.
+TEST(LiveStatus, IsBoundedForInventedNodesAndDrops) {
+  launch::StatusRegistry registry;
+  for (int node = 0; node < 300; ++node) {
+    auto invented = status("invented_" + std::to_string(node), kFirst, 1 * s);
+    for (int i = 0; i < 250; ++i) {
+      const std::string name = "invented_" + std::to_string(i);
+      invented.drops[name] = 1;
+      invented.counts["refused from " + name] = 1;
+      invented.latencies[name] = {};
+      invented.diagnostics.push_back(name);
+    }
+    registry.add(invented, 1 * s);
+  }
+  EXPECT_LT(launch::nodes_table(registry, 2 * s).size(), 100'000u);
+  EXPECT_LT(launch::node_messages(registry).size(), 500'000u);
+  EXPECT_TRUE(contains(launch::nodes_table(registry, 2 * s), "more nodes"));
+}

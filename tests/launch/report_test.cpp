@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "launch/supervise/report.h"
@@ -109,6 +110,43 @@ TEST(Report, ListsCollisionsAndEmptyHulls) {
   EXPECT_EQ(report["machine"]["gl_renderer"], "llvmpipe, OpenGL 4.5");
   EXPECT_EQ(report["nodes"]["render"]["diagnostics"], nlohmann::json({"hull: empty"}));
   EXPECT_EQ(report["nodes"]["sim"]["topics"]["fivepipe/v1/VirtualState"]["not_sent"], 6);
+}
+
+TEST(Report, NamesTheSendersOfRefusedMessages) {
+  auto input = ten_seconds();
+  for (const auto& [node, pid] : {std::pair{"recon_a", 2}, {"sim", 4}}) {
+    auto newer = status(node, std::uint32_t(pid), 100 * s);
+    newer.final_report = true;
+    newer.counts = {{"refused from process 99 on host beta", 1000}};
+    input.statuses.add(newer, 111 * s);
+  }
+  const auto report = launch::report_from(input);
+  EXPECT_EQ(report["refused_from"], (nlohmann::json{{"process 99 on host beta", 2000}}));
+  EXPECT_NE(launch::table_of(report).find("refused: 2000 messages from process 99 on host beta\n"),
+            std::string::npos);
+}
+
+// A process with the name of a node can report any drops.
+TEST(Report, IsBoundedForInventedDrops) {
+  auto input = ten_seconds();
+  constexpr int kProcesses = 60, kDrops = 250;
+  for (int process = 0; process < kProcesses; ++process) {
+    auto stranger = status("sim", std::uint32_t(1000 + process), (200 + process) * s);
+    for (int i = 0; i < kDrops; ++i) {
+      const std::string invented = std::to_string(process) + "_" + std::to_string(i);
+      stranger.drops["bad_map: invented_" + invented] = 2;
+      stranger.counts["invented_" + invented] = 2;
+    }
+    input.statuses.add(stranger, 111 * s);
+  }
+  const auto report = launch::report_from(input);
+  EXPECT_LT(report.dump(2).size(), 50'000u);
+  std::uint64_t drops = 0;
+  for (const auto& [reason, count] : report["nodes"]["sim"]["drops"].items())
+    drops += count.get<std::uint64_t>();
+  EXPECT_GE(drops, std::uint64_t(2 * kProcesses * kDrops)) << "the others count together";
+  const std::string table = launch::table_of(report);
+  EXPECT_LT(std::count(table.begin(), table.end(), '\n'), 150);
 }
 
 TEST(Report, MarksNonFinalStatuses) {

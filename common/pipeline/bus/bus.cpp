@@ -5,6 +5,7 @@
 #include <array>
 #include <map>
 #include <mutex>
+#include <string_view>
 
 #include "common/pipeline/bus/checked.h"
 #include "common/pipeline/bus/discovery.h"
@@ -52,6 +53,11 @@ Qos qos_of(topics::Delivery delivery, bool keep_all) {
   return qos;
 }
 
+bool is_key_accepted(const dds_sample_info_t* info, void* key_limit) {
+  return static_cast<detail::KeyLimit*>(key_limit)->accepts(info->publication_handle,
+                                                            info->instance_handle);
+}
+
 const char* policy_name(std::uint32_t policy) {
   switch (policy) {
     case DDS_TYPE_CONSISTENCY_ENFORCEMENT_QOS_POLICY_ID:
@@ -69,17 +75,20 @@ namespace detail {
 
 Entity::~Entity() { dds_delete(handle); }
 
-LoanedSamples take(std::int32_t reader) {
+LoanedSamples take(Entity& reader) {
   LoanedSamples taken;
   std::array<void*, kMaxSamplesPerTake> samples{};
   std::array<dds_sample_info_t, kMaxSamplesPerTake> infos;
   const std::int32_t count = checked(
-      dds_take(reader, samples.data(), infos.data(), kMaxSamplesPerTake, kMaxSamplesPerTake),
+      dds_take(reader.handle, samples.data(), infos.data(), kMaxSamplesPerTake, kMaxSamplesPerTake),
       "dds_take");
   taken.samples.assign(samples.begin(), samples.begin() + count);
-  for (std::int32_t i = 0; i < count; ++i)
+  for (std::int32_t i = 0; i < count; ++i) {
     taken.infos.push_back({infos[i].valid_data, infos[i].instance_state != DDS_IST_ALIVE,
                            infos[i].publication_handle, infos[i].source_timestamp});
+    if (infos[i].instance_state == DDS_IST_NOT_ALIVE_NO_WRITERS)
+      reader.key_limit->forget(infos[i].instance_handle);
+  }
   return taken;
 }
 
@@ -124,6 +133,7 @@ struct Bus::Impl {
     const char* topic;
     bool reads;
     std::shared_ptr<detail::WriteCounts> written;
+    detail::WriterProcesses processes = {};  // of the writers of a reader
   };
   std::unique_ptr<detail::Entity> domain, participant, waitset;
   std::map<std::string, std::int32_t> topic_of_name;
@@ -175,10 +185,22 @@ std::shared_ptr<detail::Entity> Bus::make_reader(const char* name,
                                                  topics::Delivery delivery, bool keep_all) {
   const std::scoped_lock lock(impl_->mutex);
   const Qos qos = qos_of(delivery, keep_all);
+  // The filter belongs to a topic entity and must be set before the reader exists.
+  const dds_entity_t topic =
+      checked(dds_create_topic(impl_->participant->handle, descriptor, name, nullptr, nullptr),
+              std::string("topic ") + name);
+  auto key_limit = std::make_unique<detail::KeyLimit>(
+      std::string_view(name) == topics::HullTile::name ? detail::KeyLimit::kMaxTileKeysPerWriter
+                                                       : detail::KeyLimit::kMaxKeysPerWriter);
+  dds_topic_filter filter{};
+  filter.mode = DDS_TOPIC_FILTER_SAMPLEINFO_ARG;
+  filter.f.sampleinfo_arg = is_key_accepted;
+  filter.arg = key_limit.get();
+  checked(dds_set_topic_filter_extended(topic, &filter), "topic filter");
   auto entity = std::make_shared<detail::Entity>(
-      checked(dds_create_reader(impl_->participant->handle, impl_->topic(name, descriptor),
-                                qos.get(), nullptr),
-              std::string("reader of ") + name));
+      checked(dds_create_reader(impl_->participant->handle, topic, qos.get(), nullptr),
+              std::string("reader of ") + name),
+      std::move(key_limit));
   const std::int32_t condition =
       checked(dds_create_readcondition(entity->handle, DDS_ANY_STATE), "read condition");
   checked(dds_waitset_attach(impl_->waitset->handle, condition, 0), "waitset");
@@ -224,6 +246,16 @@ std::map<std::string, std::uint64_t> Bus::take_not_sent() {
     if (const std::uint64_t count = endpoint.written->not_sent.exchange(0))
       by_topic[endpoint.topic] += count;
   return by_topic;
+}
+
+std::vector<RefusedSamples> Bus::take_refused() {
+  const std::scoped_lock lock(impl_->mutex);
+  std::vector<RefusedSamples> refused;
+  for (Impl::Endpoint& endpoint : impl_->endpoints)
+    if (const auto entity = endpoint.entity.lock(); entity && endpoint.reads)
+      for (const auto& [writer, count] : entity->key_limit->take_refused())
+        refused.push_back({endpoint.topic, endpoint.processes.of(entity->handle, writer), count});
+  return refused;
 }
 
 std::vector<std::string> Bus::problems() {

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "common/pipeline/bus/key_limit.h"
 #include "common/pipeline/bus/process_id.h"
 #include "common/pipeline/bus/topics.h"
 #include "common/pipeline/bus/writer_processes.h"
@@ -33,19 +34,21 @@ struct WriteCounts {
   std::atomic<std::uint64_t> sent{0}, not_sent{0};  // samples written and dropped
 };
 struct Entity {  // owns a DDS entity
-  explicit Entity(std::int32_t entity_handle) : handle(entity_handle) {}
+  explicit Entity(std::int32_t entity_handle, std::unique_ptr<KeyLimit> limit = nullptr)
+      : handle(entity_handle), key_limit(std::move(limit)) {}
   ~Entity();
   Entity(const Entity&) = delete;
   Entity& operator=(const Entity&) = delete;
   const std::int32_t handle;
   // Shared, because the bus reports the counts of a writer that is gone.
   const std::shared_ptr<WriteCounts> written = std::make_shared<WriteCounts>();
+  const std::unique_ptr<KeyLimit> key_limit;  // of a reader; outlives it
 };
 struct LoanedSamples {  // memory that the reader owns, until return_loan()
   std::vector<void*> samples;
   std::vector<SampleInfo> infos;
 };
-LoanedSamples take(std::int32_t reader);
+LoanedSamples take(Entity& reader);
 void return_loan(std::int32_t reader, LoanedSamples& taken);
 void write(Entity& writer, const void* message, const char* topic);
 bool wait_for_acks(std::int32_t writer, std::chrono::nanoseconds timeout);
@@ -104,7 +107,7 @@ class Reader {
  public:
   explicit Reader(std::shared_ptr<detail::Entity> entity) : entity_(std::move(entity)) {}
   // Returns the samples that arrived since the last take(), at most 64. Never waits.
-  Batch<Topic> take() { return Batch<Topic>(entity_->handle, detail::take(entity_->handle)); }
+  Batch<Topic> take() { return Batch<Topic>(entity_->handle, detail::take(*entity_)); }
   // Returns the process that wrote the sample. Returns nullopt if its participant states no
   // identity (another program, an older version), or if the writer was gone at the first call for
   // it.
@@ -160,6 +163,13 @@ struct EndpointDescription {
   std::map<std::string, std::string> qos;  // such as "history": "keep_last 8"
 };
 
+// Samples that the readers of a bus refused, because their writer uses too many keys.
+struct RefusedSamples {
+  std::string topic;
+  std::optional<ProcessId> process;  // of the writer; see Reader::process()
+  std::uint64_t count = 0;
+};
+
 // A DDS participant with its readers and writers, which must not outlive it. Thread-safe, except
 // that each reader and each writer must be used by one thread at a time.
 class Bus {
@@ -184,6 +194,9 @@ class Bus {
   // Returns a text for people for each topic and policy in which DDS refused peers since the last
   // call because their type or QoS differs.
   std::vector<std::string> problems();
+  // Returns the samples that the readers refused since the last call, by writer, because the writer
+  // uses more keys of the topic than detail::KeyLimit accepts.
+  std::vector<RefusedSamples> take_refused();
   // Returns the number of samples dropped since the last call, by topic.
   std::map<std::string, std::uint64_t> take_not_sent();
   // Returns the number of samples written since the start, by topic. A reader that receives all

@@ -23,6 +23,11 @@ ProcessId this_process();
 
 // "fivepipe/1 pid=4711 start=0123456789abcdef host=alpha".
 std::string to_user_data(const ProcessId& process);
+// "process 4711 on host alpha", or "a process without identity".
+inline std::string text_of(const std::optional<ProcessId>& process) {
+  if (!process) return "a process without identity";
+  return "process " + std::to_string(process->pid) + " on host " + process->host;
+}
 // Returns nullopt for any other text: the participant is of another program.
 std::optional<ProcessId> from_user_data(std::string_view user_data);
 

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <deque>
 #include <memory>
 #include <mutex>
 #include <vector>
@@ -70,8 +71,11 @@ ddsi_sertype* type_of(dds_entity_t participant, const topics::Topic& described) 
 
 // Describes each writer when DDS discovers it: the writer may be gone when its samples are taken.
 struct SerializedReader::Writers {
+  // The oldest descriptions are forgotten.
+  static constexpr std::size_t kMaxDescribed = 4096;
   mutable std::mutex mutex;
   std::map<std::uint64_t, WriterDescription> by_handle;
+  std::deque<std::uint64_t> by_age;  // the keys of by_handle
 
   void add_writer(dds_entity_t reader, dds_instance_handle_t handle) {
     dds_builtintopic_endpoint_t* described = dds_get_matched_publication_data(reader, handle);
@@ -81,7 +85,10 @@ struct SerializedReader::Writers {
                                    detail::qos_text(described->qos)};
     dds_builtintopic_free_endpoint(described);
     const std::scoped_lock lock(mutex);
-    by_handle.insert_or_assign(handle, writer);
+    if (by_handle.insert_or_assign(handle, writer).second) by_age.push_back(handle);
+    if (by_age.size() <= kMaxDescribed) return;
+    by_handle.erase(by_age.front());
+    by_age.pop_front();
   }
   static void matched(dds_entity_t reader, dds_subscription_matched_status_t status,
                       void* writers) {
@@ -143,6 +150,8 @@ std::size_t SerializedReader::take(const std::function<void(const SerializedSamp
         deliver(sample.data, SampleKind::data, infos[i], each);
         ++all;
       }
+      if (infos[i].instance_state == DDS_IST_NOT_ALIVE_NO_WRITERS)
+        entity_->key_limit->forget(infos[i].instance_handle);
       if (infos[i].instance_state != DDS_IST_ALIVE)
         changes[infos[i].instance_handle] = {
             std::make_shared<Serdata>(infos[i].valid_data ? ddsi_serdata_to_untyped(sample.data)

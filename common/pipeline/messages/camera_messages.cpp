@@ -13,12 +13,6 @@ namespace {
 // metres or matrix elements.
 constexpr double kModelTolerance = 1e-6;
 
-std::optional<std::size_t> camera_index(const config::Rig& rig, const char* name) {
-  for (std::size_t i = 0; i < rig.cameras.size(); ++i)
-    if (rig.cameras[i].name == name) return i;
-  return std::nullopt;
-}
-
 // Returns why the message does not fit the rig's camera; empty if it does.
 template <class Message>
 std::string why_mismatched(const Message& message, const config::Rig& rig,
@@ -42,6 +36,12 @@ std::ptrdiff_t bgr_offset(const hull::PixelRect& region, int u_px, int v_px) {
 }
 
 }  // namespace
+
+std::optional<std::size_t> camera_index(const config::Rig& rig, const char* name) {
+  for (std::size_t i = 0; i < rig.cameras.size(); ++i)
+    if (rig.cameras[i].name == name) return i;
+  return std::nullopt;
+}
 
 OutgoingMap map_message(const std::string& camera, std::uint64_t frame,
                         std::int64_t capture_stamp_ns, const hull::ObjectPixels& pixels) {

@@ -13,6 +13,9 @@
 
 namespace fivepipe::messages {
 
+// Returns the index into rig.cameras of the camera with this name, or nullopt.
+std::optional<std::size_t> camera_index(const config::Rig& rig, const char* name);
+
 // A message with the storage of its sequences. message() points the sequences to the storage, so
 // that the struct can be moved. The returned reference is valid until the move.
 struct OutgoingMap {

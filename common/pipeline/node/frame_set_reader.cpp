@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+
 #include "common/base/realtime.h"
 #include "common/pipeline/messages/camera_messages.h"
 #include "common/pipeline/node/status_names.h"
@@ -19,12 +21,19 @@ FrameSetReader::FrameSetReader(bus::Bus& bus, const config::Rig& rig, NodeStatus
 void FrameSetReader::check_cameras() {
   for (const auto& sample : infos_.take()) {
     if (!sample.valid()) continue;
-    const std::string camera = sample->camera, why = messages::model_mismatch(*sample, rig_);
-    status_.diagnostic("camera " + camera, why);
-    if (why.empty())
-      mismatched_cameras_.erase(camera);
-    else
-      mismatched_cameras_.insert(camera);
+    const CameraOfProcess sent{sample->camera, infos_.process(sample)};
+    const std::string why = messages::model_mismatch(*sample, rig_);
+    std::erase(mismatched_, sent);
+    if (!messages::camera_index(rig_, sample->camera)) {
+      status_.drop_from(sent.second, {"bad_camera_info", sent.first, why});
+      continue;
+    }
+    status_.diagnostic("camera " + sent.first,
+                       why.empty() ? "" : bus::text_of(sent.second) + ": " + why);
+    if (why.empty()) continue;
+    status_.refuse(sent.second, 1);
+    mismatched_.push_back(sent);
+    if (mismatched_.size() > kMaxMismatches) mismatched_.pop_front();
   }
 }
 
@@ -34,13 +43,16 @@ std::vector<frames::FrameSet> FrameSetReader::take() {
   const std::int64_t now_ns = base::now_realtime_ns();
   for (const auto& sample : maps_.take()) {
     if (!sample.valid()) continue;
-    if (mismatched_cameras_.contains(sample->camera)) {
-      status_.drop({"bad_map", sample->camera, "published camera model differs from the rig"});
+    if (!mismatched_.empty() &&
+        std::find(mismatched_.begin(), mismatched_.end(),
+                  CameraOfProcess{sample->camera, maps_.process(sample)}) != mismatched_.end()) {
+      status_.drop_from(maps_.process(sample),
+                        {"bad_map", sample->camera, "published camera model differs from the rig"});
       continue;
     }
     auto received = messages::object_pixels_from(*sample, rig_);
     if (const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&received)) {
-      status_.drop(*bad);
+      status_.drop_from(maps_.process(sample), *bad);
       continue;
     }
     frames::CameraMap& map = std::get<frames::CameraMap>(received);

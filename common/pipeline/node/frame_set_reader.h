@@ -1,9 +1,11 @@
 // Reads frame sets from the bus for recon_node and sim_node. Validates and assembles the maps, and
-// counts bad and late maps. Drops the maps of a camera whose published model differs from the rig
-// and reports it as a diagnostic.
+// counts bad and late maps. Drops the maps of a camera whose model, as the process publishes it
+// that also sends the maps, differs from the rig, and reports it as a diagnostic.
 #pragma once
-#include <set>
+#include <deque>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/pipeline/bus/bus.h"
@@ -23,13 +25,16 @@ class FrameSetReader {
 
  private:
   void check_cameras();
+  // Remembers at most kMaxMismatches cameras of processes and forgets the oldest.
+  static constexpr std::size_t kMaxMismatches = 256;
+  using CameraOfProcess = std::pair<std::string, std::optional<bus::ProcessId>>;
 
   const config::Rig& rig_;
   NodeStatusReporter& status_;
   bus::Reader<bus::topics::CameraInfo> infos_;
   bus::Reader<bus::topics::ObjectPixelMap> maps_;
   frames::FrameSetAssembler sets_;
-  std::set<std::string> mismatched_cameras_;
+  std::deque<CameraOfProcess> mismatched_;
 };
 
 }  // namespace fivepipe::node

@@ -18,12 +18,17 @@
 #include "common/base/realtime.h"
 #include "common/base/version.h"
 #include "common/pipeline/messages/wire_conversions.h"
+#include "common/pipeline/node/drop_counts.h"
+#include "common/pipeline/node/log_budget.h"
+#include "common/pipeline/node/status_names.h"
 
 namespace fivepipe::node {
 namespace {
 
 constexpr std::chrono::milliseconds kPublishPeriod{500};
 constexpr std::chrono::seconds kDropLogPeriod{1};
+// At most this many senders of refused messages are named.
+constexpr std::size_t kMaxSenders = 16;
 constexpr std::size_t kLatencySamples = 1 << 14;  // the newest per name: nine minutes at 30 Hz
 constexpr double kRateWindow_s = 1.0;
 // Bounds the memory of a node that handles frames faster than this within kRateWindow_s.
@@ -85,7 +90,8 @@ struct NodeState {
   std::deque<Clock::time_point> frame_times;
   std::string gl_renderer;
   std::map<std::string, std::uint64_t> counts, empty_cameras;
-  std::map<messages::BadMessage, std::uint64_t> drops;
+  DropCounts drops;
+  NamedCounts refused{kMaxSenders, std::string(kRefusedFrom) + "other processes"};
   std::map<std::string, TopicTotals> topics;
   std::map<std::string, CollisionTotals> collisions;
   std::map<std::string, LatencyWindow> latencies;
@@ -136,11 +142,12 @@ struct StatusLists {
   std::vector<fivepipe_v1_Diagnostic> diagnostics;
 
   explicit StatusLists(const NodeState& state) {
-    for (const auto& [name, n] : state.counts) {
-      set_truncated(counts.emplace_back().name, name);
-      counts.back().count = n;
-    }
-    for (const auto& [bad, n] : state.drops) drops.push_back(drop_count(bad, n));
+    for (const auto* named : {&state.counts, &state.refused.counts()})
+      for (const auto& [name, n] : *named) {
+        set_truncated(counts.emplace_back().name, name);
+        counts.back().count = n;
+      }
+    for (const auto& [bad, n] : state.drops.counts()) drops.push_back(drop_count(bad, n));
     for (const auto& [topic, totals] : state.topics) topics.push_back(topic_counts(topic, totals));
     for (const auto& [camera, frames] : state.empty_cameras) {
       set_truncated(empty_cameras.emplace_back().camera, camera);
@@ -184,7 +191,8 @@ struct NodeStatusReporter::Impl {
   std::condition_variable wake;
   bool ending = false;
   NodeState state;
-  std::map<messages::BadMessage, Clock::time_point> drop_logged;
+  std::map<messages::BadMessage, Clock::time_point> drop_logged;  // has the keys of state.drops
+  LogBudget log_budget;
   std::thread publisher;
 
   Impl(bus::Bus& b, std::string n)
@@ -224,14 +232,25 @@ struct NodeStatusReporter::Impl {
     for (const auto& [topic, count] : not_sent) state.topics[topic].not_sent += count;
   }
 
+  void count_refused() {
+    for (const bus::RefusedSamples& refused : bus.take_refused()) {
+      const std::scoped_lock lock(mutex);
+      state.drops.add({"too_many_keys", refused.topic, ""}, refused.count);
+      state.refused.add(kRefusedFrom + bus::text_of(refused.process), refused.count);
+    }
+  }
+
   void publish_until_ending() {
     std::unique_lock lock(mutex);
     while (!ending) {
       lock.unlock();
       for (const std::string& problem : bus.problems()) spdlog::error("{}", problem);
       collect_sent();
+      count_refused();
       publish(false);
       lock.lock();
+      if (const std::uint64_t lines = log_budget.take_suppressed(Clock::now()))
+        spdlog::warn("{} more lines are not logged; see `fivepipe top` or report.json", lines);
       wake.wait_for(lock, kPublishPeriod, [this] { return ending; });
     }
   }
@@ -250,6 +269,7 @@ NodeStatusReporter::~NodeStatusReporter() {
   impl_->wake.notify_all();
   impl_->publisher.join();
   impl_->collect_sent();
+  impl_->count_refused();
   impl_->publish(true);
 }
 
@@ -261,11 +281,23 @@ void NodeStatusReporter::count(const std::string& name, std::uint64_t n) {
 void NodeStatusReporter::drop(const messages::BadMessage& bad, std::uint64_t n) {
   if (n == 0) return;
   const std::scoped_lock lock(impl_->mutex);
-  const std::uint64_t total = impl_->state.drops[bad] += n;
-  Clock::time_point& logged = impl_->drop_logged[bad];
-  if (Clock::now() - logged < kDropLogPeriod) return;
-  logged = Clock::now();
-  spdlog::warn("dropped: {} ({} so far)", messages::text_of(bad), total);
+  const auto& [counted, total] = impl_->state.drops.add(bad, n);
+  const Clock::time_point now = Clock::now();
+  Clock::time_point& logged = impl_->drop_logged[counted];
+  if (now - logged < kDropLogPeriod || !impl_->log_budget.take(now)) return;
+  logged = now;
+  spdlog::warn("dropped: {} ({} so far)", messages::text_of(counted), total);
+}
+
+void NodeStatusReporter::refuse(const std::optional<bus::ProcessId>& sender, std::uint64_t n) {
+  const std::scoped_lock lock(impl_->mutex);
+  impl_->state.refused.add(kRefusedFrom + bus::text_of(sender), n);
+}
+
+void NodeStatusReporter::drop_from(const std::optional<bus::ProcessId>& sender,
+                                   const messages::BadMessage& bad) {
+  drop(bad);
+  refuse(sender, 1);
 }
 
 void NodeStatusReporter::latency(const std::string& name, double seconds) {
@@ -317,7 +349,8 @@ void NodeStatusReporter::diagnostic(const std::string& subject, const std::strin
     return;
   }
   std::string& current = impl_->state.diagnostics[subject];
-  if (current != text) spdlog::info("{}: {}", subject, text);
+  if (current != text && impl_->log_budget.take(Clock::now()))
+    spdlog::info("{}: {}", subject, text);
   current = text;
 }
 

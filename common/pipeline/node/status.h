@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,11 +31,16 @@ class NodeStatusReporter {
 
   // Adds n to the count of this name.
   void count(const std::string& name, std::uint64_t n = 1);
-  // Counts n dropped messages. Logs each distinct drop at most once per second. n = 0: no effect.
+  // Counts n dropped messages; beyond the limits of DropCounts without their subject. Logs each
+  // distinct drop at most once per second, and all together within a LogBudget. n = 0: no effect.
   void drop(const messages::BadMessage& bad, std::uint64_t n = 1);
   void drop(const std::string& reason, std::uint64_t n = 1) {
     drop(messages::BadMessage{reason, {}, {}}, n);
   }
+  // Counts a dropped message, and its sender as refuse() does.
+  void drop_from(const std::optional<bus::ProcessId>& sender, const messages::BadMessage& bad);
+  // Counts n invalid messages of a process (status_names.h: kRefusedFrom).
+  void refuse(const std::optional<bus::ProcessId>& sender, std::uint64_t n);
   // Adds one value to the latency of this name.
   void latency(const std::string& name, double seconds);
   // Call once per frame; the status reports the newest frame and the rate.
@@ -50,7 +56,8 @@ class NodeStatusReporter {
 
   // GL_RENDERER and version of the context that the node draws or computes with.
   void set_gl_renderer(const std::string& renderer);
-  // Sets the diagnostic for this subject until the next call for it. An empty text removes it.
+  // Sets the diagnostic for this subject until the next call for it. An empty text removes it. The
+  // subjects must be bounded: names of the configuration, not of messages.
   void diagnostic(const std::string& subject, const std::string& text);
 
  private:

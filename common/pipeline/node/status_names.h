@@ -8,6 +8,9 @@ inline constexpr const char* kFramesCaptured = "frames_captured";
 inline constexpr const char* kFrameSetsComplete = "frame_sets_complete";
 inline constexpr const char* kFramesComposited = "frames_composited";
 
+// Begins the name of a count: messages that the node refused, by the process that sent them.
+inline constexpr const char* kRefusedFrom = "refused from ";
+
 // Latencies.
 inline constexpr const char* kCaptureToPublished = "capture_to_published";
 inline constexpr const char* kCaptureToComposite = "capture_to_composite";

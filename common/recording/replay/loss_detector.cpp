@@ -19,15 +19,28 @@ constexpr std::int64_t kMaxSilence_ns = 2'000'000'000;
 
 void LossDetector::received(const std::string& name, const std::string& topic,
                             std::int64_t source_stamp_ns) {
-  Node& node = nodes_[name];
-  if (source_stamp_ns < node.from_ns) return;
-  ++node.received[topic];
-  if (!node.compares && !node.processes.empty()) node.stamps[topic].push_back(source_stamp_ns);
+  Node* const node = node_of(name);
+  if (!node || source_stamp_ns < node->from_ns) return;
+  ++node->received[topic];
+  if (node->compares || node->processes.empty()) return;
+  std::deque<std::int64_t>& stamps = node->stamps[topic];
+  stamps.push_back(source_stamp_ns);
+  if (stamps.size() > kMaxStamps) stamps.pop_front();
+}
+
+LossDetector::Node* LossDetector::node_of(const std::string& name) {
+  const auto known = nodes_.find(name);
+  if (known != nodes_.end()) return &known->second;
+  return nodes_.size() < kMaxNodes ? &nodes_[name] : nullptr;
 }
 
 void LossDetector::add_status(const SentStatus& status) {
   if (status.source_stamp_ns < start_stamp_ns_) return;
-  Node& node = nodes_[status.node];
+  Node* const known = node_of(status.node);
+  if (!known || (!known->processes.contains(status.start_stamp_ns) &&
+                 known->processes.size() >= kMaxProcesses))
+    return;
+  Node& node = *known;
   node.newest = status;
   const auto [process, is_new] = node.processes.try_emplace(status.start_stamp_ns);
   process->second.sent = status.sent;

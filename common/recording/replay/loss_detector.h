@@ -1,7 +1,9 @@
 // Compares the send counts of nodes with the messages that were received, to detect losses between
 // node and recorder. Independent of DDS.
 #pragma once
+#include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <limits>
 #include <map>
 #include <set>
@@ -29,8 +31,13 @@ struct SentByNode {
 // A process that started after the detector is compared from its start. One that ran before is
 // compared from its second status on, when all readers are matched. Messages are assigned to
 // statuses by their source stamps, so messages in transit count correctly.
+//
+// Peers choose the names of their nodes, and their start stamps. The detector ignores further nodes
+// and further processes of a node, and forgets the oldest stamps.
 class LossDetector {
  public:
+  static constexpr std::size_t kMaxNodes = 256, kMaxProcesses = 64, kMaxStamps = 1 << 16;
+
   explicit LossDetector(std::int64_t start_stamp_ns) : start_stamp_ns_(start_stamp_ns) {}
 
   void received(const std::string& node, const std::string& topic, std::int64_t source_stamp_ns);
@@ -56,8 +63,9 @@ class LossDetector {
     std::map<std::int64_t, Process> processes;  // by their start
     std::map<std::string, std::uint64_t> received;
     // For a process that ran before: stamps between its first and its second status.
-    std::map<std::string, std::vector<std::int64_t>> stamps;
+    std::map<std::string, std::deque<std::int64_t>> stamps;
   };
+  Node* node_of(const std::string& name);  // nullptr: one too many
   static void begin(Node& node, std::int64_t from_ns);
 
   std::int64_t start_stamp_ns_;

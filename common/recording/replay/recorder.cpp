@@ -16,6 +16,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// Reading discovery takes up to a millisecond.
+constexpr std::chrono::milliseconds kDiscoveryPeriod{500};
+
 // The deepest folder that contains all files.
 fs::path common_folder(const std::vector<fs::path>& files) {
   fs::path common = fs::absolute(files.front()).lexically_normal().parent_path();
@@ -148,11 +151,11 @@ void Recorder::take() {
 
 void Recorder::take_statuses() {
   for (const auto& sample : statuses_.take()) {
-    if (!sample.valid()) continue;
+    if (!sample.valid() || !is_participant(sample->node)) continue;
     SentStatus status{
         sample->node, sample->start_stamp_ns, sample.source_stamp_ns(), {}, sample->final_report};
     for (const fivepipe_v1_TopicCounts& topic : messages::span_of(sample->topics))
-      if (topic.sent > 0) status.sent[topic.topic] = topic.sent;
+      if (topic.sent > 0 && is_recorded(topic.topic)) status.sent[topic.topic] = topic.sent;
     loss_detector_.add_status(status);
   }
 }
@@ -163,14 +166,26 @@ std::set<std::string> Recorder::unverified_nodes() const {
 
 std::vector<SentByNode> Recorder::compared() const {
   std::vector<SentByNode> all;
-  for (const SentByNode& sent : loss_detector_.compared()) {
-    const bool is_recorded = std::any_of(sources_.begin(), sources_.end(), [&](const auto& source) {
-      return sent.topic == source->topic.name;
-    });
+  for (const SentByNode& sent : loss_detector_.compared())
     // A NodeStatus counts only the statuses before it, so that topic would always differ by one.
-    if (is_recorded && sent.topic != bus::topics::NodeStatus::name) all.push_back(sent);
-  }
+    if (sent.topic != bus::topics::NodeStatus::name) all.push_back(sent);
   return all;
+}
+
+// A peer can publish statuses of nodes that do not exist, and losses of them.
+bool Recorder::is_participant(const std::string& node) {
+  if (participants_.contains(node)) return true;
+  const auto now = std::chrono::steady_clock::now();
+  if (participants_read_ && now - *participants_read_ < kDiscoveryPeriod) return false;
+  participants_read_ = now;
+  for (const bus::EndpointDescription& endpoint : bus_.endpoints())
+    if (participants_.size() < LossDetector::kMaxNodes) participants_.insert(endpoint.participant);
+  return participants_.contains(node);
+}
+
+bool Recorder::is_recorded(const std::string& topic) const {
+  return std::any_of(sources_.begin(), sources_.end(),
+                     [&](const auto& source) { return topic == source->topic.name; });
 }
 
 }  // namespace fivepipe::replay

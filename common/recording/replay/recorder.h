@@ -1,7 +1,9 @@
 // Records messages from the bus.
 #pragma once
+#include <chrono>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -50,6 +52,8 @@ class Recorder {
   bool is_own(const bus::WriterDescription& writer) const;
   std::string node_of(const bus::WriterDescription& writer);
   void take_statuses();
+  bool is_recorded(const std::string& topic) const;
+  bool is_participant(const std::string& node);
 
   bus::Bus& bus_;
   recording::RecordingWriter& recording_;
@@ -57,6 +61,8 @@ class Recorder {
   bus::Reader<bus::topics::NodeStatus> statuses_;
   // By GUID; remembers the names of processes that have ended.
   std::map<std::string, std::string> node_of_participant_;
+  std::set<std::string> participants_;  // also of processes that have ended
+  std::optional<std::chrono::steady_clock::time_point> participants_read_;
   LossDetector loss_detector_;
 };
 

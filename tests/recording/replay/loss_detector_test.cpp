@@ -114,5 +114,35 @@ TEST_F(LossDetectorTest, IgnoresReplayedStatuses) {
   EXPECT_TRUE(loss_detector_.compared().empty());
 }
 
+// Otherwise a peer that invents nodes, or start times of processes, fills the memory.
+TEST_F(LossDetectorTest, InventedNodesAndProcessesAreIgnored) {
+  run(1, 1, 3);
+  for (int i = 0; i < 2000; ++i) {
+    const std::string invented = "invented_" + std::to_string(i);
+    loss_detector_.add_status({invented, stamp(1), stamp(1), {{kTopic, 5}}, false});
+    loss_detector_.received(invented, kTopic, stamp(1));
+  }
+  report(3, 1);
+  EXPECT_EQ(loss_detector_.compared().size(), LossDetector::kMaxNodes);
+  for (const SentByNode& by : loss_detector_.compared()) {
+    EXPECT_EQ(by.missing(), by.node == kNode ? 0u : 4u) << by.node;
+  }
+  LossDetector starts{kRecorderStarts_ns};
+  for (int i = 0; i < 2000; ++i)
+    starts.add_status({kNode, stamp(1 + i), stamp(1 + i), {{kTopic, 1}}, false});
+  EXPECT_EQ(starts.compared().at(0).sent, LossDetector::kMaxProcesses);
+}
+
+// A process that ran before sends one status and then messages only.
+TEST_F(LossDetectorTest, StampsOfLateProcessAreBounded) {
+  run(-10, -10, 0, false);
+  report(0, -10);
+  for (std::size_t i = 0; i < 2 * LossDetector::kMaxStamps; ++i)
+    loss_detector_.received(kNode, kTopic, stamp(0.2 + 1e-6 * double(i)));
+  sent_ += 2 * LossDetector::kMaxStamps;
+  report(0.1, -10);
+  EXPECT_EQ(only().received, LossDetector::kMaxStamps);
+}
+
 }  // namespace
 }  // namespace fivepipe::replay

@@ -1,0 +1,120 @@
+#include "common/pipeline/bus/key_limit.h"
+
+#include <gtest/gtest.h>
+
+#include <span>
+
+#include "common/pipeline/bus/serialized.h"
+#include "common/pipeline/messages/wire_conversions.h"
+#include "tests/support/process.h"
+#include "tests/support/test_domain.h"
+
+namespace fivepipe::bus {
+namespace {
+
+using namespace std::chrono_literals;
+using detail::KeyLimit;
+
+TEST(KeyLimit, RefusesOnlyFurtherKeysOfTheSameWriter) {
+  KeyLimit limit;
+  for (std::uint64_t key = 0; key < KeyLimit::kMaxKeysPerWriter; ++key)
+    ASSERT_TRUE(limit.accepts(1, key));
+  for (int i = 0; i < 3; ++i) EXPECT_FALSE(limit.accepts(1, 1'000'000));
+  EXPECT_TRUE(limit.accepts(1, 7)) << "a known key";
+  EXPECT_TRUE(limit.accepts(2, 1'000'000)) << "another writer";
+  EXPECT_EQ(limit.take_refused(), (std::map<std::uint64_t, std::uint64_t>{{1, 3}}));
+  EXPECT_TRUE(limit.take_refused().empty());
+}
+
+// Otherwise a replay that plays a recording again and again would use up its keys.
+TEST(KeyLimit, AForgottenKeyLeavesSpaceForAnother) {
+  KeyLimit limit;
+  for (std::uint64_t key = 0; key < 3 * KeyLimit::kMaxKeysPerWriter; ++key) {
+    ASSERT_TRUE(limit.accepts(1, key)) << key;
+    limit.forget(key);
+  }
+}
+
+TEST(KeyLimit, RemembersABoundedNumberOfWriters) {
+  KeyLimit limit;
+  for (std::uint64_t writer = 0; writer <= KeyLimit::kMaxWriters; ++writer)
+    for (std::uint64_t key = 0; key <= KeyLimit::kMaxKeysPerWriter; ++key)
+      limit.accepts(writer, key);
+  EXPECT_EQ(limit.take_refused().size(), KeyLimit::kMaxWriters);
+}
+
+// A reader receives the samples of kMaxKeysPerWriter keys, and the bus names the process of the
+// writer that uses more.
+TEST(BusKeyLimit, ReaderRefusesFurtherKeysAndNamesTheProcess) {
+  Bus bus({test::own_domain()});
+  auto reader = bus.reader<topics::FrameTrace>();
+  auto writer = bus.writer<topics::FrameTrace>(), other = bus.writer<topics::FrameTrace>();
+  ASSERT_TRUE(test::eventually(bus, 10s, [&] { return reader.writers() == 2; }));
+  std::size_t received = 0;
+  const auto take = [&] {
+    while (true) {
+      const auto batch = reader.take();
+      for (const auto& sample : batch) received += sample.valid();
+      if (batch.empty()) return;
+    }
+  };
+  const auto write = [&](auto& from, std::size_t key) {
+    fivepipe_v1_FrameTrace message{};
+    messages::set_text(message.node, "node_" + std::to_string(key));
+    from.write(message);
+    take();
+  };
+  constexpr std::size_t kTooMany = 10;
+  for (std::size_t key = 0; key < KeyLimit::kMaxKeysPerWriter + kTooMany; ++key) write(writer, key);
+  EXPECT_EQ(received, KeyLimit::kMaxKeysPerWriter);
+  write(writer, 5);
+  EXPECT_EQ(received, KeyLimit::kMaxKeysPerWriter + 1) << "a known key";
+  write(other, 1'000'000);
+  EXPECT_EQ(received, KeyLimit::kMaxKeysPerWriter + 2) << "another writer";
+  const auto refused = bus.take_refused();
+  ASSERT_EQ(refused.size(), 1u);
+  EXPECT_EQ(refused[0].topic, topics::FrameTrace::name);
+  EXPECT_EQ(refused[0].process, this_process());
+  EXPECT_EQ(refused[0].count, kTooMany);
+}
+
+// A FrameComposited message, or its key alone, in little-endian CDR.
+std::vector<std::byte> composited_cdr(const std::string& viewer, bool key_alone) {
+  std::vector<std::byte> cdr{std::byte{0}, std::byte(key_alone ? 7 : 1), std::byte{0},
+                             std::byte{0}};
+  const auto put = [&](auto value) {
+    const auto bytes = std::as_bytes(std::span(&value, 1));
+    cdr.insert(cdr.end(), bytes.begin(), bytes.end());
+  };
+  put(std::uint32_t(viewer.size() + 1));
+  for (const char c : viewer) put(c);
+  put('\0');
+  if (key_alone) return cdr;
+  while ((cdr.size() - 4) % 8) put('\0');
+  for (int field = 0; field < 3; ++field) put(std::uint64_t(0));
+  return cdr;
+}
+
+// A replay that plays a recording again and again registers and unregisters its keys each time.
+TEST(BusKeyLimit, AnUnregisteredKeyLeavesSpaceForAnother) {
+  Bus bus({test::own_domain()});
+  const topics::Topic topic{topics::FrameComposited::name, topics::FrameComposited::type,
+                            topics::FrameComposited::descriptor, topics::FrameComposited::delivery};
+  auto typed = bus.reader<topics::FrameComposited>();
+  SerializedReader serialized(bus, topic);
+  SerializedWriter writer(bus, topic, WriterHistory::topic);
+  ASSERT_TRUE(test::eventually(bus, 10s, [&] { return writer.readers() == 2; }));
+  for (std::size_t key = 0; key < 2 * KeyLimit::kMaxKeysPerWriter; ++key) {
+    const std::string viewer = "viewer_" + std::to_string(key);
+    const auto data = composited_cdr(viewer, false), only_key = composited_cdr(viewer, true);
+    ASSERT_TRUE(writer.write({SampleKind::data, 0, 1, data}));
+    ASSERT_TRUE(writer.write({SampleKind::unregistered, 0, 2, only_key}));
+    for (const auto& sample : typed.take())
+      EXPECT_TRUE(!sample.valid() || viewer == sample->viewer);
+    serialized.take([](const SerializedSample&) {});
+  }
+  EXPECT_TRUE(bus.take_refused().empty());
+}
+
+}  // namespace
+}  // namespace fivepipe::bus

@@ -1,0 +1,105 @@
+#include "common/pipeline/node/status.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "common/pipeline/messages/wire_conversions.h"
+#include "common/pipeline/node/drop_counts.h"
+#include "common/pipeline/node/status_names.h"
+#include "tests/support/process.h"
+#include "tests/support/test_domain.h"
+
+namespace fivepipe::node {
+namespace {
+
+using namespace std::chrono_literals;
+
+struct Reported {
+  std::map<std::string, std::uint64_t> counts;
+  std::map<messages::BadMessage, std::uint64_t> drops;
+};
+
+// Returns the final report of a node.
+template <class Use>
+Reported reported(bus::Bus& bus, Use use) {
+  auto reader = bus.reader<bus::topics::NodeStatus>();
+  {
+    NodeStatusReporter status(bus, "node");
+    EXPECT_TRUE(test::eventually(bus, 10s, [&] { return reader.writers() == 1; }));
+    use(status);
+  }
+  Reported last;
+  bool ended = false;
+  EXPECT_TRUE(test::eventually(bus, 10s, [&] {
+    for (const auto& sample : reader.take()) {
+      if (!sample.valid()) continue;
+      last = {};
+      for (const auto& count : messages::span_of(sample->counts))
+        last.counts[count.name] = count.count;
+      for (const auto& drop : messages::span_of(sample->drops))
+        last.drops[{drop.reason, drop.subject, drop.detail}] = drop.count;
+      ended = sample->final_report;
+    }
+    return ended;
+  }));
+  return last;
+}
+
+TEST(NodeStatus, NamesTheSendersOfRefusedMessages) {
+  bus::Bus bus({test::own_domain()});
+  const bus::ProcessId alpha{"alpha", 12, 1}, beta{"beta", 12, 2};
+  const Reported last = reported(bus, [&](NodeStatusReporter& status) {
+    for (int i = 0; i < 3; ++i) status.drop_from(alpha, {"bad_map", "left", "wrong image size"});
+    status.drop_from(beta, {"bad_map", "left", "wrong image size"});
+    status.refuse(std::nullopt, 7);
+    status.drop("late_map", 5);
+  });
+  const std::string prefix = kRefusedFrom;
+  EXPECT_EQ(last.counts,
+            (std::map<std::string, std::uint64_t>{{prefix + "process 12 on host alpha", 3},
+                                                  {prefix + "process 12 on host beta", 1},
+                                                  {prefix + "a process without identity", 7}}));
+  EXPECT_EQ(last.drops,
+            (std::map<messages::BadMessage, std::uint64_t>{
+                {{"bad_map", "left", "wrong image size"}, 4}, {{"late_map", "", ""}, 5}}));
+}
+
+// The reader of the node's bus refuses the keys beyond its limit.
+TEST(NodeStatus, NamesTheSenderOfTooManyKeys) {
+  bus::Bus bus({test::own_domain()});
+  auto writer = bus.writer<bus::topics::FrameTrace>();
+  auto reader = bus.reader<bus::topics::FrameTrace>();
+  ASSERT_TRUE(test::eventually(bus, 10s, [&] { return reader.writers() == 1; }));
+  constexpr std::uint64_t kKeys = bus::detail::KeyLimit::kMaxKeysPerWriter + 9;
+  const Reported last = reported(bus, [&](NodeStatusReporter&) {
+    for (std::uint64_t key = 0; key < kKeys; ++key) {
+      fivepipe_v1_FrameTrace trace{};
+      messages::set_text(trace.node, "node_" + std::to_string(key));
+      writer.write(trace);
+      reader.take();
+    }
+  });
+  EXPECT_EQ(last.drops.at({"too_many_keys", bus::topics::FrameTrace::name, ""}), 9u);
+  EXPECT_EQ(last.counts.at(kRefusedFrom + bus::text_of(bus::this_process())), 9u);
+}
+
+TEST(NodeStatus, IsBoundedForInventedNamesAndSenders) {
+  bus::Bus bus({test::own_domain()});
+  constexpr std::uint32_t kMessages = 5000;
+  const Reported last = reported(bus, [&](NodeStatusReporter& status) {
+    for (std::uint32_t i = 0; i < kMessages; ++i)
+      status.drop_from(bus::ProcessId{"alpha", i, i},
+                       {"bad_map", "invented_" + std::to_string(i), "unknown camera"});
+  });
+  EXPECT_EQ(last.drops.size(), DropCounts::kMaxPerReason + 1);
+  EXPECT_LE(last.counts.size(), 17u);
+  std::uint64_t drops = 0, refused = 0;
+  for (const auto& [bad, count] : last.drops) drops += count;
+  for (const auto& [name, count] : last.counts) refused += count;
+  EXPECT_EQ(drops, kMessages);
+  EXPECT_EQ(refused, kMessages);
+}
+
+}  // namespace
+}  // namespace fivepipe::node
