@@ -93,3 +93,11 @@ function(fivepipe_test name)
   set_target_properties(${name} PROPERTIES UNITY_BUILD OFF)
   gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES TIMEOUT 120)
 endfunction()
+
+# fivepipe_long_test(NAME TIMEOUT): the test program NAME_test as the long test Long_NAME, which runs
+# for at most TIMEOUT seconds, with FIVEPIPE_LONG=1: the program's full numbers.
+function(fivepipe_long_test name timeout_s)
+  add_test(NAME Long_${name} COMMAND ${name}_test)
+  set_tests_properties(Long_${name} PROPERTIES
+    LABELS long TIMEOUT ${timeout_s} ENVIRONMENT FIVEPIPE_LONG=1)
+endfunction()

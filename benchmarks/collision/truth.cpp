@@ -6,7 +6,6 @@
 #include <random>
 
 #include "common/collision/oracle/triangle_reference.h"
-#include "common/hull/query/hull_query.h"
 
 namespace fivepipe::collision_bench {
 namespace {
@@ -40,8 +39,6 @@ constexpr double kRounding_m = 1e-9;
 }  // namespace
 
 Truth exact_truth(const CollisionScene& scene, std::size_t max_tests, base::WorkerPool& pool) {
-  hull::CpuHull hull(pool, scene.silhouettes);
-  const hull::HullQuery query(hull);
   const collision::HullDistance distance(scene.silhouettes);
   Truth truth;
   std::vector<TriangleIndex> open;
@@ -49,9 +46,10 @@ Truth exact_truth(const CollisionScene& scene, std::size_t max_tests, base::Work
     truth.emplace_back(scene.objects_world_m[o].size());
     for (std::size_t i = 0; i < truth[o].size(); ++i) {
       const Ball ball = ball_around(scene.objects_world_m[o][i]);
-      const double free_m = query.free_radius_m(ball.center_world_m);
-      truth[o][i].near = !(free_m >= ball.radius_m + kNear_m);
-      if (!(free_m > ball.radius_m)) open.push_back({o, i});
+      const double near_m = ball.radius_m + kNear_m,
+                   clear_m = distance.clear_m(ball.center_world_m, near_m);
+      truth[o][i].near = clear_m < near_m;
+      if (!(clear_m > ball.radius_m)) open.push_back({o, i});
     }
   }
   std::mt19937 random(1);

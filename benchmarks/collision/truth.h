@@ -23,8 +23,8 @@ struct TriangleTruth {
 using Truth = std::vector<std::vector<TriangleTruth>>;  // by object and triangle
 
 // Tests at most max_tests seeded triangles with the exact reference (triangle_reference.h), apart
-// from those that a single ball certifies free. A triangle that touches the hull without a point
-// deeper than rounding does not cross it.
+// from those in a single ball that HullDistance::clear_m() finds free. A triangle that touches the
+// hull without a point deeper than rounding does not cross it.
 Truth exact_truth(const CollisionScene& scene, std::size_t max_tests, base::WorkerPool& pool);
 
 struct TruthCounts {

@@ -164,6 +164,82 @@ TEST(Layering, FolderDependenciesAreAcyclic) {
   for (const auto& [folder, targets] : std::map(uses)) visit(folder);
 }
 
+// An oracle, which the backends are compared with, must not share with them what may hold the same
+// error: maps of uniform boxes, bounding volumes, projections with margins. It uses the definitions
+// of the hull, cameras and triangles, and nothing else.
+bool may_be_in_oracle(const std::string& include) {
+  return include.find('/') == std::string::npos || include.starts_with("Eigen/") ||
+         include.starts_with("common/geometry/") || include.starts_with("common/base/") ||
+         include.starts_with("common/hull/oracle/") ||
+         include.starts_with("common/collision/oracle/") || include == "common/hull/hull.h" ||
+         include == "common/hull/object_pixels.h" ||
+         include == "common/collision/detection/triangle.h";
+}
+
+TEST(Layering, OraclesIncludeOnlyDefinitions) {
+  int sources = 0;
+  for (const Source& source : production()) {
+    if (!may_be_in_oracle(source.path)) continue;  // also the headers that an oracle may include
+    sources += source.folder.ends_with("/oracle");
+    for (const std::string& include : source.includes)
+      EXPECT_TRUE(may_be_in_oracle(include) || source.is_in("common/base"))
+          << source.path << " includes " << include;
+  }
+  EXPECT_GT(sources, 6) << "the oracles were not found";
+}
+
+// The libraries that each library of common/ links, by name.
+std::map<std::string, std::set<std::string>> linked_libraries() {
+  static const std::regex library("fivepipe_library\\((\\w+)([^)]*)\\)"), word("\\S+");
+  std::map<std::string, std::set<std::string>> linked;
+  for (const auto& entry :
+       fs::recursive_directory_iterator(fs::path(FIVEPIPE_SOURCE_DIR) / "common")) {
+    if (entry.path().filename() != "CMakeLists.txt") continue;
+    std::ifstream file(entry.path());
+    const std::string text((std::istreambuf_iterator<char>(file)), {});
+    for (std::sregex_iterator it(text.begin(), text.end(), library), end; it != end; ++it) {
+      const std::string arguments = (*it)[2];
+      const std::size_t link = arguments.find("LINK");
+      std::set<std::string>& of_library = linked[(*it)[1]];
+      if (link == std::string::npos) continue;
+      const std::string names = arguments.substr(link + 4);
+      for (std::sregex_iterator name(names.begin(), names.end(), word); name != end; ++name)
+        of_library.insert(name->str());
+    }
+  }
+  return linked;
+}
+
+TEST(Layering, OraclesLinkOnlyDefinitions) {
+  const std::set<std::string> allowed = {"fivepipe_hull_oracle", "fivepipe_collision_oracle",
+                                         "fivepipe_hull",        "fivepipe_triangle",
+                                         "fivepipe_geometry",    "fivepipe_base"};
+  const auto linked = linked_libraries();
+  for (const char* oracle : {"fivepipe_hull_oracle", "fivepipe_collision_oracle"}) {
+    ASSERT_TRUE(linked.contains(oracle));
+    for (const std::string& library : linked.at(oracle))
+      EXPECT_TRUE(allowed.contains(library)) << oracle << " links " << library;
+  }
+  for (const char* definitions : {"fivepipe_hull", "fivepipe_triangle", "fivepipe_geometry"})
+    for (const std::string& library : linked.at(definitions))
+      EXPECT_TRUE(allowed.contains(library)) << definitions << " links " << library;
+}
+
+// The truths of the benchmarks rest on the oracles alone.
+TEST(Layering, TruthsOfBenchmarksUseNoBackend) {
+  int truths = 0;
+  for (const Source& source : production()) {
+    if (!source.is_in("benchmarks") || !source.name.starts_with("truth.")) continue;
+    ++truths;
+    for (const std::string& include : source.includes)
+      for (const char* backend : {"/cpu/", "/gl/", "/paper/", "/query/", "/bvh.h", "/box_query.h",
+                                  "/proximity/", "/silhouette/"})
+        EXPECT_EQ(include.find(backend), std::string::npos)
+            << source.path << " includes " << include;
+  }
+  EXPECT_GT(truths, 2) << "the truths were not found";
+}
+
 TEST(Layering, MainsOnlyWire) {
   for (const Source& source : production())
     if (source.name == "main.cpp") {

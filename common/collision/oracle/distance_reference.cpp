@@ -52,9 +52,14 @@ HullDistance::Cone::Cone(const hull::Silhouette& s)
       center_world_m(-(world_from_camera * s.camera.camera_from_world.translation())) {
   const int width = s.pixels.width_px(), height = s.pixels.height_px();
   objects_before.resize(std::size_t(width + 1) * (height + 1));
+  object_bounds = {width, height, 0, 0};
   for (int v = 0; v < height; ++v)
     for (int u = 0, in_row = 0; u < width; ++u) {
-      in_row += s.pixels.contains(u, v);
+      if (s.pixels.contains(u, v)) {
+        ++in_row;
+        hull::PixelRect& b = object_bounds;
+        b = {std::min(b.u0_px, u), std::min(b.v0_px, v), std::max(b.u1_px, u + 1), v + 1};
+      }
       const std::size_t above = std::size_t(v) * (width + 1) + u + 1;
       objects_before[above + width + 1] = objects_before[above] + in_row;
     }
@@ -117,7 +122,10 @@ double HullDistance::Cone::to_pixels_m(const Vector3d& q, bool object, double ma
     const std::size_t wanted = object ? count(r) : r.area_px() - count(r);
     if (wanted > 0) rects.push({to_pyramid_m(q, r), r});
   };
-  add({0, 0, silhouette->pixels.width_px(), silhouette->pixels.height_px()});
+  if (!object)
+    add({0, 0, silhouette->pixels.width_px(), silhouette->pixels.height_px()});
+  else if (!object_bounds.empty())
+    add(object_bounds);
   while (!rects.empty()) {
     const auto [nearest_m, r] = rects.top();
     rects.pop();
@@ -151,8 +159,8 @@ double HullDistance::Cone::depth_m(const Vector3d& p_world_m, double max_m) cons
   return to_pixels_m(q, false, std::clamp(border_m, 0.0, max_m));
 }
 
-double HullDistance::Cone::distance_m(const Vector3d& p_world_m) const {
-  return to_pixels_m(p_world_m - center_world_m, true, kInfinity);
+double HullDistance::Cone::distance_m(const Vector3d& p_world_m, double max_m) const {
+  return to_pixels_m(p_world_m - center_world_m, true, max_m);
 }
 
 double HullDistance::signed_m(const Vector3d& p_world_m) const {
@@ -162,12 +170,23 @@ double HullDistance::signed_m(const Vector3d& p_world_m) const {
   for (const Cone& cone : cones_) {
     if (cone.contains(p_world_m)) continue;
     inside = false;
-    distance_m = std::max(distance_m, cone.distance_m(p_world_m));
+    distance_m = std::max(distance_m, cone.distance_m(p_world_m, kInfinity));
   }
   if (!inside) return -distance_m;
   double depth_m = kInfinity;
   for (const Cone& cone : cones_) depth_m = cone.depth_m(p_world_m, depth_m);
   return depth_m;
+}
+
+double HullDistance::clear_m(const Vector3d& p_world_m, double max_m) const {
+  if (!p_world_m.allFinite()) return 0;
+  if (!usable_) return max_m;
+  double clear_m = 0;
+  for (const Cone& cone : cones_) {
+    clear_m = std::max(clear_m, cone.distance_m(p_world_m, max_m));
+    if (clear_m >= max_m) break;
+  }
+  return clear_m;
 }
 
 double HullDistance::depth_m(const Vector3d& p_world_m) const {

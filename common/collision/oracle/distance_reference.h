@@ -28,6 +28,11 @@ class HullDistance {
   // distance. Returns minus infinity if there is no camera, a camera has no object pixel, or a
   // number is not finite.
   double signed_m(const Eigen::Vector3d& p_world_m) const;
+  // Returns a radius such that no point nearer to p is in the hull: the smaller of max_m (>= 0) and
+  // the negated signed_m(), but 0 in the hull. Returns 0 for a point that is not finite, and max_m
+  // if there is no hull. Takes less than a microsecond for a point that one camera sees farther
+  // than max_m from the bounds of its object pixels.
+  double clear_m(const Eigen::Vector3d& p_world_m, double max_m) const;
   // Returns the distance from a hull point to the hull's complement; 0 outside the hull.
   double depth_m(const Eigen::Vector3d& p_world_m) const;
   // Returns certain bounds of the distance to the hull. They usually differ by at most tolerance_m
@@ -50,6 +55,7 @@ class HullDistance {
     Eigen::Vector3d center_world_m;
     // Number of object pixels left of u and above v, (width + 1) x (height + 1).
     std::vector<std::int32_t> objects_before;
+    hull::PixelRect object_bounds;  // the smallest rectangle with every object pixel
     // Unit normals, in the world, of the planes through the center and the border before each
     // column or row; they point towards greater u or v.
     std::vector<Eigen::Vector3d> column_normals, row_normals;
@@ -64,8 +70,8 @@ class HullDistance {
     bool contains(const Eigen::Vector3d& p_world_m) const;
     // Depth of a point that projects to an object pixel.
     double depth_m(const Eigen::Vector3d& p_world_m, double max_m) const;
-    // Distance of a point that does not project to an object pixel.
-    double distance_m(const Eigen::Vector3d& p_world_m) const;
+    // Distance of a point that does not project to an object pixel; max_m if that is farther.
+    double distance_m(const Eigen::Vector3d& p_world_m, double max_m) const;
   };
   std::span<const hull::Silhouette> silhouettes_;
   std::vector<Cone> cones_;

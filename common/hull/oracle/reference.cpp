@@ -8,7 +8,8 @@ namespace fivepipe::hull {
 namespace {
 
 // Returns the ray parameters between lo and hi at which the image crosses a pixel border of one
-// axis, ascending. Borders are at -0.5, 0.5, ..., count - 0.5; x and z are linear in t.
+// axis, ascending. Borders are at -0.5, 0.5, ..., count - 0.5; x and z are linear in t. In front of
+// the camera an image moves in one direction, so it crosses the borders in order or in reverse.
 std::vector<double> border_crossings(double x0, double x1, double z0, double z1, double focal_px,
                                      double principal_px, int count, double lo, double hi) {
   std::vector<double> crossings;
@@ -17,7 +18,10 @@ std::vector<double> border_crossings(double x0, double x1, double z0, double z1,
     const double t = (slope * z0 - x0) / (x1 - slope * z1);
     if (t > lo && t < hi) crossings.push_back(t);
   }
-  std::sort(crossings.begin(), crossings.end());
+  if (!crossings.empty() && crossings.front() > crossings.back())
+    std::reverse(crossings.begin(), crossings.end());
+  if (!std::is_sorted(crossings.begin(), crossings.end()))  // rounding exchanges close crossings
+    std::sort(crossings.begin(), crossings.end());
   return crossings;
 }
 
@@ -131,7 +135,8 @@ std::vector<Interval> reference_intervals(std::span<const Silhouette> silhouette
     return intervals_where_seen(silhouettes, ray, near, far, rule.min_seen);
   std::vector<Interval> inside{{near, far}};
   for (const Silhouette& s : silhouettes) {
-    inside = intersection(inside, reference_intervals(s, ray, near, far));
+    const double first = inside.front().enter, last = inside.back().leave;
+    inside = intersection(inside, reference_intervals(s, ray, first, last));
     if (inside.empty()) break;
   }
   return inside;

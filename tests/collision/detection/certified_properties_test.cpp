@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "common/collision/oracle/triangle_reference.h"
+#include "common/hull/oracle/reference.h"
 #include "tests/support/allocated_bytes.h"
 #include "tests/support/collision_backends.h"
 
@@ -96,10 +97,11 @@ TEST_P(CertifiedDetection, AgreesWithTheExactReference) {
 // The corner of a triangle enters the hull by as little as 0.1 um, far less than eps_m.
 TEST_P(CertifiedDetection, FindsAPenetrationFarThinnerThanEps) {
   const CollisionHull hull(silhouettes_of({ball(kOrigin, 0.05)}, ring(3, 1.2, 0.6, 300, 0.5)));
-  const auto entry = hull.query.first_entry({{0.3, 0.004, 0.002}, {-1, 0, 0}}, 0, 1);
-  ASSERT_TRUE(entry);
+  const auto pieces =
+      hull::reference_intervals(hull.silhouettes, {{0.3, 0.004, 0.002}, {-1, 0, 0}}, 0, 1);
+  ASSERT_FALSE(pieces.empty());
   for (const double depth_m : {1e-4, 1e-5, 1e-6, 1e-7}) {
-    const double x = 0.3 - *entry - depth_m;
+    const double x = 0.3 - pieces.front().enter - depth_m;
     EXPECT_EQ(verdict(hull, {Vector3d(x, 0.004, 0.002), Vector3d(x + 0.02, 0.014, 0.002),
                              Vector3d(x + 0.02, -0.006, 0.002)}),
               CollisionVerdict::colliding)
@@ -224,6 +226,7 @@ TEST_P(CertifiedDetection, PointsRespectTheSpacingAndEndWithTheFarthest) {
 // hull too.
 TEST_P(CertifiedDetection, PointsRespectTheSpacingUpToTheHullsBorder) {
   const CollisionHull hull(silhouettes_of({ball(kOrigin, 0.05)}, ring(4, 1.2, 0.6, 300, 0.5)));
+  const collision::HullDistance distance(hull.silhouettes);
   const collision::Triangle t = {Vector3d(0, 0, 0), Vector3d(0.15, 0.02, 0.01),
                                  Vector3d(0.02, 0.12, -0.02)};
   for (const double spacing_m : {7e-3, 2e-3}) {
@@ -233,7 +236,7 @@ TEST_P(CertifiedDetection, PointsRespectTheSpacingUpToTheHullsBorder) {
     for (int i = 0; i <= 60; ++i)
       for (int j = 0; i + j <= 60; ++j) {
         const Vector3d p = t[0] + i / 60.0 * (t[1] - t[0]) + j / 60.0 * (t[2] - t[0]);
-        if (!(hull.query.solid_radius_m(p) > spacing_m)) continue;
+        if (!(distance.depth_m(p) > spacing_m)) continue;
         ++tested;
         EXPECT_TRUE(has_point_near(found, p, spacing_m));
       }

@@ -166,7 +166,8 @@ TEST(CpuDetection, FindsTheHandInASheetOfTenMillionTriangles) {
     Vector3d center = Vector3d::Zero();
     for (const std::uint32_t v : tree.mesh().triangles[i]) center += tree.mesh().vertices_m[v] / 3;
     center = object.world_from_object * center;
-    if (std::abs(center.x()) > 0.2 || std::abs(center.y()) > 0.2 || !hull.query.contains(center))
+    if (std::abs(center.x()) > 0.2 || std::abs(center.y()) > 0.2 ||
+        !hull::in_hull(hull.silhouettes, center))
       continue;
     ++centers;
     missed += !test::holds(found.triangles, std::uint32_t(i));

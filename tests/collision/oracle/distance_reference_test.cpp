@@ -239,5 +239,23 @@ TEST(HullDistance, APointThatIsNotFiniteHasNoDepthAndNoBound) {
   EXPECT_EQ(hull.clearance_m(p, 1, 1e-3).max_m, kInfinity);
 }
 
+TEST(HullDistance, ClearRadiusIsTheDistanceOutsideUpToItsMaximum) {
+  Random random(21);
+  const auto silhouettes =
+      silhouettes_of(random_object(random, 3), random_cameras(random, 3, 60, 45));
+  const collision::HullDistance hull(silhouettes);
+  int clear = 0, inside = 0, at_maximum = 0;
+  for (int i = 0; i < 300; ++i) {
+    const Eigen::Vector3d p = random_in_ball(random, i % 2 ? 0.1 : 0.6);
+    const double outside_m = std::max(0.0, -hull.signed_m(p)), max_m = uniform(random, 0, 0.2);
+    EXPECT_EQ(hull.clear_m(p, max_m), std::min(max_m, outside_m));
+    ++(outside_m == 0 ? inside : outside_m < max_m ? clear : at_maximum);
+  }
+  EXPECT_GT(std::min({clear, inside, at_maximum}), 10);
+  EXPECT_EQ(hull.clear_m({kInfinity, 0, 0}, 0.1), 0);
+  const collision::HullDistance no_hull(std::span<const hull::Silhouette>{});
+  EXPECT_EQ(no_hull.clear_m({0, 0, 0}, 0.1), 0.1);
+}
+
 }  // namespace
 }  // namespace fivepipe::test

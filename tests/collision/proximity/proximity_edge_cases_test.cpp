@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "common/hull/oracle/reference.h"
 #include "tests/collision/proximity/proximity_queries.h"
 
 namespace fivepipe::test {
@@ -12,17 +13,17 @@ namespace {
 using Eigen::Vector3d;
 
 TEST(Proximity, IsZeroOnTheBorderAndInTheHull) {
-  const Queries q(hand());
+  const std::vector<hull::Silhouette> silhouettes = hand();
+  const Queries q(silhouettes);
   Random random(7);
   std::vector<Vector3d> on, in;
   for (int i = 0; i < 200; ++i) {
-    const geometry::Ray ray{0.3 * random_direction(random), random_in_ball(random, 0.02)};
-    const auto entry =
-        q.query.first_entry({ray.origin_world_m, ray.direction_world - ray.origin_world_m}, 0, 2);
-    if (entry)
-      on.push_back(ray.origin_world_m + *entry * (ray.direction_world - ray.origin_world_m));
+    const Vector3d from = 0.3 * random_direction(random);
+    const geometry::Ray ray{from, random_in_ball(random, 0.02) - from};
+    const auto pieces = hull::reference_intervals(silhouettes, ray, 0, 2);
+    if (!pieces.empty()) on.push_back(from + pieces.front().enter * ray.direction_world);
     const Vector3d p = random_in_ball(random, 0.08);
-    if (q.query.contains(p)) in.push_back(p);
+    if (hull::in_hull(silhouettes, p)) in.push_back(p);
   }
   ASSERT_GT(on.size(), 100u);
   ASSERT_GT(in.size(), 30u);

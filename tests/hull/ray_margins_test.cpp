@@ -1,0 +1,260 @@
+// The error bounds of the SIMD ray kernels, for one camera and one block of rays: positions of
+// images, crossings of pixel borders, ends of verdicts, and steps of tiles. Truth is computed in
+// long double. The kernels are compiled for the lowest instruction set, whose reciprocal is the
+// least accurate.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/hull/cpu/step_simd-inl.h"
+#include "common/hull/cpu/tile_simd-inl.h"
+#include "tests/support/grazing_rays.h"
+
+namespace fivepipe::hull {
+namespace HWY_NAMESPACE {
+namespace {
+
+using namespace test;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using Exact = long double;  // 2^40 times finer than float
+
+// (U, V, W) of a ray's image as BlockCamera describes it: relative to the origin, along the
+// mirrored axes.
+struct ExactLine {
+  Exact at_begin[3], slope[3];
+  Exact w(Exact s) const { return at_begin[2] + s * slope[2]; }
+  Exact position(int axis, Exact s) const { return (at_begin[axis] + s * slope[axis]) / w(s); }
+  // The s at which the image crosses `border`.
+  Exact crossing(int axis, Exact border) const {
+    return (border * at_begin[2] - at_begin[axis]) / (slope[axis] - border * slope[2]);
+  }
+};
+
+// Bounds of positions, by axis.
+struct Bounds {
+  Exact low[2] = {1e30L, 1e30L}, high[2] = {-1e30L, -1e30L};
+  void add(const ExactLine& line, Exact s) {
+    for (int axis = 0; axis < 2; ++axis) {
+      const Exact x = line.position(axis, s);
+      low[axis] = std::min(low[axis], x), high[axis] = std::max(high[axis], x);
+    }
+  }
+};
+
+// One camera, and a block of rays that look at a corner of its object pixels.
+struct Scene {
+  Silhouette silhouette;
+  SkipMap skip_map;
+  MapFromView map;
+  Block block;
+
+  // Returns false if the kernels do not support the block.
+  bool make(Random& random) {
+    const Vector3d place_m = random_place_m(random),
+                   p_world_m = place_m + random_in_ball(random, 0.2);
+    const bool hd = random() % 2;
+    silhouette = random_silhouette(random, place_m, hd ? 1920 : 720, hd ? 1080 : 486);
+    const View view = random_view(random, place_m, silhouette.camera);
+    const auto uv_px = geometry::project(view.camera, p_world_m);
+    if (!uv_px || !geometry::project(silhouette.camera, p_world_m)) return false;
+    shift_image(silhouette.camera, p_world_m, any_corner(random, silhouette.pixels));
+    skip_map.assign(silhouette.pixels);
+    make_all(skip_map);
+    map = map_from_view(silhouette.camera, view.camera);
+    const int u = int(uv_px->x()) - int(random() % kBlock_px),
+              v = int(uv_px->y()) - int(random() % kBlock_px);
+    const double depth_m = (view.camera.camera_from_world * p_world_m).z();
+    block.rays = {u, v, u + kBlock_px, v + kBlock_px};
+    block.begin =
+        depth_m * (random() % 2 ? 1 - log_uniform(random, 1e-3, 1) : log_uniform(random, 1e-2, 1));
+    block.end = depth_m * (1 + log_uniform(random, 1e-3, 1));
+    if (random() % 4 == 0) approach_camera_plane(random);
+    const SkipMap* of_camera = &skip_map;
+    return prepare(block, {&map, 1}, {&of_camera, 1});
+  }
+  // Ends the block's range close to the plane W = 0 of the camera, if the central ray crosses it.
+  void approach_camera_plane(Random& random) {
+    const double slope = map.at_infinity.row(2).dot(
+                     Vector3d(block.rays.u0_px + 16, block.rays.v0_px + 16, 1)),
+                 plane_m = -map.at_eye.z() / slope, off = log_uniform(random, 1e-4, 1);
+    if (!(plane_m > 0)) return;
+    if (slope > 0)
+      block.begin = plane_m * (1 + off), block.end = std::max(block.end, 2 * block.begin);
+    else
+      block.end = plane_m * (1 - off), block.begin = std::min(block.begin, 0.5 * block.end);
+  }
+  const BlockCamera& camera() const { return block.cameras[0]; }
+  float span() const { return float(block.end - block.begin); }
+  float eps_px(float s) const { return camera().eps_px + s * camera().eps_px_per_m; }
+
+  ExactLine line(float i, float j) const {
+    const Exact u = block.rays.u0_px + Exact(i), v = block.rays.v0_px + Exact(j);
+    const int origin[] = {camera().origin_u_px, camera().origin_v_px},
+              sign[] = {camera().sign_u, camera().sign_v};
+    ExactLine line;
+    for (int row = 2; row >= 0; --row) {
+      line.slope[row] = map.at_infinity(row, 0) * u + map.at_infinity(row, 1) * v +
+                        Exact(map.at_infinity(row, 2));
+      line.at_begin[row] = map.at_eye[row] + Exact(block.begin) * line.slope[row];
+      if (row == 2) continue;
+      for (Exact* x : {line.at_begin, line.slope})
+        x[row] = sign[row] * (x[row] - origin[row] * x[2]) - 0.5L * x[2];
+    }
+    return line;
+  }
+  // Returns whether the pixels in the bounds are all object pixels, or all empty.
+  bool uniform(const Bounds& bounds, bool object) const {
+    const auto first_and_end = [&](int axis, int origin_px, int sign) {
+      const auto pixel = [](Exact x) { return int(std::floor(std::clamp(x, -1e6L, 1e6L) + 0.5L)); };
+      const int low = pixel(bounds.low[axis]), high = pixel(bounds.high[axis]);
+      return sign > 0 ? std::pair(origin_px + low, origin_px + high + 1)
+                      : std::pair(origin_px - high - 1, origin_px - low);
+    };
+    const auto [u0, u1] = first_and_end(0, camera().origin_u_px, camera().sign_u);
+    const auto [v0, v1] = first_and_end(1, camera().origin_v_px, camera().sign_v);
+    const ObjectPixels& pixels = silhouette.pixels;
+    const PixelRect rect{u0, v0, u1, v1},
+        in_image = intersection(rect, {0, 0, pixels.width_px(), pixels.height_px()});
+    if (object && !(rect == in_image)) return false;
+    for (int v = in_image.v0_px; v < in_image.v1_px; ++v)
+      if (pixels.find(in_image.u0_px, in_image.u1_px, v, !object) < in_image.u1_px) return false;
+    return true;
+  }
+};
+
+// A ray parameter in the block's range: its begin, where positions have the least error, one at
+// which an image is on a pixel border, to rounding, or any.
+float parameter(Random& random, const Scene& scene, const ExactLine& line) {
+  if (random() % 4 == 0) return 0;
+  const float any = float(uniform(random, 0, 1)) * scene.span();
+  const int axis = int(random() % 2);
+  const double border = std::floor(double(line.position(axis, any))) + 0.5;
+  const float at_border = float(line.crossing(axis, border));
+  return random() % 2 && at_border > 0 && at_border < scene.span() ? at_border : any;
+}
+
+// Calls check(random, scene) for scenes that the kernels support.
+template <class Check>
+void for_scenes(int count, const Check& check) {
+  Random random(1);
+  Scene scene;
+  for (int made = 0; made < count;) {
+    if (!scene.make(random)) continue;
+    check(random, scene);
+    ++made;
+  }
+}
+// Calls check(camera tag, ...) with the kernels' template parameter.
+template <class Check>
+void with_directions(const BlockCamera& camera, const Check& check) {
+  camera.both_ways ? check(std::true_type()) : check(std::false_type());
+}
+
+VF all(float x) { return hn::Set(DF(), x); }
+bool first(MF mask) { return bits_of(DF(), mask) & 1; }
+
+// The largest error as a fraction of its bound.
+struct Worst {
+  double of_bound = 0;
+  int count = 0;
+  void add(Exact error, Exact bound) {
+    of_bound = std::max(of_bound, double(std::abs(error) / bound));
+    ++count;
+  }
+};
+
+TEST(RayMargins, PositionsAreWithinTheirErrorBound) {
+  Worst worst;
+  for_scenes(400, [&](Random& random, const Scene& scene) {
+    EXPECT_LT(scene.eps_px(scene.span()), kBoxMargin_px);
+    for (int n = 0; n < 200; ++n) {
+      const float i = float(random() % kBlock_px), j = float(random() % kBlock_px),
+                  s = float(uniform(random, 0, 1)) * scene.span();
+      const ExactLine line = scene.line(i, j);
+      const Position p = position(lines_at(scene.camera(), all(i), all(j)), all(s));
+      worst.add(hn::GetLane(p.u) - line.position(0, s), scene.eps_px(s));
+      worst.add(hn::GetLane(p.v) - line.position(1, s), scene.eps_px(s));
+    }
+  });
+  std::printf("%d positions, worst error %.2f of its bound\n", worst.count, worst.of_bound);
+  EXPECT_LE(worst.of_bound, 1);
+}
+
+TEST(RayMargins, CrossingsAreWithinTheirErrorBoundAndVerdictsEndInTheirBox) {
+  Worst worst;
+  int inside = 0, wrong = 0;
+  for_scenes(400, [&](Random& random, const Scene& scene) {
+    for (int n = 0; n < 2000; ++n) {
+      const float i = float(random() % kBlock_px), j = float(random() % kBlock_px);
+      const ExactLine line = scene.line(i, j);
+      const float s = parameter(random, scene, line);
+      with_directions(scene.camera(), [&](auto both) {
+        constexpr bool kBothWays = decltype(both)::value;
+        const VF eps = all(scene.eps_px(s));
+        const auto image = images_at<kBothWays>(lines_at(scene.camera(), all(i), all(j)), all(s));
+        VF fu, fv;
+        if (first(find_pixels(image, 0, hn::Set(DI(), kNoBorder), all(0), eps, fu, fv))) return;
+        const BoxExit exit = box_exit(scene.camera(), image, fu, fv, all(s), eps, scene.span());
+        const float next = hn::GetLane(exit.next), error = hn::GetLane(exit.error);
+        const bool by_u = first(exit.by_u);
+        if (first(exit.inside)) {
+          if (!(next > s && next < scene.span())) return;
+          Bounds bounds;
+          for (const float at : {s, next}) bounds.add(line, at);
+          ++inside;
+          wrong += !scene.uniform(bounds, true);
+          return;
+        }
+        if (!(hn::GetLane(exit.min_gap) > kPastExtent_px)) return;
+        const bool back =
+            kBothWays && first(by_u ? image.along_u.backward : image.along_v.backward);
+        const Exact pixel = hn::GetLane(by_u ? fu : fv), steps = hn::GetLane(exit.steps),
+                    exact = line.crossing(!by_u, pixel + (back ? 0.5L - steps : steps - 0.5L));
+        if (exact > s && exact <= scene.span()) worst.add(next - exact, error);
+      });
+    }
+  });
+  std::printf("%d crossings, worst error %.2f of its bound; %d verdicts\n", worst.count,
+              worst.of_bound, inside);
+  EXPECT_LE(worst.of_bound, 1);
+  EXPECT_EQ(wrong, 0);
+  EXPECT_GT(worst.count, 10'000);
+  EXPECT_GT(inside, 10'000);
+}
+
+// The images of a tile's rays stay on pixels of one kind until the tile's next position.
+TEST(RayMargins, TilesStayOnPixelsOfOneKind) {
+  int steps = 0, wrong = 0;
+  for_scenes(400, [&](Random& random, const Scene& scene) {
+    for (int n = 0; n < 400; ++n) {
+      const int size = random() % 2 ? kTile_px : kSmallTile_px;
+      const float half = 0.5f * float(size - 1),
+                  i = half + float(int(random() % (kBlock_px / unsigned(size))) * size),
+                  j = half + float(int(random() % (kBlock_px / unsigned(size))) * size);
+      const auto corner = [&](int k) {
+        return scene.line(i + (k & 1 ? half : -half), j + (k & 2 ? half : -half));
+      };
+      const float s = parameter(random, scene, corner(int(random() % 4)));
+      with_directions(scene.camera(), [&](auto both) {
+        const TileStep step =
+            step_tiles<decltype(both)::value>(scene.camera(), half, all(i), all(j), all(s));
+        const float next = s + hn::GetLane(step.advance);
+        if (first(step.stuck) || !(next <= scene.span())) return;
+        Bounds bounds;
+        for (int k = 0; k < 4; ++k)
+          for (const float at : {s, next}) bounds.add(corner(k), at);
+        ++steps;
+        wrong += !scene.uniform(bounds, hn::GetLane(step.extent) < 0);
+      });
+    }
+  });
+  std::printf("%d steps of tiles, %d wrong\n", steps, wrong);
+  EXPECT_EQ(wrong, 0);
+  EXPECT_GT(steps, 10'000);
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace fivepipe::hull
