@@ -95,8 +95,10 @@ void print(const std::vector<Result>& results) {
                "are wholly in the hull.\n"
                "deepest: the deepest point of a missed triangle below the hull's border in mm (a "
                "lower bound); border: only missed triangles that cross the border.\n"
-               "false: triangles that the method wrongly calls colliding, without a point in the "
-               "hull; undecided: triangles that it calls neither free nor colliding.\n";
+               "false: triangles that the method calls colliding and that do not cross the hull; "
+               "undecided: triangles that it calls neither free nor colliding.\n"
+               "The exact reference determines every triangle of every scene, without any of these "
+               "methods.\n";
 }
 
 void print_responses(const std::vector<Result>& results) {
