@@ -185,7 +185,7 @@ constexpr bench::Suite kSuite{
         "maps.\n"
         "Methods: backends cpu and gl (certified); the paper's backend; brute force with SIMD "
         "samples on every triangle; the polygonised hull in the Flexible Collision Library (if "
-        "installed).\n"
+        "installed), with a point-in-volume test of its grid.\n"
         "It also measures the stages and the error of the response, distances to the hull "
         "(proximity), N_hull (normals), and the fit of the paper's cost and accuracy models "
         "(laws).\n"

@@ -33,10 +33,8 @@ TruthCounts counts_of(const Truth& truth);
 
 // The wrong verdicts of a method, by the truth alone.
 struct VerdictErrors {
-  std::size_t missed = 0;  // the triangle crosses the hull, and the method calls it free
-  // The missed triangles that lie wholly in the hull, which methods that intersect surfaces cannot
-  // find.
-  std::size_t missed_inside = 0;
+  std::size_t missed = 0;         // the triangle crosses the hull, and the method calls it free
+  std::size_t missed_inside = 0;  // of those, the triangles that are wholly in the hull
   // The deepest point of all missed triangles, and of those that cross the border.
   double deepest_missed_m = 0, deepest_missed_border_m = 0;
   std::size_t invented = 0;   // the triangle does not cross, and the method calls it colliding
