@@ -109,7 +109,6 @@ class VideoPipe {
     for (const CapturedCamera& camera : cameras)
       if (camera.image_stamp_ns && (!stamp_ns || camera.image_stamp_ns < stamp_ns))
         stamp_ns = camera.image_stamp_ns;
-    steps.begin("publish");
     // Publishes pose and colours before the maps, so that a reader that has all maps of a frame
     // also has these.
     messages::FramePose pose{
@@ -119,6 +118,7 @@ class VideoPipe {
         {}};
     published_ = number;
     if (tile_balancer_) pose.tile_owners = tile_balancer_->next();
+    steps.begin("publish");
     poses_.write(messages::head_pose_message(deployment_.viewer, std::move(pose)).message());
     for (const CapturedCamera& camera : cameras) {
       report_camera(camera);
@@ -132,6 +132,7 @@ class VideoPipe {
         maps_.write(
             messages::map_message(camera.camera, number, camera.image_stamp_ns, *camera.pixels)
                 .message());
+    steps.end();
     node_.status.count(node::kFramesCaptured);
     node_.status.latency(node::kCaptureToPublished,
                          1e-9 * double(base::now_realtime_ns() - stamp_ns));

@@ -160,6 +160,7 @@ class ReconstructionPipe {
     if (costs_.readers() > 0)
       costs_.write(costs_message(frame, config_.worker_index, made).message());
     for (ReconTile& tile : made) tiles_.write(tile_message(frame, std::move(tile)).message());
+    steps.end();
     if (replay_.replaying())
       node_.status.latency("arrival_to_tiles",
                            1e-9 * double(base::now_realtime_ns() - times.first_ns));

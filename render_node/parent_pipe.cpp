@@ -107,8 +107,9 @@ class ParentPipe {
   }
 
   void take_tiles() {
-    const std::int64_t now_ns = base::now_realtime_ns();
-    for (const auto& sample : tiles_.take()) {
+    const auto samples = tiles_.take();
+    const std::int64_t now_ns = base::now_realtime_ns();  // after the take: the node has the tiles
+    for (const auto& sample : samples) {
       if (!sample.valid() || viewer_.name != sample->viewer) continue;
       auto tile = tile_from(*sample, node_.deployment.rig);
       if (const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&tile)) {

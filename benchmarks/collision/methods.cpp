@@ -194,10 +194,11 @@ struct FclState {
 
   std::vector<collision::ObjectCollision> query(const CollisionScene& of) {
     std::vector<collision::ObjectCollision> found(of.objects.size());
+    const auto in_volume = [&](const Eigen::Vector3d& p_m) { return polygons.contains(p_m); };
     for (std::size_t i = 0; i < of.objects.size(); ++i)
       if (of.objects[i].deforms) fcl->refit(i, meshes_world_m[i].vertices_m);
     pool.run(int(found.size()),
-             [&](int i, int) { found[std::size_t(i)] = fcl->query(std::size_t(i)); });
+             [&](int i, int) { found[std::size_t(i)] = fcl->query(std::size_t(i), in_volume); });
     return found;
   }
 };

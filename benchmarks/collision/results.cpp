@@ -95,8 +95,10 @@ void print(const std::vector<Result>& results) {
                "are wholly in the hull.\n"
                "deepest: the deepest point of a missed triangle below the hull's border in mm (a "
                "lower bound); border: only missed triangles that cross the border.\n"
-               "false: triangles that the method wrongly calls colliding, without a point in the "
-               "hull; undecided: triangles that it calls neither free nor colliding.\n";
+               "false: triangles that the method calls colliding and that do not cross the hull; "
+               "undecided: triangles that it calls neither free nor colliding.\n"
+               "The exact reference determines every triangle of every scene, without any of these "
+               "methods.\n";
 }
 
 void print_responses(const std::vector<Result>& results) {
@@ -173,10 +175,10 @@ bool plot(const std::vector<Result>& results, const std::filesystem::path& file)
       if (r.scene == scene && (r.threads == 1 || !runs_on_one_thread(r.method)))
         series[fmt::format("{}, {}", r.method.substr(0, r.method.find_first_of("0123456789")),
                            r.threads)]
-            .push_back({best_ms(r.own_ms),
-                        std::max(kMinDrawn_mm, 1000 * r.wrong.deepest_missed_border_m)});
+            .push_back(
+                {best_ms(r.own_ms), std::max(kMinDrawn_mm, 1000 * r.wrong.deepest_missed_m)});
     plots.add(fmt::format("set title '{}'; set xlabel 'ms (best, without the maps)'; set ylabel "
-                          "'deepest missed across the border, mm (none: 0.01)'; set logscale xy; "
+                          "'deepest missed, mm (none: 0.01)'; set logscale xy; "
                           "set yrange [0.008:]; set key outside right\n",
                           scene),
               series);

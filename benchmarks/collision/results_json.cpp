@@ -50,7 +50,6 @@ ordered_json json_of(const Result& r) {
                      {{"cameras", r.cameras},
                       {"objects", r.objects},
                       {"triangles", r.truth.triangles},
-                      {"known", r.truth.known},
                       {"near", r.truth.near},
                       {"crossing", r.truth.crossing},
                       {"crossing_border", r.truth.crossing_border},

@@ -41,7 +41,7 @@ CollisionScene curtain720();
 CollisionScene blocks();
 // A CAD-like assembly of 50,000 triangles; a hand reaches into it.
 CollisionScene payload();
-// A rippled sheet of a million triangles under a hand; 1 % of them are nearer than kNear_m to the
+// A rippled sheet of a million triangles under a hand; 0.8 % of them are nearer than kNear_m to the
 // hull.
 CollisionScene dense();
 inline constexpr double kNear_m = 0.005;

@@ -11,11 +11,11 @@ namespace fivepipe::node_bench {
 
 using nlohmann::ordered_json;
 
-MeasuredDeployment::MeasuredDeployment(const recording::Recording& recording,
+MeasuredDeployment::MeasuredDeployment(const recording::Recording* recording,
                                        const FromRecordingOptions& options)
     : settings_(options.settings) {
   if (options.deployment.empty()) {
-    recorded_.emplace(recording, settings_);
+    recorded_.emplace(*recording, settings_);
     settings_ = recorded_->settings();
   } else {
     own_ = config::load_deployment(options.deployment, settings_);

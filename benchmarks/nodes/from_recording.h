@@ -29,8 +29,8 @@ struct FromRecordingOptions {
 class MeasuredDeployment {
  public:
   // Throws as RecordedDeployment does if options.deployment is empty, else config::ConfigError if
-  // it cannot be loaded.
-  MeasuredDeployment(const recording::Recording& recording, const FromRecordingOptions& options);
+  // it cannot be loaded. `recording` may be null if options.deployment is not empty.
+  MeasuredDeployment(const recording::Recording* recording, const FromRecordingOptions& options);
   ~MeasuredDeployment();  // removes the temporary output folder
   MeasuredDeployment(const MeasuredDeployment&) = delete;
   MeasuredDeployment& operator=(const MeasuredDeployment&) = delete;

@@ -129,7 +129,7 @@ ordered_json results_json(const NodeResults& results, const std::string& prefix,
 
 int bench_node(const std::string& name, const FromRecordingOptions& options, bool checksums) {
   const recording::Recording recording(options.recording);
-  const MeasuredDeployment measured(recording, options);
+  const MeasuredDeployment measured(&recording, options);
   const config::Node& node = find_node_or_program(measured.deployment(), name);
   const std::string program = config::program_of(node);
   if (program == "capture_node") {

@@ -7,43 +7,34 @@
 #include <string>
 #include <vector>
 
-#include "common/config/deployment.h"
+#include "benchmarks/nodes/node_processes.h"
+#include "benchmarks/nodes/run_observer.h"
 #include "common/recording/files/recording.h"
 #include "common/recording/replay/replayer.h"
 
 namespace fivepipe::node_bench {
 
-struct NodeRunOptions {
-  const config::Deployment* deployment = nullptr;
-  std::filesystem::path file;                   // of the deployment
-  std::map<std::string, std::string> settings;  // of the deployment
-  std::vector<std::string> nodes;  // the nodes to start; the recording replaces all others
-  double rate = 0;                 // 0: unthrottled
+// The recording replaces the nodes that are not started.
+struct NodeRunOptions : NodesToStart {
+  double rate = 0;  // 0: unthrottled
   int frames_in_flight = 2;
   replay::SendOrder order = replay::SendOrder::pipelined;
   double start_s = 0;  // after the recording's start
   std::optional<double> end_s;
-  bool checksums = true;      // read the nodes' output and compute its checksums
-  std::filesystem::path out;  // the folder for the nodes' files and logs
+  bool checksums = true;   // read the nodes' output and compute its checksums
+  bool trace_bus = false;  // record the messages on the loopback interface
 };
 
 // Digest of all messages of a topic, independent of their order.
 struct OutputDigest {
   std::uint64_t messages = 0, bytes = 0, checksum = 0;
 };
-struct ProcessUse {
-  double cpu_s = 0;           // user and system time during the replay
-  double peak_memory_mb = 0;  // resident, since the start of the process
-};
 
-struct NodeRun {
-  std::vector<replay::FrameTimes> frames;  // the frames that every node handled, in order
+struct NodeRun : RunObservations {
   replay::ReplayCounts counts;
-  std::map<std::string, std::map<std::string, std::uint64_t>> drops;  // by node and reason
-  std::map<std::string, ProcessUse> use;                              // by node
+  std::map<std::string, ProcessUse> use;  // by node, during the replay
   double replay_cpu_s = 0;  // CPU time of the replay in this process, which shares the cores
   std::map<std::string, OutputDigest> outputs;  // by topic, without topics that contain times
-  std::string gl_renderer;                      // as the nodes report it; empty if none uses OpenGL
 };
 
 // Returns the number of inputs that a node dropped. It excludes frames that a video file dropped,

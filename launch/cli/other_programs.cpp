@@ -82,15 +82,17 @@ void add_bench(CLI::App& app, Command& command) {
   CLI::App* bench = app.add_subcommand(
       "bench",
       "Measure a suite, a node or the pipeline: bench SUITE [OPTIONS], bench "
-      "NODE --from FILE, bench pipeline --from FILE, bench compare BEFORE AFTER");
+      "NODE --from FILE, bench pipeline --from FILE or --deployment FILE, bench compare BEFORE "
+      "AFTER");
   bench->footer(
       "Examples:\n"
       "  fivepipe bench hull --json out/hull.json              a suite: hull, collision or render\n"
       "  fivepipe bench collision --plot out/collision.png\n"
       "  fivepipe bench recon_node --from session.mcap         the first recon_node of the "
       "deployment alone, from a recording\n"
-      "  fivepipe bench pipeline --from session.mcap           all nodes, with the latency by "
-      "stage\n"
+      "  fivepipe bench pipeline --from session.mcap           all nodes except capture_node, with "
+      "the latency by stage\n"
+      "  fivepipe bench pipeline --deployment FILE.yaml        all nodes\n"
       "  fivepipe bench compare before.json after.json --fail-above 5%\n"
       "  fivepipe bench hull --help");
   bench->prefix_command();

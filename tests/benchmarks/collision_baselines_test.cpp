@@ -193,6 +193,8 @@ TEST(HullPolygons, ClassifyPointsFartherThanACellFromTheBorder) {
     base::WorkerPool pool(1);
     hull::CpuHull hull(pool, p.silhouettes);
     const hull::HullQuery query(hull);
+    HullPolygons polygons(kCell_m);
+    polygons.polygonise(query, kVolume);
     test::Random random(seed);
     int inside = 0, outside = 0;
     for (int i = 0; i < 1000; ++i) {
@@ -203,12 +205,43 @@ TEST(HullPolygons, ClassifyPointsFartherThanACellFromTheBorder) {
       if (!deep && !clear) continue;
       (deep ? inside : outside)++;
       EXPECT_EQ(winding(p.mesh, q), deep ? 1 : 0) << q.transpose();
+      EXPECT_EQ(polygons.contains(q), deep) << q.transpose();
     }
     EXPECT_GT(inside, 10);
     EXPECT_GT(outside, 100);
     for (const Vector3d& v : p.mesh.vertices_m)
       EXPECT_TRUE(query.solid_radius_m(v) <= diagonal_m && query.free_radius_m(v) <= diagonal_m);
   }
+}
+
+// The interpolation along an edge of the grid is linear, so its border is the edge's midpoint.
+TEST(HullPolygons, ContainTheHalfOfACrossedEdgeAtItsPointInTheHull) {
+  constexpr double kCell_m = 0.006;
+  test::Random random(21);
+  // Thick enough for whole bricks in the hull.
+  const auto silhouettes = test::silhouettes_of(
+      {{Vector3d(-0.1, 0, 0), Vector3d(0.1, 0.1, 0), 0.25}}, test::random_cameras(random, 3));
+  base::WorkerPool pool(1);
+  hull::CpuHull hull(pool, silhouettes);
+  const hull::HullQuery query(hull);
+  HullPolygons polygons(kCell_m);
+  const geometry::Mesh& mesh = polygons.polygonise(query, kVolume);
+  int inside = 0, crossed = 0;
+  for (int i = 0; i < 2000; ++i) {
+    // A grid point within 24 cells of the surface. The grid has a point at the volume's corner.
+    const Vector3d near = mesh.vertices_m[random() % mesh.vertices_m.size()] +
+                          test::random_in_ball(random, 24 * kCell_m);
+    const Vector3d cells = ((near - kVolume.min()) / kCell_m).array().round();
+    const Vector3d a = kVolume.min() + kCell_m * cells,
+                   b = a + kCell_m * Vector3d::Unit(Eigen::Index(random() % 3));
+    const bool a_in = query.contains(a), b_in = query.contains(b);
+    inside += a_in && b_in;
+    crossed += a_in != b_in;
+    EXPECT_EQ(polygons.contains(a + 0.45 * (b - a)), a_in) << a.transpose();
+    EXPECT_EQ(polygons.contains(a + 0.55 * (b - a)), b_in) << a.transpose();
+  }
+  EXPECT_GT(crossed, 20);
+  EXPECT_GT(inside, 200);
 }
 
 TEST(HullPolygons, AreIndependentOfThreadsAndEmptyWithoutAHull) {
@@ -218,7 +251,9 @@ TEST(HullPolygons, AreIndependentOfThreadsAndEmptyWithoutAHull) {
   EXPECT_EQ(one.vertices_m, three.vertices_m);
   base::WorkerPool pool(1);
   hull::CpuHull empty(pool, {});
-  EXPECT_TRUE(HullPolygons(0.01).polygonise(hull::HullQuery(empty), kVolume).triangles.empty());
+  HullPolygons polygons(0.01);
+  EXPECT_TRUE(polygons.polygonise(hull::HullQuery(empty), kVolume).triangles.empty());
+  EXPECT_FALSE(polygons.contains(Vector3d::Zero()));
 }
 
 // The surface of a hull that extends beyond the volume is cut off there, and still closed.
@@ -230,18 +265,27 @@ TEST(HullPolygons, AreClippedToTheVolume) {
   hull::CpuHull hull(pool, silhouettes);
   const hull::HullQuery query(hull);
   const Eigen::AlignedBox3d volume(Vector3d(0, -0.5, -0.5), Vector3d(0.2, 0.5, 0.5));
-  const geometry::Mesh mesh = HullPolygons(0.01).polygonise(query, volume);
+  HullPolygons polygons(0.01);
+  EXPECT_FALSE(polygons.contains({0.1, 0.06, 0.001}));  // nothing is polygonised yet
+  const geometry::Mesh mesh = polygons.polygonise(query, volume);
   ASSERT_FALSE(mesh.triangles.empty());
   // The surface extends at most 1.5 grid points beyond the volume.
   EXPECT_GT(geometry::bounds_m(mesh).min().x(), -0.015);
   EXPECT_LT(geometry::bounds_m(mesh).max().x(), 0.215);
-  for (const double x_m : {0.01, 0.1, 0.19})
+  for (const double x_m : {0.01, 0.1, 0.19}) {
     EXPECT_EQ(winding(mesh, {x_m, 0.05 + 0.1 * x_m, 0.001}), 1) << x_m;
-  for (const double x_m : {-0.03, 0.23})
+    EXPECT_TRUE(polygons.contains({x_m, 0.05 + 0.1 * x_m, 0.001})) << x_m;
+  }
+  for (const double x_m : {-0.03, 0.23, -100.0, 100.0, std::nan("")}) {
+    EXPECT_FALSE(polygons.contains({x_m, 0.05 + 0.1 * x_m, 0.001})) << x_m;
     EXPECT_EQ(winding(mesh, {x_m, 0.05 + 0.1 * x_m, 0.001}), 0) << x_m;
+  }
 }
 
 #ifdef FIVEPIPE_FCL
+bool nowhere(const Vector3d&) { return false; }
+bool in_box(const Vector3d& p_m) { return p_m.cwiseAbs().maxCoeff() < 0.1; }
+
 TEST(HullFcl, FindsCrossingTrianglesAndTheirPoints) {
   HullFcl fcl;
   fcl.set_hull(geometry::box_mesh({0.2, 0.2, 0.2}));
@@ -249,10 +293,11 @@ TEST(HullFcl, FindsCrossingTrianglesAndTheirPoints) {
   // cell from -0.05 to 0.05 is wholly inside.
   geometry::Mesh sheet = geometry::curtain_mesh(0.6, 0.6, 6, 6, 0, 0);
   for (Vector3d& v : sheet.vertices_m) v += Vector3d(0.05, 0.01, 0.35);
-  const collision::ObjectCollision found = fcl.query(fcl.add(sheet));
+  const std::size_t object = fcl.add(sheet);
+  const collision::ObjectCollision found = fcl.query(object, nowhere);
   ASSERT_TRUE(found.colliding());
   const auto triangles = collision::world_triangles(sheet, Eigen::Isometry3d::Identity());
-  std::vector<std::uint32_t> crossing;
+  std::vector<std::uint32_t> crossing, colliding;
   for (std::uint32_t i = 0; i < triangles.size(); ++i) {
     Eigen::AlignedBox2d box;
     for (const Vector3d& v : triangles[i]) box.extend(Eigen::Vector2d(v.x(), v.z()));
@@ -266,8 +311,11 @@ TEST(HullFcl, FindsCrossingTrianglesAndTheirPoints) {
         (p.cwiseAbs().maxCoeff() < 0.1 ? in : out) = true;
       }
     if (in && out) crossing.push_back(i);
+    if (in) colliding.push_back(i);
   }
   EXPECT_EQ(found.triangles, crossing);
+  EXPECT_EQ(fcl.query(object, in_box).triangles, colliding);
+  EXPECT_GT(colliding.size(), crossing.size());
   EXPECT_LT(crossing.size(), 30u);
   EXPECT_GT(crossing.size(), 10u);
   for (const collision::CollisionPoint& p : found.points) {
@@ -280,17 +328,28 @@ TEST(HullFcl, FindsCrossingTrianglesAndTheirPoints) {
   }
 }
 
-TEST(HullFcl, RefitsADeformedMeshAndMissesEnclosedObjects) {
+// A surface has no inside, so the point-in-volume test finds the triangles that cross no surface.
+TEST(HullFcl, RefitsADeformedMeshAndFindsEnclosedTriangles) {
   HullFcl fcl;
   fcl.set_hull(geometry::box_mesh({0.2, 0.2, 0.2}));
   geometry::Mesh sheet = geometry::curtain_mesh(0.05, 0.05, 2, 2, 0, 0);
-  const std::size_t object = fcl.add(sheet);
-  EXPECT_FALSE(fcl.query(object).colliding());
+  const std::size_t object = fcl.add(sheet), triangles = sheet.triangles.size();
+  EXPECT_FALSE(fcl.query(object, nowhere).colliding());
+  const collision::ObjectCollision enclosed = fcl.query(object, in_box);
+  ASSERT_EQ(enclosed.triangles.size(), triangles);
+  for (std::uint32_t i = 0; i < triangles; ++i) {
+    EXPECT_EQ(enclosed.triangles[i], i);
+    EXPECT_EQ(enclosed.points[i].triangle, i);
+    EXPECT_TRUE(in_box(enclosed.points[i].p_world_m));
+  }
   for (Vector3d& v : sheet.vertices_m) v *= 10;
   fcl.refit(object, sheet.vertices_m);
-  EXPECT_TRUE(fcl.query(object).colliding());
+  EXPECT_TRUE(fcl.query(object, nowhere).colliding());
+  for (Vector3d& v : sheet.vertices_m) v.x() += 3;
+  fcl.refit(object, sheet.vertices_m);
+  EXPECT_FALSE(fcl.query(object, in_box).colliding());
   fcl.set_hull({});
-  EXPECT_FALSE(fcl.query(object).colliding());
+  EXPECT_FALSE(fcl.query(object, nowhere).colliding());
 }
 #endif
 

@@ -1,14 +1,11 @@
-// How benchmarks from a recording split a frame's time into stages, and how results are compared.
+// How the benchmark of a node splits the time of a frame, and how results are compared.
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <random>
 
 #include "benchmarks/nodes/comparison.h"
 #include "benchmarks/nodes/node_breakdown.h"
-#include "benchmarks/nodes/pipeline_breakdown.h"
-#include "common/base/timing.h"
 
 namespace fivepipe::node_bench {
 namespace {
@@ -75,83 +72,6 @@ TEST(NodeBreakdown, SkipsFramesWithoutOutput) {
   EXPECT_EQ(breakdown_of(frames, "recon").period, std::vector<double>{30});
   EXPECT_TRUE(breakdown_of({}, "recon").period.empty());
   EXPECT_EQ(breakdown_of({}, "recon").own_fraction(), 0);
-}
-
-// Frames with random times in a possible order.
-std::vector<replay::FrameTimes> random_frames(unsigned seed, int count) {
-  std::mt19937 random(seed);
-  const auto some = [&] { return std::int64_t(random() % (5 * ms)); };
-  std::vector<replay::FrameTimes> frames;
-  std::int64_t now = 1000 * ms, rendering_free = 0;
-  for (int i = 0; i < count; ++i) {
-    replay::FrameTimes frame;
-    frame.frame = std::uint64_t(i);
-    frame.sent.start_ns = now += some();
-    frame.sent.release_ns = now + some();
-    frame.sent.end_ns = frame.sent.release_ns + some();
-    std::int64_t tiles = 0;
-    for (const char* name : {"a", "b"}) {
-      const std::int64_t last = frame.sent.end_ns + some() - ms, start = last + some(),
-                         written = start + some();
-      frame.nodes[name] = {
-          last - 1,
-          last,
-          {{"reconstruct", start, written - 1}, {"write_tiles", written - 1, written}}};
-      tiles = std::max(tiles, written);
-    }
-    const std::int64_t simulated = frame.sent.end_ns + some() + some();
-    frame.nodes["sim"] = {
-        frame.sent.end_ns, frame.sent.end_ns, {{"simulate", frame.sent.end_ns, simulated}}};
-    const std::int64_t taken = std::max(tiles, rendering_free) + some() / 10,
-                       start = std::max(taken, simulated), end = start + some();
-    frame.nodes["render"] = {taken - 1, taken, {{"render", start, end}}};
-    frame.composited_ns = end;
-    frame.composite_received_ns = end + ms;
-    rendering_free = end;
-    frames.push_back(frame);
-  }
-  return frames;
-}
-
-TEST(PipelineBreakdown, StagesSumToMeasuredLatency) {
-  for (unsigned seed = 0; seed < 50; ++seed) {
-    const PipelineBreakdown breakdown =
-        breakdown_of(random_frames(seed, 40), {{"a", "b"}, "sim", "render"});
-    ASSERT_EQ(breakdown.latency.size(), 40u);
-    EXPECT_NEAR(breakdown.stages_mean_ms(), base::mean(breakdown.latency), 1e-9) << seed;
-    EXPECT_NEAR(breakdown.explained_fraction(),
-                breakdown.stages_mean_ms() / (breakdown.stages_mean_ms() + 1), 1e-9);
-    for (const auto& [stage, times] : breakdown.stages) {
-      ASSERT_EQ(times.size(), 40u) << stage;
-      for (const double time : times) EXPECT_GE(time, 0) << stage;
-    }
-  }
-}
-
-TEST(PipelineBreakdown, FollowsSlowestReconstructionNode) {
-  std::vector<replay::FrameTimes> frames = random_frames(3, 1);
-  auto& slow = frames[0].nodes["b"];
-  slow.steps.back().end_ns += 100 * ms;
-  frames[0].nodes["render"] = {
-      slow.steps.back().end_ns,
-      slow.steps.back().end_ns,
-      {{"render", slow.steps.back().end_ns, slow.steps.back().end_ns + ms}}};
-  frames[0].composited_ns = slow.steps.back().end_ns + ms;
-  const PipelineBreakdown breakdown = breakdown_of(frames, {{"a", "b"}, "sim", "render"});
-  EXPECT_GT(of_step(breakdown.stages, "write_tiles")[0], 99);
-  EXPECT_EQ(breakdown.waited_for_state, 0u);
-}
-
-TEST(PipelineBreakdown, QueueingAtABusyNodeIsNotBusTime) {
-  std::vector<replay::FrameTimes> frames = random_frames(5, 2);
-  auto& render = frames[1].nodes["render"];
-  const std::int64_t busy_until = frames[0].nodes["render"].steps.back().end_ns =
-      render.last_input_ns - ms / 4;
-  frames[1].nodes["a"].steps.back().end_ns = frames[1].nodes["b"].steps.back().end_ns =
-      busy_until - 2 * ms;
-  const PipelineBreakdown breakdown = breakdown_of(frames, {{"a", "b"}, "sim", "render"});
-  EXPECT_NEAR(of_step(breakdown.stages, "rendering busy with frames before")[1], 2, 1e-9);
-  EXPECT_NEAR(of_step(breakdown.stages, "bus to rendering")[1], 0.25, 1e-9);
 }
 
 nlohmann::json suite(std::initializer_list<std::pair<const char*, double>> medians) {

@@ -4,6 +4,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include <filesystem>
+#include <fstream>
 #include <set>
 
 #include "common/config/deployment.h"
@@ -112,7 +113,9 @@ TEST(DemoScene, BlocksDoNotIntersect) {
 TEST(ShippedDeployments, LoadIfSynthetic) {
   std::set<std::string> names;
   for (const auto& file : files_in(kSource / "launch" / "deployments", ".yaml")) {
-    if (file.stem() == "seated4cam" || file.stem() == "balance4cam") continue;  // recordings
+    // These read footage.
+    if (std::set<std::string>{"seated4cam", "balance4cam", "paper_files"}.contains(file.stem()))
+      continue;
     const Deployment deployment = load_deployment(file);
     EXPECT_EQ(deployment.name, file.stem().string());
     names.insert(deployment.name);
@@ -135,6 +138,41 @@ TEST(ShippedDeployments, PaperHasThePapersSettings) {
   EXPECT_EQ(std::get<SimConfig>(find_node(paper, "simulation")->config).window_px, 400);
   EXPECT_EQ(std::get<ReconConfig>(find_node(paper, "recon_a")->config).backend, HullBackend::sweep);
   EXPECT_EQ(std::get<ReconConfig>(find_node(paper, "recon_b")->config).sweep_planes, 96);
+}
+
+// The deployment that measures capture_node with files differs from the paper's in the sources
+// only.
+using PaperFiles = test::SceneFiles;  // with a temporary folder
+TEST_F(PaperFiles, ArePaperWithImageFiles) {
+  const Deployment paper = load_deployment(kSource / "launch/deployments/paper.yaml");
+  for (const RigCamera& camera : paper.rig.cameras) {
+    std::filesystem::create_directories(folder() / camera.name);
+    for (const char* file : {"0000.jpg", "background_00.jpg"})
+      write(camera.name + "/" + file, "an image");
+  }
+  const Deployment files = load_deployment(kSource / "launch/deployments/paper_files.yaml",
+                                           {{"images", folder().string()}});
+  const auto text_from = [](const std::string& file, const std::string& key) {
+    std::ifstream in(kSource / "launch/deployments" / file);
+    const std::string text(std::istreambuf_iterator<char>(in), {});
+    return text.substr(text.find(key));
+  };
+  EXPECT_EQ(text_from("paper_files.yaml", "\n  - name: recon_a"),
+            text_from("paper.yaml", "\n  - name: recon_a"));
+  EXPECT_EQ(files.frame_rate_hz, paper.frame_rate_hz);
+  EXPECT_EQ(files.rig.name, paper.rig.name);
+  EXPECT_EQ(files.scene.name, paper.scene.name);
+  EXPECT_EQ(recon_pinhole(files.viewer), recon_pinhole(paper.viewer));
+  EXPECT_EQ(render_pinhole(files.viewer), render_pinhole(paper.viewer));
+  for (const double t_s : {0.0, 1.0, 7.0})
+    EXPECT_EQ(eye_from_world_at(files.viewer, t_s).matrix(),
+              eye_from_world_at(paper.viewer, t_s).matrix());
+  const auto capture = std::get<CaptureConfig>(find_node(files, "capture")->config);
+  EXPECT_EQ(capture.precomputed_frames, 0);
+  EXPECT_EQ(capture.sources.size(),
+            std::get<CaptureConfig>(find_node(paper, "capture")->config).sources.size());
+  for (const auto& [camera, source] : capture.sources)
+    EXPECT_TRUE(std::holds_alternative<VideoSource>(source)) << camera;
 }
 
 TEST(Seated4cam, ReportsMissingRecording) {

@@ -126,6 +126,21 @@ TEST(Layering, OnlyBenchmarksDependOnBenchmarks) {
           << source.path << " includes " << include;
 }
 
+// A benchmark counts errors against the references alone, not against a method that it compares.
+TEST(Layering, TruthOfTheBenchmarksUsesNoMethod) {
+  int files = 0;
+  for (const Source& source : production()) {
+    if (!source.is_in("benchmarks") || !source.name.starts_with("truth.")) continue;
+    ++files;
+    for (const std::string& include : source.includes)
+      EXPECT_TRUE(top_of(include) != "common" || include.starts_with("common/base/") ||
+                  include.find("/oracle/") != std::string::npos ||
+                  include == "common/collision/detection/detection.h")  // the types of results
+          << source.path << " includes " << include;
+  }
+  EXPECT_EQ(files, 4) << "the truth of the hull and of the collisions was not found";
+}
+
 TEST(Layering, CommonDependsOnNoNodeAndNoProgram) {
   for (const Source& source : production())
     for (const std::string& include : source.includes)

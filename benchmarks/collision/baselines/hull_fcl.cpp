@@ -9,6 +9,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace fivepipe::baselines {
 namespace {
@@ -66,10 +67,81 @@ Eigen::Vector3d shared_point(const Corners& a, const Corners& b) {
   return (oa * nb.cross(line) + ob * line.cross(na) + 0.5 * (from + to) * line) / square;
 }
 
+// Returns a point for each pair of triangles that intersect.
+std::vector<collision::CollisionPoint> crossings(Model& mesh, Model& hull) {
+  fcl::CollisionRequest<double> request(std::numeric_limits<std::size_t>::max(), false);
+  fcl::CollisionResult<double> result;
+  auto still = fcl::Transform3<double>::Identity(), still_too = still;
+  fcl::detail::MeshCollisionTraversalNode<Boxes> traversal;
+  if (!fcl::detail::initialize(traversal, mesh, still, hull, still_too, request, result)) return {};
+  fcl::detail::collide(&traversal);
+  std::vector<fcl::Contact<double>> contacts;
+  result.getContacts(contacts);
+  std::vector<collision::CollisionPoint> points;
+  for (const auto& contact : contacts)
+    points.push_back({shared_point(corners_of(mesh, contact.b1), corners_of(hull, contact.b2)),
+                      std::uint32_t(contact.b1)});
+  return points;
+}
+
+// The triangles at each vertex, and a triangle of each connected component of a mesh.
+struct Topology {
+  std::vector<std::vector<std::uint32_t>> triangles_at;
+  std::vector<std::uint32_t> of_components;
+};
+
+Topology topology_of(const geometry::Mesh& mesh) {
+  Topology topology{std::vector<std::vector<std::uint32_t>>(mesh.vertices_m.size()), {}};
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i)
+    for (const std::uint32_t v : mesh.triangles[i]) topology.triangles_at[v].push_back(i);
+  std::vector<char> reached(mesh.triangles.size());
+  std::vector<std::uint32_t> open;
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    if (reached[i]) continue;
+    topology.of_components.push_back(i);
+    for (open.assign(1, i); !open.empty();) {
+      const std::uint32_t t = open.back();
+      open.pop_back();
+      if (std::exchange(reached[t], true)) continue;
+      for (const std::uint32_t v : mesh.triangles[t])
+        open.insert(open.end(), topology.triangles_at[v].begin(), topology.triangles_at[v].end());
+    }
+  }
+  return topology;
+}
+
+// Adds the triangles that cross no surface and have a corner in the volume, with that corner. They
+// are connected to a crossing triangle by such corners, or fill a component of the mesh. The search
+// begins there, so that its time grows with the contact and not with the mesh.
+void add_enclosed(const Model& mesh, const Topology& topology,
+                  const std::function<bool(const Eigen::Vector3d&)>& in_volume,
+                  std::vector<collision::CollisionPoint>& points) {
+  std::vector<char> done(std::size_t(mesh.num_tris)), tested(std::size_t(mesh.num_vertices));
+  std::vector<std::uint32_t> open = topology.of_components;
+  for (const collision::CollisionPoint& p : points)
+    if (!std::exchange(done[p.triangle], true)) open.push_back(p.triangle);
+  while (!open.empty()) {
+    const fcl::Triangle& corners = mesh.tri_indices[open.back()];
+    open.pop_back();
+    for (const std::size_t v : {corners[0], corners[1], corners[2]}) {
+      if (std::exchange(tested[v], true) || !in_volume(mesh.vertices[v])) continue;
+      for (const std::uint32_t t : topology.triangles_at[v]) {
+        if (std::exchange(done[t], true)) continue;
+        points.push_back({mesh.vertices[v], t});
+        open.push_back(t);
+      }
+    }
+  }
+}
+
 }  // namespace
 
 struct HullFcl::Models {
-  std::vector<std::shared_ptr<Model>> objects;
+  struct Object {
+    std::shared_ptr<Model> model;
+    Topology topology;
+  };
+  std::vector<Object> objects;
   std::shared_ptr<Model> hull;  // null if the hull is empty
 };
 
@@ -77,12 +149,12 @@ HullFcl::HullFcl() : models_(std::make_unique<Models>()) {}
 HullFcl::~HullFcl() = default;
 
 std::size_t HullFcl::add(const geometry::Mesh& mesh_world_m) {
-  models_->objects.push_back(model_of(mesh_world_m));
+  models_->objects.push_back({model_of(mesh_world_m), topology_of(mesh_world_m)});
   return models_->objects.size() - 1;
 }
 
 void HullFcl::refit(std::size_t object, std::span<const Eigen::Vector3d> vertices_world_m) {
-  Model& model = *models_->objects[object];
+  Model& model = *models_->objects[object].model;
   model.beginReplaceModel();
   for (const Eigen::Vector3d& v : vertices_world_m) model.replaceVertex(v);
   model.endReplaceModel(true, true);
@@ -92,23 +164,14 @@ void HullFcl::set_hull(const geometry::Mesh& hull_world_m) {
   models_->hull = hull_world_m.triangles.empty() ? nullptr : model_of(hull_world_m);
 }
 
-collision::ObjectCollision HullFcl::query(std::size_t object) const {
+collision::ObjectCollision HullFcl::query(
+    std::size_t object,
+    const std::function<bool(const Eigen::Vector3d& p_world_m)>& in_volume) const {
   collision::ObjectCollision found;
   if (!models_->hull) return found;
-  fcl::CollisionRequest<double> request(std::numeric_limits<std::size_t>::max(), false);
-  fcl::CollisionResult<double> result;
-  auto still = fcl::Transform3<double>::Identity(), still_too = still;
-  fcl::detail::MeshCollisionTraversalNode<Boxes> traversal;
-  if (!fcl::detail::initialize(traversal, *models_->objects[object], still, *models_->hull,
-                               still_too, request, result))
-    return found;
-  fcl::detail::collide(&traversal);
-  std::vector<fcl::Contact<double>> contacts;
-  result.getContacts(contacts);
-  for (const auto& contact : contacts)
-    found.points.push_back({shared_point(corners_of(*models_->objects[object], contact.b1),
-                                         corners_of(*models_->hull, contact.b2)),
-                            std::uint32_t(contact.b1)});
+  const Models::Object& queried = models_->objects[object];
+  found.points = crossings(*queried.model, *models_->hull);
+  add_enclosed(*queried.model, queried.topology, in_volume, found.points);
   std::stable_sort(found.points.begin(), found.points.end(),
                    [](const collision::CollisionPoint& a, const collision::CollisionPoint& b) {
                      return a.triangle < b.triangle;

@@ -2,6 +2,7 @@
 // hull. Source: Pan, Chitta, Manocha, "FCL: A General Purpose Library for Collision and Proximity
 // Queries", ICRA 2012. Available if the library is installed (FIVEPIPE_FCL).
 #pragma once
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -27,10 +28,12 @@ class HullFcl {
 
   // Returns the object's triangles that intersect triangles of the hull's surface, and for each
   // pair the midpoint of their intersection. (FCL's own contact points are the corners deepest
-  // behind the other triangle's plane, often far from the contact.) A triangle or an object that
-  // is wholly inside the hull intersects no surface and is called free. Different objects may be
-  // queried concurrently.
-  collision::ObjectCollision query(std::size_t object) const;
+  // behind the other triangle's plane, often far from the contact.) A triangle wholly inside the
+  // hull intersects no surface, so the result also has the triangles with a corner for which
+  // `in_volume` is true, and that corner. Different objects may be queried concurrently.
+  collision::ObjectCollision query(
+      std::size_t object,
+      const std::function<bool(const Eigen::Vector3d& p_world_m)>& in_volume) const;
 
  private:
   struct Models;

@@ -248,4 +248,35 @@ const geometry::Mesh& HullPolygons::polygonise(const hull::HullQuery& query,
   return mesh_;
 }
 
+bool HullPolygons::inside_at(const Cell& point) const {
+  const int brick = index_at({point[0] >> 3, point[1] >> 3, point[2] >> 3});
+  if (brick < 0) return brick == kSolid;
+  return bricks_[std::size_t(brick)]
+      .inside[std::size_t(in_brick(point[0] & 7, point[1] & 7, point[2] & 7))];
+}
+
+bool HullPolygons::contains(const Vector3d& p_world_m) const {
+  const Vector3d at = (p_world_m - corner_world_m_) / cell_m_;
+  Cell cell;
+  for (int axis = 0; axis < 3; ++axis) {
+    // The grid points outside the indexed bricks are outside the hull. NaN is outside too.
+    if (!(at[axis] >= 8 * index_min_[axis] - 1 &&
+          at[axis] < 8 * (index_min_[axis] + index_size_[axis])))
+      return false;
+    cell[axis] = int(std::floor(at[axis]));
+  }
+  double inside = 0;
+  for (int c = 0; c < 8; ++c) {
+    const Cell offset{c & 1, c >> 1 & 1, c >> 2};
+    double weight = 1;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double fraction = at[axis] - cell[axis];
+      weight *= offset[axis] ? fraction : 1 - fraction;
+    }
+    if (inside_at({cell[0] + offset[0], cell[1] + offset[1], cell[2] + offset[2]}))
+      inside += weight;
+  }
+  return inside >= 0.5;
+}
+
 }  // namespace fivepipe::baselines

@@ -32,6 +32,11 @@ class HullPolygons {
   const geometry::Mesh& polygonise(const hull::HullQuery& query,
                                    const Eigen::AlignedBox3d& volume_world_m);
 
+  // Whether the point is in the volume that the last call polygonised: the trilinear interpolation
+  // of the grid points of its cell (1 in the hull, 0 outside) is at least 1/2. The surface does not
+  // pass through a cell with eight equal grid points, so there the answer is exact.
+  bool contains(const Eigen::Vector3d& p_world_m) const;
+
   std::size_t points_tested() const { return 512 * bricks_.size(); }  // by the last call
 
   static constexpr int kMaxBricks = 1024;
@@ -58,6 +63,7 @@ class HullPolygons {
   std::array<std::uint8_t, 729> surroundings(const Brick& brick) const;
   void count(Brick& brick) const;
   void write(const Brick& brick);
+  bool inside_at(const Cell& point) const;
   int& index_at(const Cell& brick);
   int index_at(const Cell& brick) const;
   std::uint32_t vertex_at(const Cell& cell) const;

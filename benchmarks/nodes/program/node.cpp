@@ -15,7 +15,7 @@ int bench_node(const std::string& node, const std::vector<std::string>& words) {
       "Exit codes: 0; 1 if a frame was not handled, an input was dropped or not recorded, or the "
       "output differs between runs; 2 for wrong arguments or capture_node; 130 interrupted.",
       "fivepipe bench " + node);
-  BenchOptions options(app);
+  BenchOptions options(app, true);
   app.add_flag("--no-checksum", without_checksum, "do not read the node's output");
   if (const auto exit_code = parse(app, words)) return *exit_code;
   launch::catch_signals();

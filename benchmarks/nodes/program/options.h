@@ -11,7 +11,9 @@ namespace fivepipe::measure {
 
 class BenchOptions {
  public:
-  explicit BenchOptions(CLI::App& app);  // adds the options; the app must not outlive this object
+  // Adds the options. The app must not outlive this object. Without a recording, the options that
+  // select messages of it are refused.
+  BenchOptions(CLI::App& app, bool needs_recording);
   node_bench::FromRecordingOptions values() const;  // after parsing
 
  private:

@@ -40,8 +40,9 @@ void FrameSetReader::check_cameras() {
 std::vector<frames::FrameSet> FrameSetReader::take() {
   check_cameras();
   std::vector<frames::FrameSet> complete;
-  const std::int64_t now_ns = base::now_realtime_ns();
-  for (const auto& sample : maps_.take()) {
+  const auto samples = maps_.take();
+  const std::int64_t now_ns = base::now_realtime_ns();  // after the take: the node has the maps
+  for (const auto& sample : samples) {
     if (!sample.valid()) continue;
     if (!mismatched_.empty() &&
         std::find(mismatched_.begin(), mismatched_.end(),
