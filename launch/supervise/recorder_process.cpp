@@ -19,9 +19,9 @@ using Clock = std::chrono::steady_clock;
 
 constexpr auto kStartTimeout = 10s;
 
-// After SIGTERM the recorder writes its buffer for at most 2 s, counts the rest as lost and closes
-// the file.
-constexpr std::chrono::milliseconds kRecorderGrace = 3s;
+// After SIGTERM the recorder limits the time for which it waits for the disk, drops and counts what
+// the disk has not taken, and closes the file, in less than this time.
+constexpr std::chrono::milliseconds kRecorderGrace = 2s;
 
 std::vector<std::string> command_line(const std::vector<std::string>& arguments) {
   std::vector<std::string> words{program_folder() / "fivepipe", "record", "--name",

@@ -19,7 +19,7 @@ class RecorderProcess {
   pid_t pid() const { return child_.pid(); }
   void forward_output();
   std::optional<ProcessExit> ended() { return child_.ended(); }
-  // Sends SIGTERM and waits for the end: at most 3 s, not at all after two signals (interrupt.h).
+  // Sends SIGTERM and waits for the end: at most 2 s, not at all after two signals (interrupt.h).
   // Then kills the recorder. Returns nullopt if even that does not end it within kKillTimeout.
   // Forwards its last output to stderr.
   std::optional<ProcessExit> finish();

@@ -234,7 +234,7 @@ TEST_F(RecordingUp, DurationEndsByTheClockAlthoughTheRecorderHangs) {
   kill(recorder_, SIGSTOP);
   const auto begin = Clock::now();
   EXPECT_EQ(up.wait_for_end(kTimeout), 1) << up.said();
-  // At most 1 s to run, and 3 s until the recorder is killed; the rest is for a busy machine.
+  // At most 1 s to run, and 2 s until the recorder is killed; the rest is for a busy machine.
   EXPECT_LT(Clock::now() - begin, 10s);
   EXPECT_EQ(report()["ended_by"], "duration");
   EXPECT_EQ(report()["recorder"]["end"], "killed by signal 9 (SIGKILL)");
