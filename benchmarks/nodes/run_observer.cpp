@@ -6,7 +6,7 @@
 
 #include "common/base/realtime.h"
 #include "common/pipeline/messages/wire_conversions.h"
-#include "launch/supervise/status_messages.h"
+#include "launch/supervise/status/status_messages.h"
 
 namespace fivepipe::node_bench {
 

@@ -12,7 +12,7 @@
 #include "benchmarks/nodes/wire/bus_trace.h"
 #include "common/pipeline/bus/bus.h"
 #include "common/recording/replay/frame_times.h"
-#include "launch/supervise/node_status.h"
+#include "launch/supervise/status/node_status.h"
 
 namespace fivepipe::node_bench {
 

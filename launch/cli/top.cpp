@@ -7,8 +7,8 @@
 #include "launch/cli/commands.h"
 #include "launch/cli/options.h"
 #include "launch/supervise/interrupt.h"
-#include "launch/supervise/live_status.h"
-#include "launch/supervise/status_messages.h"
+#include "launch/supervise/status/live_status.h"
+#include "launch/supervise/status/status_messages.h"
 
 namespace fivepipe::launch {
 namespace {

@@ -20,11 +20,11 @@
 #include "common/base/version.h"
 #include "common/pipeline/messages/wire_conversions.h"
 #include "launch/supervise/interrupt.h"
-#include "launch/supervise/live_status.h"
 #include "launch/supervise/program_folder.h"
 #include "launch/supervise/recorder_process.h"
 #include "launch/supervise/report.h"
-#include "launch/supervise/status_messages.h"
+#include "launch/supervise/status/live_status.h"
+#include "launch/supervise/status/status_messages.h"
 #include "launch/supervise/supervisor.h"
 
 namespace fivepipe::launch {

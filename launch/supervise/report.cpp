@@ -9,7 +9,7 @@
 #include "common/base/realtime.h"
 #include "common/base/text_table.h"
 #include "common/pipeline/node/status_names.h"
-#include "launch/supervise/largest_counts.h"
+#include "launch/supervise/status/largest_counts.h"
 
 namespace fivepipe::launch {
 namespace {

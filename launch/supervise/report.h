@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "launch/supervise/node_status.h"
+#include "launch/supervise/status/node_status.h"
 #include "launch/supervise/supervisor.h"
 
 namespace fivepipe::launch {

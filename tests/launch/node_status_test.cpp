@@ -1,7 +1,7 @@
 // The newest statuses of processes, and the texts about running nodes.
 #include <gtest/gtest.h>
 
-#include "launch/supervise/live_status.h"
+#include "launch/supervise/status/live_status.h"
 
 using namespace fivepipe;
 

@@ -1,4 +1,4 @@
-#include "launch/supervise/node_status.h"
+#include "launch/supervise/status/node_status.h"
 
 #include <algorithm>
 

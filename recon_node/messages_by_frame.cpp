@@ -1,4 +1,4 @@
-#include "recon_node/frame_inputs.h"
+#include "recon_node/messages_by_frame.h"
 
 #include <utility>
 

@@ -1,4 +1,4 @@
-#include "launch/supervise/status_messages.h"
+#include "launch/supervise/status/status_messages.h"
 
 #include <algorithm>
 #include <chrono>

@@ -1,4 +1,4 @@
-#include "launch/supervise/live_status.h"
+#include "launch/supervise/status/live_status.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -7,7 +7,7 @@
 
 #include "common/base/text_table.h"
 #include "common/pipeline/node/status_names.h"
-#include "launch/supervise/largest_counts.h"
+#include "launch/supervise/status/largest_counts.h"
 
 namespace fivepipe::launch {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "launch/supervise/node_status.h"
+#include "launch/supervise/status/node_status.h"
 
 namespace fivepipe::launch {
 

@@ -3,7 +3,7 @@
 #include <set>
 
 #include "common/pipeline/bus/bus.h"
-#include "launch/supervise/node_status.h"
+#include "launch/supervise/status/node_status.h"
 
 namespace fivepipe::launch {
 

@@ -1,4 +1,4 @@
-#include "launch/supervise/largest_counts.h"
+#include "launch/supervise/status/largest_counts.h"
 
 #include <algorithm>
 #include <vector>
