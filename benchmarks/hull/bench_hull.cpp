@@ -58,6 +58,8 @@ std::vector<Result> measure(const HullScene& scene, const Size& size,
     r.checksum = checksum(depths[m]);
     r.maps_covered = covered_fraction(scene);
     r.footprint_mm = 1000 * pixel_footprint_m(scene);
+    r.map_width_px = scene.silhouettes.front().pixels.width_px();
+    r.map_height_px = scene.silhouettes.front().pixels.height_px();
   }
   return results;
 }

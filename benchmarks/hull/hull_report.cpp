@@ -36,6 +36,8 @@ ordered_json json_of(const Result& r) {
             {"pixel_footprint_mm", r.footprint_mm}}},
           {"counts",
            {{"cameras", r.cameras},
+            {"map_width_px", r.map_width_px},
+            {"map_height_px", r.map_height_px},
             {"hits", r.hits},
             {"reference_rays", e.rays},
             {"reference_hits", e.reference_hits},

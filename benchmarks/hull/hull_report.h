@@ -14,11 +14,12 @@ struct Result {
   int width_px = 0, height_px = 0, threads = 0, cameras = 0;
   std::vector<double> time_ms;  // per run
   Errors errors;
-  int hits = 0;                // pixels of the view with hull
-  std::uint64_t checksum = 0;  // of the depths
-  double maps_covered = 0;     // fraction of the maps that are object pixels
-  double footprint_mm = 0;     // width of a map pixel at the object
-  std::string name() const;    // "cpu/hand4/640x480/2"
+  int hits = 0;                             // pixels of the view with hull
+  std::uint64_t checksum = 0;               // of the depths
+  double maps_covered = 0;                  // fraction of the maps that are object pixels
+  double footprint_mm = 0;                  // width of a map pixel at the object
+  int map_width_px = 0, map_height_px = 0;  // of the first camera
+  std::string name() const;                 // "cpu/hand4/640x480/2"
 };
 
 std::uint64_t checksum(std::span<const float> depths);  // FNV-1a over the bits
