@@ -58,11 +58,21 @@ std::string problems_text(const replay::RecordRequest& request,
     text += fmt::format(
         "The file holds everything up to the failure; repair it by `fivepipe info --recover {}`.\n",
         request.file.string());
+  } else if (!result.finished) {
+    text += fmt::format(
+        "the disk was too slow to take the index; repair the file by `fivepipe info --recover "
+        "{}`.\n",
+        request.file.string());
   } else if (received == 0) {
     text += fmt::format(
         "received no message; `fivepipe ls --domain {}` lists the nodes that write there\n",
         request.domain);
   }
+  if (result.failure.empty() && !result.synced)
+    text += fmt::format(
+        "the disk has not confirmed the end of {}; a power cut within the next seconds may lose "
+        "it\n",
+        request.file.string());
   return text;
 }
 

@@ -91,6 +91,20 @@ std::map<std::string, RecorderCounts> counts_from(
   return counts;
 }
 
+// Reads the final counts, or the newest ones of a recording that was cut off.
+void read_counts(const recording::Recording& recording, RecordingInfo& info) {
+  auto counts = metadata_of(recording, recording::kCountsMetadata, info.unreadable);
+  if (counts.empty()) {
+    counts = metadata_of(recording, recording::kCountsSoFarMetadata, info.unreadable);
+    if (counts.empty()) return;
+    const std::string& stamp = counts[recording::kCountsStampKey];
+    std::from_chars(stamp.data(), stamp.data() + stamp.size(), info.counts_stamp_ns.emplace(0));
+  }
+  info.counts = counts_from(counts);
+  if (const auto why = counts.find(recording::kLossReasonKey); why != counts.end())
+    info.loss_reason = why->second;
+}
+
 std::vector<std::string> type_differences_of(const recording::Recording& recording) {
   std::set<std::string> problems;
   const std::string file = recording.file().string() + ": ";
@@ -127,12 +141,7 @@ RecordingInfo inspect(const recording::Recording& recording, bool reads_all) {
   info.attachments = reader.attachments();
   info.header = metadata_of(recording, recording::kRecordingMetadata, info.unreadable);
   info.settings = metadata_of(recording, recording::kSettingsMetadata, info.unreadable);
-  if (const auto counts = metadata_of(recording, recording::kCountsMetadata, info.unreadable);
-      !counts.empty()) {
-    info.counts = counts_from(counts);
-    if (const auto why = counts.find(recording::kLossReasonKey); why != counts.end())
-      info.loss_reason = why->second;
-  }
+  read_counts(recording, info);
   info.type_differences = type_differences_of(recording);
   auto topics = topics_of(recording, info.duration_s());
   if (reads_all) read_all(recording, topics, info.unreadable);

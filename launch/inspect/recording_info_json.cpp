@@ -55,6 +55,8 @@ Json json_of(const RecordingInfo& info) {
       if (count.sent > 0)
         json["counts"][topic].update({{"sent", count.sent}, {"missing", count.missing}});
     }
+  json["counts_stamp_ns"] = nullptr;
+  if (info.counts_stamp_ns) json["counts_stamp_ns"] = *info.counts_stamp_ns;
   if (!info.loss_reason.empty()) json["loss_reason"] = info.loss_reason;
   json["type_differences"] = info.type_differences;
   json["recording"] = info.header;

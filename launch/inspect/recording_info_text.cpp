@@ -136,6 +136,19 @@ std::string by_topic_text(const RecordingInfo& info, std::uint64_t RecorderCount
   return wrapped("", by_topic);
 }
 
+// A recording that was cut off: messages that the recorder had received were in its memory.
+std::string cut_off_text(const RecordingInfo& info, const RecorderCounts& all) {
+  const std::uint64_t kept = all.received - std::min(all.received, all.lost),
+                      not_in_file = kept - std::min(kept, info.messages);
+  std::string text;
+  if (not_in_file > 0)
+    text += line("LOST", std::to_string(not_in_file) + " of " + std::to_string(all.received) +
+                             " received messages are not in the file: they waited for the disk");
+  return text + line("losses", (text.empty() && all.lost == 0 ? "none until " : "known until ") +
+                                   base::local_date_and_time(*info.counts_stamp_ns) +
+                                   "; later ones are unknown, because the recorder did not end");
+}
+
 std::string losses_text(const RecordingInfo& info) {
   std::uint64_t gaps = 0;
   for (const TopicInfo& topic : info.topics) gaps += topic.missing;
@@ -164,6 +177,7 @@ std::string losses_text(const RecordingInfo& info) {
                          " received messages were dropped: " +
                          (info.loss_reason.empty() ? "the disk was too slow" : info.loss_reason)) +
         by_topic_text(info, &RecorderCounts::lost);
+  if (info.counts_stamp_ns) return text + cut_off_text(info, all);
   if (gaps > all.lost) text += missing_text(info, gaps);
   return text.empty()
              ? line("losses", "none: " + std::to_string(all.received) + " received, all written")

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "common/config/deployment.h"
+#include "common/recording/files/format.h"
 
 namespace fivepipe::launch {
 namespace {
@@ -126,6 +127,49 @@ TEST_F(RecordingCommands, InfoReportsLosses) {
               holds(answer, "FrameComposited "))
       << answer.text;
   EXPECT_LE(longest_line(answer.text), 120u) << answer.text;
+}
+
+// The recorder was killed: the file has 60 messages and the counts that it wrote before.
+TEST_F(RecordingCommands, InfoOfACutOffRecordingTellsItsLosses) {
+  const fs::path file = folder.path / "cut_off.mcap";
+  const auto write = [&](std::uint64_t received, std::uint64_t lost) {
+    mcap::FileWriter writer(file, mcap::Compression::none, "");
+    mcap::ChunkBuilder chunk;
+    const auto channel =
+        chunk.add_channel({chunk.add_schema({kCompositedType, recording::kSchemaEncoding,
+                                             schema::fivepipe_schema(kCompositedType)}),
+                           kCompositedTopic,
+                           recording::kMessageEncoding,
+                           {{"node", "render"}}});
+    for (std::uint32_t i = 0; i < 60; ++i) {
+      const auto cdr = frame_cdr("viewer", i);
+      chunk.add({channel, i, std::uint64_t(start_ns), std::uint64_t(start_ns), cdr});
+    }
+    mcap::Metadata counts{recording::kCountsSoFarMetadata,
+                          {{kCompositedTopic + " received", std::to_string(received)},
+                           {kCompositedTopic + " written", "40"},
+                           {kCompositedTopic + " lost", std::to_string(lost)},
+                           {recording::kCountsStampKey, std::to_string(start_ns)}}};
+    if (lost > 0) counts.values[recording::kLossReasonKey] = "the disk was too slow";
+    writer.add(counts);
+    writer.write(chunk.take());
+  };
+  write(100, 10);
+  const Answer lost = fivepipe("info " + file.string());
+  EXPECT_TRUE(holds(lost, "10 of 100 received messages were dropped: the disk was too slow"));
+  EXPECT_TRUE(holds(lost, "30 of 100 received messages are not in the file")) << lost.text;
+  EXPECT_TRUE(holds(lost, "losses       known until 2023-11-14 22:13:20")) << lost.text;
+  const Answer json = fivepipe("info --json " + file.string());
+  const auto parsed = nlohmann::json::parse(json.text);
+  EXPECT_EQ(parsed["counts_stamp_ns"], start_ns);
+  EXPECT_EQ(parsed["counts"][kCompositedTopic]["lost"], 10);
+  // After the repair too, the file is one that was cut off.
+  const Answer repaired = fivepipe("info --recover " + file.string());
+  EXPECT_TRUE(holds(repaired, "30 of 100 received messages are not in the file")) << repaired.text;
+  write(60, 0);
+  const Answer none = fivepipe("info " + file.string());
+  EXPECT_TRUE(holds(none, "losses       none until 2023-11-14 22:13:20")) << none.text;
+  EXPECT_FALSE(holds(none, "LOST")) << none.text;
 }
 
 TEST_F(RecordingCommands, InfoAndEchoHandleTypesOfAnotherBuild) {

@@ -6,7 +6,7 @@
 //   TOPIC/key_state   channel of key changes (disposed, or no writer left), type KeyState
 //   attachments       the deployment's files, under deployment/
 //   metadata          `recording`: versions and machine; `settings`: the deployment's settings;
-//                     `counts`, written last: message counts by topic
+//                     `counts_so_far`, every 2 s: message counts by topic; `counts`, written last
 #pragma once
 #include <string>
 
@@ -32,6 +32,10 @@ inline constexpr const char* kSettingsMetadata = "settings";
 // Keys: "TOPIC received", "TOPIC written", "TOPIC lost"; if the writers publish send counts, also
 // "TOPIC sent" and "TOPIC missing" (sent but never received).
 inline constexpr const char* kCountsMetadata = "counts";
+// The same keys, and kCountsStampKey. The newest of these records tells of the losses of a
+// recording that was cut off.
+inline constexpr const char* kCountsSoFarMetadata = "counts_so_far";
+inline constexpr const char* kCountsStampKey = "stamp_ns";    // CLOCK_REALTIME
 inline constexpr const char* kLossReasonKey = "loss_reason";  // in `counts`, if messages were lost
 
 inline constexpr const char* kDeploymentFolder = "deployment/";

@@ -1,5 +1,6 @@
 #include "common/recording/files/recording.h"
 
+#include <algorithm>
 #include <fstream>
 
 #include "common/recording/files/format.h"
@@ -99,9 +100,11 @@ std::vector<std::string> Recording::type_differences(const std::set<mcap::Id>& c
 }
 
 std::map<std::string, std::string> Recording::metadata(const std::string& name) const {
-  for (const mcap::MetadataIndex& index : reader_->metadata())
-    if (index.name == name) return reader_->read(index).values;
-  return {};
+  const auto& all = reader_->metadata();
+  const auto last = std::find_if(all.rbegin(), all.rend(), [&](const mcap::MetadataIndex& index) {
+    return index.name == name;
+  });
+  return last == all.rend() ? std::map<std::string, std::string>() : reader_->read(*last).values;
 }
 
 std::optional<std::filesystem::path> Recording::extract_deployment(

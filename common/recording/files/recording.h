@@ -62,8 +62,8 @@ class Recording {
   // Throws RecordingError as idl() does.
   std::vector<std::string> type_differences(const std::set<mcap::Id>& channels) const;
 
-  // Values of a metadata record; empty if the file has none of that name. Throws mcap::McapError if
-  // the record is damaged.
+  // Values of the last metadata record of that name; empty if the file has none. Throws
+  // mcap::McapError if the record is damaged.
   std::map<std::string, std::string> metadata(const std::string& name) const;
   // Writes the deployment's files into the folder and returns the path of the deployment file
   // there, or nullopt if the recording has none. Throws RecordingError if an attachment's name

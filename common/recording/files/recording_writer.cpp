@@ -4,6 +4,7 @@
 #include <cstring>
 #include <utility>
 
+#include "common/base/realtime.h"
 #include "common/recording/files/format.h"
 
 namespace fivepipe::recording {
@@ -110,31 +111,44 @@ void RecordingWriter::close_chunk() {
 
 void RecordingWriter::write_until_finished() {
   while (auto next = queue_.pop()) write(*next, queue_.size() == 0);
+  const std::scoped_lock lock(mutex_);
+  writer_ended_ = true;
+  ended_.notify_all();
+}
+
+// Returns false if finish() drops the remaining messages meanwhile.
+bool RecordingWriter::write_to_file(const QueuedChunk& queued, bool is_last) {
+  const auto now = [] { return std::chrono::steady_clock::now(); };
+  const auto dropping = [this] { return dropping_.load(); };
+  const std::scoped_lock lock(file_mutex_);
+  if (!file_->write(queued.chunk, dropping)) return false;
+  if (now() - counted_ >= std::chrono::duration<double>(options_.counts_s)) {
+    mcap::Metadata counts = counts_metadata(kCountsSoFarMetadata);
+    counts.values[kCountsStampKey] = std::to_string(base::now_realtime_ns());
+    file_->add(counts);
+    counted_ = now();
+  }
+  bytes_written_ = file_->bytes_written();
+  // If the disk lags behind, several chunks share one sync.
+  if (options_.sync &&
+      (is_last || now() - synced_ >= std::chrono::duration<double>(options_.chunk_s))) {
+    file_->sync(dropping);
+    synced_ = now();
+  }
+  return true;
 }
 
 void RecordingWriter::write(QueuedChunk& queued, bool is_last) {
-  using Clock = std::chrono::steady_clock;
-  std::string why;
-  try {
-    const std::scoped_lock lock(file_mutex_);
-    if (failure().empty()) {
-      file_->write(queued.chunk);
-      bytes_written_ = file_->bytes_written();
-      // If the disk lags behind, several chunks share one sync.
-      if (options_.sync &&
-          (is_last || Clock::now() - synced_ >= std::chrono::duration<double>(options_.chunk_s))) {
-        file_->sync();
-        synced_ = Clock::now();
-      }
-    } else {
-      why = failure();
+  std::string why = failure();
+  bool written = false;
+  if (why.empty()) try {
+      written = write_to_file(queued, is_last);
+    } catch (const std::exception& error) {
+      why = error.what();
     }
-  } catch (const std::exception& error) {
-    why = error.what();
-  }
   const std::scoped_lock lock(mutex_);
   if (failure_.empty()) failure_ = why;
-  if (!why.empty()) return drop(queued);
+  if (!written) return drop(queued);
   for (const auto& [channel, count] : queued.messages)
     counts_[topic_of_channel_.at(channel)].written += count;
 }
@@ -158,10 +172,10 @@ std::string RecordingWriter::loss_reason() const {
   const std::scoped_lock lock(mutex_);
   const bool none = std::all_of(counts_.begin(), counts_.end(),
                                 [](const auto& count) { return count.second.lost == 0; });
-  return none                ? ""
-         : !failure_.empty() ? failure_
-         : aborted_          ? "the recorder was interrupted before it had written them"
-                             : "the disk was too slow";
+  return none                    ? ""
+         : !failure_.empty()     ? failure_
+         : !drop_reason_.empty() ? drop_reason_
+                                 : "the disk was too slow";
 }
 
 void RecordingWriter::add_sent(const std::string& topic, std::uint64_t sent,
@@ -171,42 +185,52 @@ void RecordingWriter::add_sent(const std::string& topic, std::uint64_t sent,
   counts_[topic].missing += missing;
 }
 
-void RecordingWriter::add_counts() {
+mcap::Metadata RecordingWriter::counts_metadata(const char* name) const {
   const std::string why = loss_reason();
-  mcap::Metadata counts{kCountsMetadata, {}};
-  for (const auto& [topic, count] : counts_) {
-    counts.values[topic + " received"] = std::to_string(count.received);
-    counts.values[topic + " written"] = std::to_string(count.written);
-    counts.values[topic + " lost"] = std::to_string(count.lost);
+  mcap::Metadata metadata{name, {}};
+  for (const auto& [topic, count] : counts()) {
+    metadata.values[topic + " received"] = std::to_string(count.received);
+    metadata.values[topic + " written"] = std::to_string(count.written);
+    metadata.values[topic + " lost"] = std::to_string(count.lost);
     if (count.sent == 0) continue;
-    counts.values[topic + " sent"] = std::to_string(count.sent);
-    counts.values[topic + " missing"] = std::to_string(count.missing);
+    metadata.values[topic + " sent"] = std::to_string(count.sent);
+    metadata.values[topic + " missing"] = std::to_string(count.missing);
   }
-  if (!why.empty()) counts.values[kLossReasonKey] = why;
-  file_->add(counts);
+  if (!why.empty()) metadata.values[kLossReasonKey] = why;
+  return metadata;
 }
 
-void RecordingWriter::finish(const std::function<bool()>& should_abort) {
-  constexpr std::chrono::milliseconds kAbortPollPeriod{20};
+void RecordingWriter::drop_remaining(const std::string& why) {
+  dropping_ = true;
+  const auto dropped = queue_.clear();
+  const std::scoped_lock lock(mutex_);
+  drop_reason_ = why;
+  for (const QueuedChunk& queued : dropped) drop(queued);
+}
+
+void RecordingWriter::wait_for_writer(const FinishLimits& limits) {
+  constexpr std::chrono::milliseconds kPollPeriod{20};
+  std::unique_lock lock(mutex_);
+  while (!ended_.wait_for(lock, kPollPeriod, [this] { return writer_ended_; })) {
+    lock.unlock();
+    if (!dropping_ && limits.why_drop)
+      if (const std::string why = limits.why_drop(); !why.empty()) drop_remaining(why);
+    lock.lock();
+  }
+  lock.unlock();
+  writer_thread_.join();
+}
+
+void RecordingWriter::finish(const FinishLimits& limits) {
   if (!writer_thread_.joinable()) return;
   close_chunk();
   queue_.close();
-  while (should_abort && queue_.size() > 0) {
-    if (should_abort()) {
-      const auto dropped = queue_.clear();
-      const std::scoped_lock lock(mutex_);
-      aborted_ = true;
-      for (const QueuedChunk& queued : dropped) drop(queued);
-    } else {
-      queue_.wait_until_empty(kAbortPollPeriod);
-    }
-  }
-  writer_thread_.join();
+  wait_for_writer(limits);
   if (!failure_.empty()) return;
   try {
-    add_counts();
-    file_->finish();
-    if (options_.sync) file_->sync();
+    file_->add(counts_metadata(kCountsMetadata));
+    is_finished_ = file_->finish(limits.is_over);
+    if (options_.sync) is_synced_ = file_->sync(limits.is_over);
     bytes_written_ = file_->bytes_written();
   } catch (const std::exception& error) {
     failure_ = error.what();

@@ -2,6 +2,7 @@
 #pragma once
 #include <atomic>
 #include <chrono>
+#include <condition_variable>
 #include <filesystem>
 #include <functional>
 #include <limits>
@@ -27,7 +28,8 @@ struct WriterOptions {
   // most that much.
   std::size_t chunk_bytes = std::size_t(2) << 20;
   double chunk_s = 0.5;
-  bool sync = true;  // force chunks to the disk; without it a power cut may cost more
+  double counts_s = 2;  // time between two records of the counts so far, of some 2 kB each
+  bool sync = true;     // force chunks to the disk; without it a power cut may cost more
   std::size_t max_queued_bytes = std::size_t(256) << 20;  // messages beyond this are lost
 };
 
@@ -37,6 +39,15 @@ struct TopicCounts {
   std::uint64_t written = 0;
   // According to the send counts of the topic's writers; missing: sent, but never received.
   std::uint64_t sent = 0, missing = 0;
+};
+
+// Conditions that end finish() although the disk has not taken everything. Empty functions never
+// do.
+struct FinishLimits {
+  // Returns why the remaining messages are dropped now; empty: not yet.
+  std::function<std::string()> why_drop;
+  // Returns whether to give up writing the index and waiting for the disk.
+  mcap::StopCondition is_over;
 };
 
 // One thread calls the member functions; a second thread compresses and writes. If the disk is full
@@ -79,10 +90,13 @@ class RecordingWriter {
 
   // Adds send counts of the topic's writers. finish() stores them with the other counts.
   void add_sent(const std::string& topic, std::uint64_t sent, std::uint64_t missing);
-  // Waits for the disk, writes the counts and the summary and closes the file. No message may be
-  // added afterwards. When `should_abort` first returns true, the queued chunks are dropped and
-  // counted as lost.
-  void finish(const std::function<bool()>& should_abort = {});
+  // Waits for the disk, writes the counts and the summary. No message may be added afterwards. When
+  // the limits require it, drops the messages that are not written and counts them as lost, and
+  // then gives up writing the summary.
+  void finish(const FinishLimits& limits = {});
+  // After finish(): whether the file has its summary, and whether the disk has confirmed all of it.
+  bool is_finished() const { return is_finished_; }
+  bool is_synced() const { return is_synced_; }
 
  private:
   struct QueuedChunk {
@@ -100,8 +114,11 @@ class RecordingWriter {
   void close_chunk();
   void write_until_finished();
   void write(QueuedChunk& queued, bool is_last);
+  bool write_to_file(const QueuedChunk& queued, bool is_last);
   void drop(const QueuedChunk& queued);
-  void add_counts();
+  void drop_remaining(const std::string& why);
+  mcap::Metadata counts_metadata(const char* name) const;
+  void wait_for_writer(const FinishLimits& limits);
   mcap::Id schema_of(const std::string& type, const std::string& text);
 
   WriterOptions options_;
@@ -111,15 +128,18 @@ class RecordingWriter {
   std::map<std::string, mcap::Id> schemas_;
   std::map<mcap::Id, ChannelState> channels_;
 
-  mutable std::mutex mutex_;  // guards the members up to aborted_
+  mutable std::mutex mutex_;  // guards the members up to writer_ended_
   std::map<std::string, TopicCounts> counts_;
   std::map<mcap::Id, std::string> topic_of_channel_;
-  std::string failure_;
-  bool aborted_ = false;
+  std::string failure_, drop_reason_;
+  bool writer_ended_ = false;
+  std::condition_variable ended_;
 
-  std::mutex file_mutex_;  // guards file_ and synced_
+  std::mutex file_mutex_;  // guards the members up to counted_
   std::optional<mcap::FileWriter> file_;
-  std::chrono::steady_clock::time_point synced_{};
+  std::chrono::steady_clock::time_point synced_{}, counted_ = std::chrono::steady_clock::now();
+  std::atomic<bool> dropping_{false};  // the remaining messages are dropped
+  bool is_finished_ = false, is_synced_ = false;
   std::atomic<std::uint64_t> bytes_written_{0};
   // Its cost is the size of uncompressed chunks. It has no limit of its own: add_counted() enforces
   // max_queued_bytes, which includes the open chunk.

@@ -49,41 +49,65 @@ void AppendFile::fail(const char* what) const {
   throw std::system_error(errno, std::generic_category(), path_.string() + ": " + what);
 }
 
-void AppendFile::write_all(ByteView bytes, std::uint64_t at) const {
+// Returns false if `stop` ends the call before all bytes are written.
+bool AppendFile::write_all(ByteView bytes, std::uint64_t at, const StopCondition& stop) const {
   while (!bytes.empty()) {
-    const ssize_t written = pwrite(file_, bytes.data(), bytes.size(), off_t(at));
+    if (stop && stop()) return false;
+    const ssize_t written =
+        pwrite(file_, bytes.data(), std::min<std::size_t>(bytes.size(), kPieceBytes), off_t(at));
     if (written < 0 && errno == EINTR) continue;
     if (written == 0) errno = ENOSPC;
     if (written <= 0) fail("cannot be written");
     at += std::uint64_t(written);
     bytes = bytes.subspan(std::size_t(written));
   }
+  return true;
 }
 
-void AppendFile::append(ByteView bytes) {
+// A reader would take the bytes of an incomplete append() for a damaged end. If ftruncate fails,
+// the next append() overwrites them and readers skip them.
+void AppendFile::remove_after_end() const {
+  [[maybe_unused]] const int cut = ftruncate(file_, off_t(size_bytes_));
+}
+
+bool AppendFile::append(ByteView bytes, const StopCondition& stop) {
   try {
-    write_all(bytes, size_bytes_);
+    if (!write_all(bytes, size_bytes_, stop)) {
+      remove_after_end();
+      return false;
+    }
   } catch (const std::system_error&) {
-    // Remove the bytes that were written: a reader would take them for a damaged end. If ftruncate
-    // fails, the next append() overwrites them and readers skip them.
-    [[maybe_unused]] const int cut = ftruncate(file_, off_t(size_bytes_));
+    remove_after_end();
     throw;
   }
   size_bytes_ += bytes.size();
   crc_ = crc32_of(bytes, crc_);
+  return true;
 }
 
-void AppendFile::sync() {
+bool AppendFile::sync(const StopCondition& stop) {
+  // fdatasync() waits for everything at once. If the data are written before, piece by piece, a
+  // slow disk keeps it waiting for one piece at most. Not every file system has this call.
+  for (; stop && synced_bytes_ < size_bytes_; synced_bytes_ += kPieceBytes) {
+    if (stop()) return false;
+    if (sync_file_range(
+            file_, off_t(synced_bytes_), off_t(kPieceBytes),
+            SYNC_FILE_RANGE_WAIT_BEFORE | SYNC_FILE_RANGE_WRITE | SYNC_FILE_RANGE_WAIT_AFTER) != 0)
+      break;
+  }
+  if (stop && stop()) return false;
   int result;
   while ((result = fdatasync(file_)) != 0 && errno == EINTR) {
   }
   // EINVAL and EROFS mean that the file (a device or a pipe) cannot be synchronised.
   if (result != 0 && errno != EINVAL && errno != EROFS)
     fail("cannot be synchronised with the disk");
+  synced_bytes_ = size_bytes_;
+  return true;
 }
 
 void AppendFile::overwrite(std::uint64_t byte, std::byte value) {
-  write_all(ByteView(&value, 1), byte);
+  write_all(ByteView(&value, 1), byte, {});
 }
 
 std::uint32_t AppendFile::crc_of_whole_file() const {

@@ -2,13 +2,21 @@
 // the bytes; when it throws, the file has none of them.
 #pragma once
 #include <filesystem>
+#include <functional>
 
 #include "common/recording/mcap/format/bytes.h"
 
 namespace fivepipe::mcap {
 
+// A slow disk keeps a call waiting. The call tests this condition about every kPieceBytes, and
+// gives up when it returns true. An empty function never stops.
+using StopCondition = std::function<bool()>;
+
 class AppendFile {
  public:
+  // 0.1 s of a disk that writes 2.5 MB/s.
+  static constexpr std::uint64_t kPieceBytes = std::uint64_t(256) << 10;
+
   // create() truncates an existing file. reopen() truncates the file to `size_bytes`, which must
   // not exceed its size. Both lock the file (flock) before they change it. Both throw
   // std::system_error, which names the file, also if another AppendFile holds the lock.
@@ -19,11 +27,11 @@ class AppendFile {
   ~AppendFile();
 
   // Throws std::system_error, for example if the disk is full; the file then keeps its previous
-  // end.
-  void append(ByteView bytes);
-  // Returns when all appended bytes are on the disk and survive a power cut. Throws
-  // std::system_error if the disk fails.
-  void sync();
+  // end. It also does if `stop` ends the call, which then returns false.
+  bool append(ByteView bytes, const StopCondition& stop = {});
+  // Returns true when all appended bytes are on the disk and survive a power cut, false if `stop`
+  // ends the call before. Throws std::system_error if the disk fails.
+  bool sync(const StopCondition& stop = {});
   // The byte must be in the file. Throws std::system_error if the disk fails.
   void overwrite(std::uint64_t byte, std::byte value);
   std::uint64_t size_bytes() const { return size_bytes_; }
@@ -35,11 +43,12 @@ class AppendFile {
  private:
   AppendFile(std::filesystem::path path, int flags);
   [[noreturn]] void fail(const char* what) const;  // throws std::system_error with errno
-  void write_all(ByteView bytes, std::uint64_t at) const;
+  bool write_all(ByteView bytes, std::uint64_t at, const StopCondition& stop) const;
+  void remove_after_end() const;
 
   std::filesystem::path path_;
   int file_;
-  std::uint64_t size_bytes_ = 0;
+  std::uint64_t size_bytes_ = 0, synced_bytes_ = 0;
   std::uint32_t crc_ = 0;
 };
 

@@ -14,18 +14,19 @@ FileWriter::FileWriter(const std::filesystem::path& path, Compression compressio
   file_.append(record_);
 }
 
-void FileWriter::write(const Chunk& chunk) {
-  if (chunk.index.empty()) return;
+bool FileWriter::write(const Chunk& chunk, const StopCondition& stop) {
+  if (chunk.index.empty()) return true;
   record_.clear();
   ChunkIndex index = append_chunk(record_, chunk, compression_, file_.size_bytes());
   append_message_indexes(record_, chunk.index, file_.size_bytes() + record_.size(), index);
-  file_.append(record_);
+  if (!file_.append(record_, stop)) return false;
 
   summary_.schemas.insert(chunk.schemas.begin(), chunk.schemas.end());
   summary_.channels.insert(chunk.channels.begin(), chunk.channels.end());
   for (const auto& [channel, entries] : chunk.index)
     add_messages(summary_.statistics, channel, entries.size(), chunk.start_ns, chunk.end_ns);
   summary_.chunks.push_back(std::move(index));
+  return true;
 }
 
 void FileWriter::attach(const Attachment& attachment) {
@@ -47,9 +48,9 @@ void FileWriter::add(const Metadata& metadata) {
   summary_.metadata.push_back(index);
 }
 
-void FileWriter::finish() {
+bool FileWriter::finish(const StopCondition& stop) {
   count_records(summary_);
-  file_.append(end_of_file(summary_, file_.size_bytes(), file_.crc()));
+  return file_.append(end_of_file(summary_, file_.size_bytes(), file_.crc()), stop);
 }
 
 }  // namespace fivepipe::mcap

@@ -23,15 +23,18 @@ class FileWriter {
              std::string_view profile = "");
 
   // All chunks of a file must come from one ChunkBuilder. A chunk without messages is not written.
-  // Throws std::length_error above kMaxChunkBytes, which this library refuses to read.
-  void write(const Chunk& chunk);
+  // Throws std::length_error above kMaxChunkBytes, which this library refuses to read. Returns
+  // false if `stop` ends the call; the file then does not have the chunk, and no further chunk may
+  // follow.
+  bool write(const Chunk& chunk, const StopCondition& stop = {});
   void attach(const Attachment& attachment);
   void add(const Metadata& metadata);
-  // Returns when everything written so far is on the disk. Throws std::system_error if the disk
-  // fails.
-  void sync() { file_.sync(); }
-  // Writes the summary. No other call may follow.
-  void finish();
+  // Returns true when everything written so far is on the disk, false if `stop` ends the call
+  // before. Throws std::system_error if the disk fails.
+  bool sync(const StopCondition& stop = {}) { return file_.sync(stop); }
+  // Writes the summary. No other call may follow, except sync(). Returns false if `stop` ends the
+  // call; the file then has no summary.
+  bool finish(const StopCondition& stop = {});
   std::uint64_t bytes_written() const { return file_.size_bytes(); }
 
  private:

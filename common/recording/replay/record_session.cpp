@@ -1,5 +1,7 @@
 #include "common/recording/replay/record_session.h"
 
+#include <fmt/chrono.h>
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <chrono>
@@ -36,6 +38,24 @@ void log_progress(const recording::RecordingWriter& recording, double elapsed_s)
   }
   spdlog::info("{:.0f} s: {} messages, {:.1f} MB written, {} lost", elapsed_s, received,
                1e-6 * double(recording.bytes_written()), lost);
+}
+
+// `signalled`: when the first signal arrived; nullopt if another reason ended the recording. Then
+// the disk has any time until a signal arrives.
+recording::FinishLimits limits_of(std::optional<Clock::time_point> signalled,
+                                  const std::function<int()>& signals_received) {
+  const int before = signalled ? 1 : 0;
+  const auto is_over = [=](std::chrono::milliseconds time) {
+    return signals_received() > before || (signalled && Clock::now() >= *signalled + time);
+  };
+  return {[=]() -> std::string {
+            if (!is_over(kWriteTime)) return "";
+            return signals_received() > before
+                       ? "the recorder was interrupted before it had written them"
+                       : fmt::format("the disk was too slow to take them within {} of the signal",
+                                     kWriteTime);
+          },
+          [=] { return is_over(kIndexTime); }};
 }
 
 }  // namespace
@@ -76,11 +96,12 @@ RecordResult record(const RecordRequest& request, const std::function<int()>& si
 
   const auto started = Clock::now();
   auto next_progress = started + kProgressPeriod;
-  std::optional<Clock::time_point> end;
+  std::optional<Clock::time_point> end, signalled;
   while (!end || Clock::now() < *end) {
     bus.wait(50ms);
     recorder.take();
     const std::string failure = recording.failure();
+    if (signals_received() > 0 && !signalled) signalled = Clock::now();
     const bool is_over =
         signals_received() > 0 || !failure.empty() ||
         (request.duration_s > 0 && base::seconds_since(started) >= request.duration_s);
@@ -98,13 +119,15 @@ RecordResult record(const RecordRequest& request, const std::function<int()>& si
   result.unverified_nodes = recorder.unverified_nodes();
   for (const SentByNode& sent : result.sent)
     recording.add_sent(sent.topic, sent.sent, sent.missing());
-  recording.finish([&, before = signals_received()] { return signals_received() > before; });
+  recording.finish(limits_of(signalled, signals_received));
   result.counts = recording.counts();
   publish_counts(status, result.counts);
   result.bytes_written = recording.bytes_written();
   result.elapsed_s = base::seconds_since(started);
   result.loss_reason = recording.loss_reason();
   result.failure = recording.failure();
+  result.finished = recording.is_finished();
+  result.synced = recording.is_synced() || !request.writer.sync;
   return result;
 }
 

@@ -1,5 +1,6 @@
 // Records topics of a domain until a time limit, a signal or a failure of the disk.
 #pragma once
+#include <chrono>
 #include <functional>
 #include <map>
 #include <set>
@@ -29,11 +30,15 @@ struct RecordRequest {
   double duration_s = 0;                   // 0: no limit
 };
 
+// From the first signal. `fivepipe up` waits 1.5 s for its recorder.
+inline constexpr std::chrono::milliseconds kWriteTime{1000}, kIndexTime{1300};
+
 struct RecordResult {
   std::map<std::string, recording::TopicCounts> counts;  // by topic
   std::uint64_t bytes_written = 0;
   double elapsed_s = 0;
   std::string loss_reason, failure;        // as RecordingWriter's
+  bool finished = false, synced = false;   // as RecordingWriter's
   std::vector<SentByNode> sent;            // send counts of nodes with what was received of them
   std::set<std::string> unverified_nodes;  // without recent send counts; "": nodes without a name
   // Returns whether the file has every message that nodes sent, and at least one.
@@ -41,9 +46,11 @@ struct RecordResult {
 };
 
 // Publishes its counts as a NodeStatus and logs them every 5 s. `signals_received` returns the
-// number of termination signals: the first one ends the recording, another one drops what the disk
-// has not written yet. Throws std::system_error if the file cannot be created, ConfigError or
-// std::runtime_error if a file of the deployment cannot be read.
+// number of termination signals: the first one ends the recording. Then the disk has kWriteTime to
+// take the messages in memory, and kIndexTime to take the index too; the recorder drops and counts
+// the messages that it has not taken. Another signal ends both times. Throws std::system_error if
+// the file cannot be created, ConfigError or std::runtime_error if a file of the deployment cannot
+// be read.
 RecordResult record(const RecordRequest& request, const std::function<int()>& signals_received);
 
 }  // namespace fivepipe::replay

@@ -1,0 +1,137 @@
+// A recording on a disk that takes less than arrives. tests/support/slow_disk.cpp delays the calls.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cstdlib>
+
+#include "common/recording/files/format.h"
+#include "common/recording/mcap/recover.h"
+#include "tests/support/recording/synthetic_recordings.h"
+
+namespace fivepipe::recording {
+namespace {
+
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
+
+constexpr std::int64_t kStart_ns = 1'700'000'000'000'000'000;
+constexpr double kDisk_bytes_s = 1e6;
+// The disk takes one piece at a time, and calls are not interrupted.
+constexpr auto kPieceTime =
+    std::chrono::duration<double>(double(mcap::AppendFile::kPieceBytes) / kDisk_bytes_s);
+constexpr auto kSlack = 250ms;  // for a busy machine
+
+std::size_t messages_in(const Recording& recording) {
+  std::size_t count = 0;
+  for (auto cursor = recording.messages(); cursor.next();) ++count;
+  return count;
+}
+
+class SlowDisk : public testing::Test {
+ protected:
+  ~SlowDisk() override {
+    unsetenv("FIVEPIPE_TEST_WRITE_SPEED");
+    unsetenv("FIVEPIPE_TEST_SYNC_SPEED");
+  }
+  static void slow_down(const char* variable) {
+    setenv(variable, std::to_string(kDisk_bytes_s).c_str(), 1);
+  }
+  // Adds 20 MB, which the disk takes in 20 s.
+  static constexpr std::uint64_t kMessages = 20'000;
+  static void add_messages(RecordingWriter& writer) {
+    const auto channel = writer.add_channel("t", test::kFramedType, test::kFramedIdl, {});
+    const std::vector<std::byte> payload(1000);
+    for (std::uint64_t i = 0; i < kMessages; ++i)
+      writer.add(channel, kStart_ns + std::int64_t(i) * 1'000'000, kStart_ns, payload);
+  }
+  static FinishLimits limits(Clock::time_point drop, Clock::time_point over) {
+    return {[=] { return Clock::now() < drop ? "" : "the disk is slow"; },
+            [=] { return Clock::now() >= over; }};
+  }
+
+  test::TestFolder folder_;
+  const std::filesystem::path path_ = folder_.path / "slow.mcap";
+};
+
+constexpr WriterOptions kUncompressed{.compression = mcap::Compression::none};
+
+TEST_F(SlowDisk, FinishDropsInTimeWhatTheDiskDoesNotTakeAndCountsIt) {
+  RecordingWriter writer(path_, "tests", kUncompressed);
+  slow_down("FIVEPIPE_TEST_WRITE_SPEED");
+  add_messages(writer);
+  const auto start = Clock::now();
+  writer.finish(limits(start + 500ms, start + 1s));
+  EXPECT_LT(Clock::now() - start, 500ms + kPieceTime + kSlack);
+  const TopicCounts counts = writer.counts().at("t");
+  EXPECT_EQ(counts.received, kMessages);
+  EXPECT_EQ(counts.written + counts.lost, kMessages);
+  EXPECT_GT(counts.lost, kMessages / 2);
+  EXPECT_EQ(writer.loss_reason(), "the disk is slow");
+  EXPECT_EQ(writer.failure(), "");
+  EXPECT_TRUE(writer.is_finished());
+  const Recording recording(path_);
+  EXPECT_TRUE(recording.mcap().is_finished()) << recording.mcap().damage().summary;
+  EXPECT_EQ(messages_in(recording), counts.written);
+  const auto stored = recording.metadata(kCountsMetadata);
+  EXPECT_EQ(stored.at("t lost"), std::to_string(counts.lost));
+  EXPECT_EQ(stored.at(kLossReasonKey), "the disk is slow");
+}
+
+// The kernel takes everything and writes it to the disk later.
+TEST_F(SlowDisk, FinishDoesNotWaitForTheDisksCache) {
+  slow_down("FIVEPIPE_TEST_SYNC_SPEED");
+  RecordingWriter writer(path_, "tests", kUncompressed);
+  add_messages(writer);
+  const auto start = Clock::now();
+  writer.finish(limits(start + 500ms, start + 1s));
+  EXPECT_LT(Clock::now() - start, 1s + kPieceTime + kSlack);
+  EXPECT_TRUE(writer.is_finished());
+  EXPECT_FALSE(writer.is_synced());
+  EXPECT_EQ(messages_in(Recording(path_)), writer.counts().at("t").written);
+}
+
+// The file has the counts, although there was no time for the index.
+TEST_F(SlowDisk, AFileWithoutIndexHasTheCounts) {
+  RecordingWriter writer(path_, "tests", kUncompressed);
+  slow_down("FIVEPIPE_TEST_WRITE_SPEED");
+  add_messages(writer);
+  writer.finish(limits(Clock::now(), Clock::now()));
+  EXPECT_FALSE(writer.is_finished());
+  EXPECT_EQ(writer.failure(), "");
+  const TopicCounts counts = writer.counts().at("t");
+  EXPECT_EQ(Recording(path_).metadata(kCountsMetadata).at("t lost"), std::to_string(counts.lost));
+  EXPECT_FALSE(mcap::recover(path_).was_finished);
+  EXPECT_EQ(messages_in(Recording(path_)), counts.written);
+}
+
+// Killing the recorder leaves the file as it is at that time.
+TEST_F(SlowDisk, AFileThatIsCutOffHasTheNewestCounts) {
+  RecordingWriter writer(
+      path_, "tests",
+      {.compression = mcap::Compression::none, .chunk_bytes = 200'000, .counts_s = 0});
+  slow_down("FIVEPIPE_TEST_WRITE_SPEED");
+  add_messages(writer);
+  const auto before = Clock::now();
+  while (writer.bytes_written() < 500'000) ASSERT_LT(Clock::now() - before, 30s);
+  const std::filesystem::path cut = folder_.path / "cut.mcap";
+  std::filesystem::copy_file(path_, cut);
+  const Recording recording(cut);
+  EXPECT_FALSE(recording.mcap().is_finished());
+  const auto counts = recording.metadata(kCountsSoFarMetadata);
+  EXPECT_EQ(counts.at("t received"), std::to_string(kMessages));
+  EXPECT_EQ(counts.at("t lost"), "0");
+  EXPECT_NE(counts.at("t written"), "0") << "the first record, not the newest";
+  EXPECT_GT(std::stoll(counts.at(kCountsStampKey)), kStart_ns);
+  EXPECT_LT(messages_in(recording), kMessages / 2);
+  writer.finish(limits(Clock::now(), Clock::now() + 1s));
+}
+
+TEST_F(SlowDisk, CountsSoFarAreRecordedPeriodically) {
+  RecordingWriter writer(path_, "tests", {.chunk_bytes = 20'000, .counts_s = 3600});
+  add_messages(writer);
+  writer.finish();
+  EXPECT_TRUE(Recording(path_).metadata(kCountsSoFarMetadata).empty());
+}
+
+}  // namespace
+}  // namespace fivepipe::recording
