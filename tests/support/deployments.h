@@ -10,6 +10,8 @@
 namespace fivepipe::test {
 
 inline const std::string kSmallDeployment = FIVEPIPE_SOURCE_DIR "/tests/system/deployment.yaml";
+// The deployment of the kept recording tests/recordings/v1.mcap.
+inline const std::string kKeptDeployment = FIVEPIPE_SOURCE_DIR "/tests/recordings/deployment.yaml";
 
 inline std::string text_of(const std::filesystem::path& path) {
   std::ifstream file(path);

@@ -138,10 +138,11 @@ TEST_F(KeptRecording, HasTheTypesOfThisBuildAndItsDeployment) {
 
 TEST_F(KeptRecording, IsReplayedLosslessly) {
   const auto recon = replayed(kRecording, {{"recon_node", "recon_a"}},
-                              {bus::topics::HullTile::name}, {"--rate", "max"});
+                              {bus::topics::HullTile::name}, {"--rate", "max"}, kKeptDeployment);
   EXPECT_EQ(recon.counts.at("recon_a").at("frame_sets_complete"), kFrames);
-  const auto simulation = replayed(kRecording, {{"sim_node", "simulation"}},
-                                   {bus::topics::VirtualState::name}, {"--rate", "max"});
+  const auto simulation =
+      replayed(kRecording, {{"sim_node", "simulation"}}, {bus::topics::VirtualState::name},
+               {"--rate", "max"}, kKeptDeployment);
   EXPECT_EQ(simulation.outputs.at(bus::topics::VirtualState::name).size(), kFrames);
 }
 

@@ -126,7 +126,7 @@ TEST_F(Replay, RangeIncludesEarlierLatchedMessages) {
 // The node handles every round of a loop like the first.
 TEST_F(Replay, LoopsIntoARunningNode) {
   Outputs tiles(bus_, {bus::topics::HullTile::name});
-  const auto recon = node("recon_node", "recon_a");
+  const auto recon = node("recon_node", "recon_a", kKeptDeployment);
   ASSERT_TRUE(eventually(bus_, test::kStart, [&] { return tiles.has_writers(1); }))
       << recon->said();
   const auto replay =
@@ -154,7 +154,7 @@ TEST_F(Replay, LoopsIntoARunningNode) {
 
 TEST_F(Replay, LosslessReplayToStalledNodeExitsWithOne) {
   Outputs tiles(bus_, {bus::topics::HullTile::name});
-  const auto recon = node("recon_node", "recon_a");
+  const auto recon = node("recon_node", "recon_a", kKeptDeployment);
   ASSERT_TRUE(eventually(bus_, test::kStart, [&] { return tiles.has_writers(1); }))
       << recon->said();
   const auto replay = this->replay({"--inputs-of", "recon_a", "--lossless", "--rate", "0.2"});

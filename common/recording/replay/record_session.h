@@ -30,7 +30,7 @@ struct RecordRequest {
   double duration_s = 0;                   // 0: no limit
 };
 
-// From the first signal. `fivepipe up` waits 1.5 s for its recorder.
+// From the first signal. `fivepipe up` waits 2 s for its recorder.
 inline constexpr std::chrono::milliseconds kWriteTime{1000}, kIndexTime{1300};
 
 struct RecordResult {
