@@ -28,8 +28,10 @@ double timed_ms(const Method& method, const HullScene& scene, const hull::View& 
       .count();
 }
 
+// every_pixel: also compares the exact methods with the reference in every pixel.
 std::vector<Result> measure(const HullScene& scene, const Size& size,
-                            std::span<const Method> methods, const base::Budget& budget, int rays) {
+                            std::span<const Method> methods, const base::Budget& budget, int rays,
+                            bool every_pixel) {
   const hull::View view = view_of(scene, size.width_px, size.height_px);
   std::vector<Result> results(methods.size());
   std::vector<std::vector<float>> depths(
@@ -44,6 +46,11 @@ std::vector<Result> measure(const HullScene& scene, const Size& size,
   const int surface_rays =
       scene.silhouettes.size() <= 4 ? 200 : 0;  // true silhouettes of many cameras take long
   const Truth truth(scene, view, by_cpu, rays, surface_rays);
+  std::vector<double> reference_m;
+  if (every_pixel) {
+    base::WorkerPool pool(methods.front().threads);
+    reference_m = reference_depths_m(scene, view, pool);
+  }
   for (std::size_t m = 0; m < methods.size(); ++m) {
     Result& r = results[m];
     r.method = methods[m].name;
@@ -55,6 +62,7 @@ std::vector<Result> measure(const HullScene& scene, const Size& size,
     r.hits = int(std::count_if(depths[m].begin(), depths[m].end(),
                                [](float d) { return d != hull::kNoHull; }));
     r.errors = truth.errors_of(depths[m], methods[m].spacing_mm(view), methods[m].exact);
+    if (every_pixel && methods[m].exact) r.pixels = compare_every_pixel(depths[m], reference_m);
     r.checksum = checksum(depths[m]);
     r.maps_covered = covered_fraction(scene);
     r.footprint_mm = 1000 * pixel_footprint_m(scene);
@@ -82,6 +90,7 @@ class HullBenchmark {
     std::cout << '\n';
     print(results_);
     print_ratios(results_);
+    if (args_.full) print_every_pixel(results_);
     write_files();
   }
 
@@ -119,15 +128,11 @@ class HullBenchmark {
 
   // Time against the number of cameras, the view's size and its coverage.
   void run_series() {
-    const std::vector<Method> methods{cpu_method(args_.threads), image_based_method(args_.threads)};
-    for (const int cameras : {4, 8, 16, 32, 64})
-      add(ring_scene("ring" + std::to_string(cameras), cameras, 720, 486, 0.5), {640, 480},
-          methods);
+    std::vector<Method> methods{cpu_method(args_.threads), image_based_method(args_.threads)};
+    if (args_.full) methods.push_back(gl_method(args_.threads));
+    for (const HullScene& scene : series_scenes()) add(scene, {640, 480}, methods);
     for (const Size& size : {Size{160, 120}, {1280, 960}})
       add(hand_scene("hand4", 0.68, 1.0), size, methods);
-    for (const double fov_rad : {2.2, 1.6, 1.0, 0.7, 0.46})
-      add(hand_scene("cover" + std::to_string(int(100 * fov_rad)), 0.68, fov_rad), {640, 480},
-          methods);
   }
 
   void add(const HullScene& scene, const Size& size, std::vector<Method> methods) {
@@ -144,7 +149,8 @@ class HullBenchmark {
     for (Result& r : measure(scene, size, methods, budget,
                              args_.quick                     ? 200
                              : scene.silhouettes.size() > 16 ? 600
-                                                             : 2000))
+                                                             : 2000,
+                             args_.full))
       results_.push_back(std::move(r));
   }
 
@@ -176,7 +182,7 @@ constexpr bench::Suite kSuite{
     .only_help = "run only results whose METHOD/SCENE contains this text: cpu/, /hand4",
     .full_help =
         "run every scene at 320x240, 640x480 and 1920x1080, with more planes, voxel sizes "
-        "and runs"};
+        "and runs, and compare cpu and gl with the reference in every pixel of every view"};
 
 }  // namespace
 }  // namespace fivepipe::hull_bench

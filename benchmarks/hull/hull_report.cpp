@@ -21,32 +21,38 @@ double best_ms(const Result& r) { return percentile(r.time_ms, 0); }
 
 ordered_json json_of(const Result& r) {
   const Errors& e = r.errors;
-  return {{"name", r.name()},
-          {"time_ms", base::times_json(r.time_ms)},
-          {"error",
-           {{"depth_mean_mm", base::mean(e.depth_mm)},
-            {"depth_median_mm", percentile(e.depth_mm, 0.5)},
-            {"depth_p99_mm", percentile(e.depth_mm, 0.99)},
-            {"depth_p999_mm", percentile(e.depth_mm, 0.999)},
-            {"depth_max_mm", percentile(e.depth_mm, 1)},
-            {"depth_any_piece_p99_mm", percentile(e.all_mm, 0.99)},
-            {"other_depth_relative", e.other_depth},
-            {"surface_median_mm", percentile(e.surface_mm, 0.5)},
-            {"surface_p95_mm", percentile(e.surface_mm, 0.95)},
-            {"pixel_footprint_mm", r.footprint_mm}}},
-          {"counts",
-           {{"cameras", r.cameras},
-            {"map_width_px", r.map_width_px},
-            {"map_height_px", r.map_height_px},
-            {"hits", r.hits},
-            {"reference_rays", e.rays},
-            {"reference_hits", e.reference_hits},
-            {"wrong_hits", e.wrong_hits},
-            {"wrong_misses", e.wrong_misses},
-            {"wrong_pieces", e.wrong_pieces},
-            {"other_pixels", e.other_pixels},
-            {"maps_covered_percent", 100 * r.maps_covered}}},
-          {"checksum", fmt::format("{:x}", r.checksum)}};
+  ordered_json json = {{"name", r.name()},
+                       {"time_ms", base::times_json(r.time_ms)},
+                       {"error",
+                        {{"depth_mean_mm", base::mean(e.depth_mm)},
+                         {"depth_median_mm", percentile(e.depth_mm, 0.5)},
+                         {"depth_p99_mm", percentile(e.depth_mm, 0.99)},
+                         {"depth_p999_mm", percentile(e.depth_mm, 0.999)},
+                         {"depth_max_mm", percentile(e.depth_mm, 1)},
+                         {"depth_any_piece_p99_mm", percentile(e.all_mm, 0.99)},
+                         {"other_depth_relative", e.other_depth},
+                         {"surface_median_mm", percentile(e.surface_mm, 0.5)},
+                         {"surface_p95_mm", percentile(e.surface_mm, 0.95)},
+                         {"pixel_footprint_mm", r.footprint_mm}}},
+                       {"counts",
+                        {{"cameras", r.cameras},
+                         {"map_width_px", r.map_width_px},
+                         {"map_height_px", r.map_height_px},
+                         {"hits", r.hits},
+                         {"reference_rays", e.rays},
+                         {"reference_hits", e.reference_hits},
+                         {"wrong_hits", e.wrong_hits},
+                         {"wrong_misses", e.wrong_misses},
+                         {"wrong_pieces", e.wrong_pieces},
+                         {"other_pixels", e.other_pixels},
+                         {"maps_covered_percent", 100 * r.maps_covered}}},
+                       {"checksum", fmt::format("{:x}", r.checksum)}};
+  if (r.pixels) {
+    json["error"]["every_pixel_depth_relative"] = r.pixels->max_depth_error;
+    json["counts"]["every_pixel"] = r.pixels->pixels;
+    json["counts"]["every_pixel_wrong"] = r.pixels->wrong;
+  }
+  return json;
 }
 
 struct Baseline {
@@ -129,6 +135,15 @@ void print(const std::vector<Result>& results) {
                "methods only).\n"
                "surface: median error in mm against the hull of the true silhouettes; footpr.: "
                "width in mm of a map pixel at the object.\n";
+}
+
+void print_every_pixel(const std::vector<Result>& results) {
+  std::vector<PixelRow> rows;
+  for (const Result& r : results)
+    if (r.pixels)
+      rows.push_back({r.scene, fmt::format("{}, {} threads", r.method, r.threads), r.width_px,
+                      r.height_px, *r.pixels});
+  std::cout << '\n' << every_pixel_table(rows);
 }
 
 void print_ratios(const std::vector<Result>& results) {

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "benchmarks/hull/every_pixel.h"
 #include "benchmarks/hull/truth.h"
 
 namespace fivepipe::hull_bench {
@@ -14,6 +15,7 @@ struct Result {
   int width_px = 0, height_px = 0, threads = 0, cameras = 0;
   std::vector<double> time_ms;  // per run
   Errors errors;
+  std::optional<PixelErrors> pixels;        // if every pixel was compared with the reference
   int hits = 0;                             // pixels of the view with hull
   std::uint64_t checksum = 0;               // of the depths
   double maps_covered = 0;                  // fraction of the maps that are object pixels
@@ -25,6 +27,7 @@ struct Result {
 std::uint64_t checksum(std::span<const float> depths);  // FNV-1a over the bits
 
 void print(const std::vector<Result>& results);  // to stdout
+void print_every_pixel(const std::vector<Result>& results);
 // Prints for each view the time of every baseline relative to backend cpu, at the baseline's
 // fastest setting with a mean error of at most kFairError_mm.
 void print_ratios(const std::vector<Result>& results);

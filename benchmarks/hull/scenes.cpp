@@ -106,6 +106,15 @@ std::vector<HullScene> synthetic_scenes() {
           ring_scene("hand64", 64, 640, 480, 0.37)};
 }
 
+std::vector<HullScene> series_scenes() {
+  std::vector<HullScene> scenes;
+  for (const int cameras : {4, 8, 16, 32, 64})
+    scenes.push_back(ring_scene("ring" + std::to_string(cameras), cameras, 720, 486, 0.5));
+  for (const double fov_rad : {2.2, 1.6, 1.0, 0.7, 0.46})
+    scenes.push_back(hand_scene("cover" + std::to_string(int(100 * fov_rad)), 0.68, fov_rad));
+  return scenes;
+}
+
 HullScene real_scene(const std::filesystem::path& folder) {
   const std::string name = folder.filename().string();
   HullScene scene{name, {}, {}, {}, 55 * kRadians, 0.3, 9.0, {}};

@@ -37,6 +37,10 @@ HullScene ring_scene(const std::string& name, int cameras, int width_px, int hei
 // hand4 with other fields of view.
 HullScene hand_scene(const std::string& name, double map_fov_rad, double view_fov_rad);
 
+// The scenes of the series over the number of cameras and over coverage: ring4 to ring64, with maps
+// of 720x486, and cover46 to cover220, which are hand4 with other fields of view.
+std::vector<HullScene> series_scenes();
+
 // Reads real maps from a folder that `fivepipe maps` has written: cameras.txt, and a .pbm file per
 // camera. The folder's name, seated4cam or balance4cam, determines the scene's name and eye. Throws
 // std::runtime_error that names the file and the error.
