@@ -289,5 +289,20 @@ TEST(OutsideTimes, CaptureIsKnownOnlyIfItWaitedForNothing) {
   EXPECT_EQ(std::count(due.begin(), due.end(), frames[5].frame), 0);
 }
 
+TEST(OutsideTimes, CaptureOfFewFramesIsNotCompared) {
+  const auto frames = random_frames(5, 30);
+  const auto own = breakdown_of(frames, kNodesWithCapture).by_frame;
+  auto outside = outside_stages(messages_of(frames), kNodesWithCapture, 0);
+  int left = 29;
+  for (auto& [frame, stages] : outside)
+    if (stages.front().first == stage::kCapture && left > 3) {
+      stages.erase(stages.begin());
+      --left;
+    }
+  EXPECT_EQ(compared(own, outside).front().stage, stage::kCapture);
+  outside.rbegin()->second.erase(outside.rbegin()->second.begin());
+  EXPECT_EQ(compared(own, outside).front().stage, stage::kPublish);
+}
+
 }  // namespace
 }  // namespace fivepipe::node_bench

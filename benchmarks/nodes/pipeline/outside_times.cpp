@@ -14,6 +14,10 @@ using namespace bus::topics;
 // A message sent this long ago has arrived, also on a busy machine.
 constexpr std::int64_t kArrived_ns = 5'000'000;
 
+// A capture_node that waits for the clock or for composites begins few frames at once, if it wakes
+// late. Such frames are no sample.
+constexpr double kMinCaptureFraction = 0.1;
+
 // What the wire shows of one frame [ns].
 struct OutsideFrame {
   std::uint64_t frame = 0;
@@ -191,13 +195,20 @@ std::map<std::uint64_t, FrameStages> outside_stages(
 std::vector<StageAgreement> compared(const std::map<std::uint64_t, FrameStages>& own,
                                      const std::map<std::uint64_t, FrameStages>& outside) {
   std::vector<StageAgreement> agreements;
+  std::size_t frames = 0, with_capture = 0;
+  for (const auto& [frame, stages] : outside) {
+    frames += own.contains(frame);
+    with_capture += own.contains(frame) && time_of(stages, stage::kCapture);
+  }
+  const bool knows_capture = double(with_capture) >= kMinCaptureFraction * double(frames);
   for (const auto& [frame, outside_of_frame] : outside) {
     const auto own_of_frame = own.find(frame);
     if (own_of_frame == own.end()) continue;
     double own_sum_ms = 0, outside_sum_ms = 0;
     for (const Covered& stage : covered()) {
       const auto outside_ms = time_of(outside_of_frame, stage.outside);
-      if (!outside_ms) continue;
+      if (!outside_ms || (std::string(stage.outside) == stage::kCapture && !knows_capture))
+        continue;
       double own_ms = 0;
       for (const char* part : stage.own) own_ms += time_of(own_of_frame->second, part).value_or(0);
       add(agreements, stage.name(), own_ms, *outside_ms);

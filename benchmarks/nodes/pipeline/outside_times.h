@@ -40,8 +40,8 @@ struct StageAgreement {
 inline constexpr double kOmittedFraction = 0.05;
 inline constexpr double kMaxDifference_ms = 0.3, kMaxDifferenceFraction = 0.05;
 
-// Compares the frames that both have. The last element is the sum of the stages of each frame.
-// Empty if there is no such frame.
+// Compares the frames that both have. Omits the stage `capture` if fewer than a tenth have it. The
+// last element is the sum of the stages of each frame. Empty if there is no such frame.
 std::vector<StageAgreement> compared(const std::map<std::uint64_t, FrameStages>& own,
                                      const std::map<std::uint64_t, FrameStages>& outside);
 // Appends the frames of another run.
