@@ -128,8 +128,10 @@ void Capture::open_source(Channel& channel,
 
 void Capture::precompute(const Progress& progress) {
   const std::size_t frames = std::size_t(std::max(0, config_.precomputed_frames));
-  while (precomputed_.size() < frames && !ended_) {
-    precomputed_.push_back(capture_live(std::int64_t(precomputed_.size()), true));
+  while (precomputed_.size() < frames) {
+    std::vector<CapturedCamera> next = capture_live(std::int64_t(precomputed_.size()), true);
+    if (ended_) break;
+    precomputed_.push_back(std::move(next));
     if (progress) progress("precomputing frames", double(precomputed_.size()) / double(frames));
   }
   ended_ = false;

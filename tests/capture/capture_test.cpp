@@ -8,6 +8,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "capture_node/object_colour.h"
+#include "common/base/realtime.h"
 #include "common/hull/cpu/cpu_hull.h"
 #include "common/hull/oracle/analytic.h"
 #include "tests/support/capture_rig.h"
@@ -78,6 +79,145 @@ TEST(Capture, FilesOfUnequalLengthRestartTogether) {
     EXPECT_FALSE(capture.ended());
   }
   std::filesystem::remove_all(folder);
+}
+
+// Pictures of 240x162 px for two cameras: frame k shows a square at 40 k px on grey.
+class CapturePictures : public testing::Test {
+ protected:
+  CapturePictures() {
+    rig_.cameras.pop_back();  // the camera on the viewer
+    for (const config::RigCamera& camera : rig_.cameras) {
+      std::filesystem::create_directories(folder_ / camera.name);
+      cv::imwrite((folder_ / camera.name / "empty.png").string(), room());
+      config_.sources[camera.name] =
+          config::VideoSource{(folder_ / camera.name / "f%d.png").string(),
+                              (folder_ / camera.name / "empty.png").string(), 0};
+    }
+  }
+  ~CapturePictures() override { std::filesystem::remove_all(folder_); }
+
+  static cv::Mat room() { return {162, 240, CV_8UC3, cv::Scalar::all(60)}; }
+  void write(const std::string& camera, int frame) const {
+    cv::Mat image = room();
+    image(cv::Rect(40 * frame, 50, 30, 30)).setTo(cv::Scalar(0, 0, 250));
+    cv::imwrite((folder_ / camera / ("f" + std::to_string(frame) + ".png")).string(), image);
+  }
+
+  config::Rig rig_ = table_rig();
+  config::CaptureConfig config_;
+  std::filesystem::path folder_ =
+      std::filesystem::temp_directory_path() / ("fivepipe_pictures_" + std::to_string(getpid()));
+};
+
+TEST_F(CapturePictures, AMissingPictureIsNamedAndTheOtherCamerasGoOn) {
+  for (const int frame : {0, 1, 2, 3}) write("cam0", frame);
+  for (const int frame : {0, 2, 3}) write("cam1", frame);
+  Capture capture(rig_, test_viewer(), config_, 30);
+  const std::int64_t before_ns = base::now_realtime_ns();
+  const auto set = capture.capture(1, true);
+  EXPECT_EQ(set[0].status, CaptureStatus::captured);
+  EXPECT_EQ(set[0].reason, "");
+  EXPECT_EQ(set[0].pixels.value().bounds(), (hull::PixelRect{40, 50, 70, 80}));
+  EXPECT_EQ(set[0].colour.value().pixels, *set[0].pixels);
+  EXPECT_GT(set[0].read_s, 0);
+  EXPECT_GT(set[0].segment_s, 0);
+  EXPECT_EQ(set[1].status, CaptureStatus::missing);
+  EXPECT_NE(set[1].reason.find("frame 1 is missing or cannot be decoded"), std::string::npos)
+      << set[1].reason;
+  EXPECT_FALSE(set[1].pixels);
+  EXPECT_FALSE(set[1].colour);
+  EXPECT_GT(set[1].read_s, 0);
+  EXPECT_EQ(set[1].segment_s, 0);
+  for (const CapturedCamera& camera : set) {
+    EXPECT_GE(camera.image_stamp_ns, before_ns);
+    EXPECT_LE(camera.image_stamp_ns, base::now_realtime_ns());
+  }
+  EXPECT_FALSE(capture.ended());
+  EXPECT_EQ(capture.capture(2, false)[1].status, CaptureStatus::captured);
+}
+
+TEST_F(CapturePictures, WithoutLoopItEndsWithTheShortestFile) {
+  for (const int frame : {0, 1, 2}) write("cam0", frame);
+  for (const int frame : {0, 1}) write("cam1", frame);
+  config_.loop = false;
+  Capture capture(rig_, test_viewer(), config_, 30);
+  capture.capture(1, false);
+  EXPECT_FALSE(capture.ended());
+  const auto set = capture.capture(2, false);
+  EXPECT_TRUE(capture.ended());
+  EXPECT_EQ(set[0].status, CaptureStatus::captured);
+  EXPECT_EQ(set[1].status, CaptureStatus::ended);
+  EXPECT_EQ(set[1].reason, "its file has ended");
+  EXPECT_FALSE(set[1].pixels);
+}
+
+// The frame at which a file ends is not one of them.
+TEST_F(CapturePictures, WithoutLoopThePrecomputedFramesEndWithTheShortestFile) {
+  for (const int frame : {0, 1, 2}) write("cam0", frame);
+  for (const int frame : {0, 1}) write("cam1", frame);
+  config_.loop = false;
+  config_.precomputed_frames = 9;
+  std::vector<std::string> steps;
+  Capture capture(rig_, test_viewer(), config_, 30,
+                  [&](std::string_view what, double) { steps.emplace_back(what); });
+  for (int frame = 0; frame < 6; ++frame)
+    for (const CapturedCamera& camera : capture.capture(frame, false)) {
+      ASSERT_TRUE(camera.pixels) << camera.camera << " at " << frame;
+      EXPECT_EQ(camera.pixels->bounds().u0_px / 40, frame % 2);
+      EXPECT_EQ(camera.read_s, 0);
+      EXPECT_EQ(camera.segment_s, 0);
+    }
+  EXPECT_FALSE(capture.ended());
+  EXPECT_EQ(std::count(steps.begin(), steps.end(), "precomputing frames"), 2);
+}
+
+// A lower frame number begins at the first pictures again, also after a restart of the files.
+TEST_F(CapturePictures, ALowerFrameNumberReadsItsOwnPictures) {
+  for (const std::string camera : {"cam0", "cam1"})
+    for (const int frame : {0, 1, 2}) write(camera, frame);
+  Capture capture(rig_, test_viewer(), config_, 30);
+  const auto shown = [&](int frame) {
+    return capture.capture(frame, false)[0].pixels.value().bounds().u0_px / 40;
+  };
+  EXPECT_EQ(shown(2), 2);
+  EXPECT_EQ(shown(3), 0);  // the files restart at frame 3
+  EXPECT_EQ(shown(5), 2);
+  EXPECT_EQ(shown(1), 1);
+  EXPECT_EQ(shown(2), 2);
+}
+
+TEST_F(CapturePictures, CamerasThatGiveNoColourHaveNone) {
+  for (const std::string camera : {"cam0", "cam1"}) write(camera, 0);
+  rig_.cameras[1].gives_colour = false;
+  Capture capture(rig_, test_viewer(), config_, 30);
+  const auto set = capture.capture(0, true);
+  EXPECT_TRUE(set[0].colour);
+  EXPECT_TRUE(set[1].pixels);
+  EXPECT_FALSE(set[1].colour);
+}
+
+// A camera that gives no shape sends colours of the pixels that its captured image sees only, and
+// is read only if a node wants colour.
+TEST(Capture, ColourOfACameraWithoutShapeIsThatOfItsImage) {
+  config::Rig rig = table_rig();
+  config::RigCamera& on_viewer = rig.cameras[2];
+  // The published image is wider than the captured one.
+  on_viewer.published = geometry::pinhole_from_fov(160, 120, 1.4);
+  Capture capture(rig, test_viewer(), synthetic_config(rig), 30);
+  const auto set = capture.capture(5, true);
+  const Undistortion undistortion(on_viewer);
+  ASSERT_TRUE(set[2].colour);
+  const hull::ColourRegion& colour = *set[2].colour;
+  for (int v = 0; v < 120; ++v)
+    for (int u = 0; u < 160; ++u)
+      if (colour.pixels.contains(u, v)) {
+        ASSERT_TRUE(undistortion.sees(u, v)) << u << ' ' << v;
+      }
+  EXPECT_LT(colour.region.width_px(), 140);
+  const auto without = capture.capture(6, false);
+  EXPECT_EQ(without[2].image_stamp_ns, 0);
+  EXPECT_EQ(without[2].read_s, 0);
+  EXPECT_EQ(without[2].status, CaptureStatus::captured);
 }
 
 TEST(Capture, ReturnsPixelsAndColourInRigOrder) {

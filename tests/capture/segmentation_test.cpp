@@ -125,6 +125,103 @@ TEST(ReferenceImage, OnePictureHasTheAssumedNoise) {
   }
 }
 
+// The configuration's threshold, level by level: a row per noise, a column per difference.
+TEST(Segmentation, ThresholdIsTheLargerOfFloorAndSigmas) {
+  constexpr int kDifferences = 100, kNoises = 12;
+  ReferenceImage reference{kDifferences, kNoises, {}, {}};
+  cv::Mat brighter(kNoises, kDifferences, CV_8UC3), darker = brighter.clone();
+  for (int v = 0; v < kNoises; ++v)
+    for (int u = 0; u < kDifferences; ++u) {
+      for (int c = 0; c < 3; ++c) {
+        reference.mean_levels.push_back(120);
+        reference.sigma_levels.push_back(float(v));
+      }
+      // One channel differs, the second of the three.
+      brighter.at<cv::Vec3b>(v, u) = cv::Vec3b(120, std::uint8_t(120 + u), 120);
+      darker.at<cv::Vec3b>(v, u) = cv::Vec3b(120, std::uint8_t(120 - u), 120);
+    }
+  const config::RigCamera camera = test::table_camera("any", {0, -1, 1}, kDifferences, kNoises);
+  for (const auto& [sigmas, floor_levels] :
+       {std::pair{6.0, 12.0}, {6.0, 30.0}, {3.0, 12.0}, {8.0, 0.0}}) {
+    config::SegmentationConfig config;
+    config.threshold_sigmas = sigmas;
+    config.threshold_floor_levels = floor_levels;
+    config.shadow_min_brightness = 1;
+    config.opening_px = 0;
+    const Segmenter segmenter(camera, reference, config);
+    for (const cv::Mat& image : {brighter, darker}) {
+      const hull::ObjectPixels found = segmenter.segment(image).value();
+      for (int v = 0; v < kNoises; ++v)
+        for (int u = 0; u < kDifferences; ++u)
+          ASSERT_EQ(found.contains(u, v), u > floor_levels && u > sigmas * v)
+              << u << " levels, noise " << v << ", " << sigmas << " sigmas, floor " << floor_levels;
+    }
+  }
+  const config::SegmentationConfig defaults;
+  EXPECT_EQ(defaults.threshold_sigmas, 6);
+  EXPECT_EQ(defaults.threshold_floor_levels, 12);
+}
+
+// Compares with the definition (Horprasert, Harwood, Davis 1999) in double: shadow keeps the colour
+// to within 8 levels or 6 % of the brightness, whichever is more.
+TEST(Shadow, MatchesItsDefinitionAtTheLimits) {
+  constexpr double kRounding = 1e-3;  // of the float computation, in levels and in brightness
+  std::mt19937 random(7);
+  int shadows = 0, others = 0, near_limit = 0;
+  for (int i = 0; i < 400'000; ++i) {
+    const double min_brightness = 0.2 + 0.6 * double(random() % 1000) / 1000;
+    std::uint8_t r[3], x[3];
+    // Near the limits: a fraction of the reference, and up to 25 levels of another colour.
+    const double fraction = 0.1 + double(random() % 1000) / 1000;
+    for (int c = 0; c < 3; ++c) {
+      r[c] = std::uint8_t(random() % 256);
+      x[c] = cv::saturate_cast<std::uint8_t>(fraction * r[c] + int(random() % 51) - 25);
+    }
+    const Eigen::Vector3d reference(r[0], r[1], r[2]), pixel(x[0], x[1], x[2]);
+    if (reference.norm() == 0) continue;
+    const double s = pixel.dot(reference) / reference.squaredNorm(),
+                 distortion_levels = (pixel - s * reference).norm(),
+                 limit_levels = std::max(8.0, 0.06 * s * reference.norm());
+    if (std::abs(s - min_brightness) < kRounding ||
+        std::abs(distortion_levels - limit_levels) < kRounding * limit_levels)
+      continue;
+    const bool expected = s > min_brightness && distortion_levels < limit_levels;
+    ASSERT_EQ(is_shadow(x, r, min_brightness), expected)
+        << pixel.transpose() << " on " << reference.transpose() << " from " << min_brightness;
+    ++(expected ? shadows : others);
+    near_limit += std::abs(distortion_levels - limit_levels) < 0.1 * limit_levels;
+  }
+  EXPECT_GT(shadows, 20'000);
+  EXPECT_GT(others, 20'000);
+  EXPECT_GT(near_limit, 20'000);
+}
+
+// Shadow of the room's colour is no object down to the configured brightness, and never if it is
+// brighter than the room.
+TEST(Segmentation, ShadowReachesDownToTheConfiguredBrightness) {
+  constexpr int kLevels = 200;  // of the room
+  ReferenceImage reference{kLevels, 1, {}, {}};
+  cv::Mat image(1, kLevels, CV_8UC3);
+  for (int u = 0; u < kLevels; ++u) {
+    for (int c = 0; c < 3; ++c) {
+      reference.mean_levels.push_back(kLevels);
+      reference.sigma_levels.push_back(1);
+    }
+    image.at<cv::Vec3b>(0, u) = cv::Vec3b::all(std::uint8_t(u));
+  }
+  const config::RigCamera camera = test::table_camera("any", {0, -1, 1}, kLevels, 1);
+  for (const double min_brightness : {0.3, 0.5, 0.85}) {
+    config::SegmentationConfig config;
+    config.shadow_min_brightness = min_brightness;
+    config.opening_px = 0;
+    const hull::ObjectPixels found = Segmenter(camera, reference, config).segment(image).value();
+    for (int u = 0; u < kLevels; ++u)
+      if (std::abs(u - min_brightness * kLevels) > 0.01) {  // rounding to float
+        ASSERT_EQ(found.contains(u, 0), u < min_brightness * kLevels) << u;
+      }
+  }
+}
+
 TEST(Shadow, RequiresSameColourAndMinimumBrightness) {
   const std::uint8_t table[] = {160, 170, 150}, half[] = {96, 102, 90}, quarter[] = {40, 43, 38},
                      skin[] = {70, 86, 112}, black[] = {0, 0, 0};

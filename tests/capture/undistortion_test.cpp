@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <opencv2/calib3d.hpp>
+#include <random>
 
 #include "tests/support/capture_rig.h"
 
@@ -16,17 +17,22 @@ config::RigCamera lens_camera() {
   return camera;
 }
 
-// Returns the position of a world point in the captured image, computed by OpenCV.
-Eigen::Vector2d captured_uv(const config::RigCamera& camera, const Eigen::Vector3d& p_world_m) {
-  const Eigen::Vector3d p = camera.camera_from_mount * p_world_m;
-  const std::vector<cv::Point3d> points{{p.x(), p.y(), p.z()}};
+// Returns the positions of points in the captured image, computed by OpenCV.
+std::vector<Eigen::Vector2d> captured_uv(const config::RigCamera& camera,
+                                         const std::vector<cv::Point3d>& points_camera_m) {
   const cv::Matx33d k(camera.source.fx_px, 0, camera.source.cx_px, 0, camera.source.fy_px,
                       camera.source.cy_px, 0, 0, 1);
   const std::vector<double> lens{camera.distortion.k1, camera.distortion.k2, camera.distortion.p1,
                                  camera.distortion.p2, camera.distortion.k3};
   std::vector<cv::Point2d> uv;
-  cv::projectPoints(points, cv::Vec3d(0, 0, 0), cv::Vec3d(0, 0, 0), k, lens, uv);
-  return {uv[0].x, uv[0].y};
+  cv::projectPoints(points_camera_m, cv::Vec3d(0, 0, 0), cv::Vec3d(0, 0, 0), k, lens, uv);
+  std::vector<Eigen::Vector2d> result;
+  for (const cv::Point2d& one : uv) result.emplace_back(one.x, one.y);
+  return result;
+}
+Eigen::Vector2d captured_uv(const config::RigCamera& camera, const Eigen::Vector3d& p_world_m) {
+  const Eigen::Vector3d p = camera.camera_from_mount * p_world_m;
+  return captured_uv(camera, std::vector<cv::Point3d>{{p.x(), p.y(), p.z()}})[0];
 }
 
 TEST(Undistortion, MapsPointsToPinholeProjection) {
@@ -62,6 +68,42 @@ TEST(Undistortion, MapsPointsToPinholeProjection) {
           << from.transpose() << " -> " << to.transpose();
     }
   EXPECT_GT(seen, 20);
+}
+
+// Each bit is that of the captured pixel that contains the published pixel's center, according to
+// OpenCV's lens model.
+TEST(Undistortion, TakesEachBitFromTheNearestCapturedPixel) {
+  const config::RigCamera camera = lens_camera();
+  const Undistortion undistortion(camera);
+  hull::ObjectPixels captured(645, 486);
+  std::mt19937 random(1);
+  for (int v = 0; v < 486; ++v)
+    for (int u = 0; u < 645; ++u) captured.set(u, v, random() % 2);
+  const hull::ObjectPixels published = undistortion.published(captured);
+  std::vector<cv::Point3d> rays;
+  const geometry::Pinhole& k = camera.published;
+  for (int v = 0; v < 486; ++v)
+    for (int u = 0; u < 645; ++u)
+      rays.emplace_back((u - k.cx_px) / k.fx_px, (v - k.cy_px) / k.fy_px, 1);
+  const std::vector<Eigen::Vector2d> from = captured_uv(camera, rays);
+  // OpenCV returns the position as double and this code computes it in double; a position this
+  // close to the border of two pixels may round to either.
+  constexpr double kRounding_px = 1e-6;
+  int compared = 0;
+  for (int v = 0; v < 486; ++v)
+    for (int u = 0; u < 645; ++u) {
+      const Eigen::Vector2d uv = from[std::size_t(v * 645 + u)];
+      const Eigen::Vector2d nearest(std::round(uv.x()), std::round(uv.y()));
+      if ((uv - nearest).cwiseAbs().maxCoeff() > 0.5 - kRounding_px) continue;
+      const bool is_seen =
+          nearest.x() >= 0 && nearest.y() >= 0 && nearest.x() < 645 && nearest.y() < 486;
+      ASSERT_EQ(undistortion.sees(u, v), is_seen) << u << ' ' << v;
+      ASSERT_EQ(published.contains(u, v),
+                is_seen && captured.contains(int(nearest.x()), int(nearest.y())))
+          << u << ' ' << v << " from " << uv.transpose();
+      compared += is_seen;
+    }
+  EXPECT_GT(compared, 600 * 450);
 }
 
 TEST(Undistortion, KeepsStraightEdgesStraight) {

@@ -17,7 +17,10 @@ std::filesystem::path new_folder() {
 
 }  // namespace
 
-RecordingTest::RecordingTest() : domain_(own_domain()), folder_(new_folder()), bus_({domain_}) {}
+RecordingTest::RecordingTest(bool frequent_heartbeats)
+    : domain_(own_domain()),
+      folder_(new_folder()),
+      bus_({.domain = domain_, .frequent_heartbeats = frequent_heartbeats}) {}
 RecordingTest::~RecordingTest() { std::filesystem::remove_all(folder_); }
 
 std::filesystem::path RecordingTest::recorded(double duration_s, const std::string& deployment,
@@ -40,16 +43,18 @@ std::unique_ptr<Program> RecordingTest::fivepipe(const std::string& name,
 }
 
 std::unique_ptr<Program> RecordingTest::node(const std::string& program, const std::string& name,
-                                             const std::string& deployment) {
-  const std::vector<std::string> words = {std::string(FIVEPIPE_BINARY_DIR) + "/" + program,
-                                          "--deployment",
-                                          deployment,
-                                          "--node",
-                                          name,
-                                          "--domain",
-                                          std::to_string(domain_),
-                                          "--out",
-                                          (folder_ / "out").string()};
+                                             const std::string& deployment,
+                                             const std::vector<std::string>& options) {
+  std::vector<std::string> words = {std::string(FIVEPIPE_BINARY_DIR) + "/" + program,
+                                    "--deployment",
+                                    deployment,
+                                    "--node",
+                                    name,
+                                    "--domain",
+                                    std::to_string(domain_),
+                                    "--out",
+                                    (folder_ / "out").string()};
+  words.insert(words.end(), options.begin(), options.end());
   return std::make_unique<Program>(words, folder_ / (name + std::to_string(++programs_) + ".log"));
 }
 

@@ -27,7 +27,7 @@ inline constexpr std::chrono::seconds kStart{60};
 // Has its own domain, folder and bus, and starts programs in that domain.
 class RecordingTest : public testing::Test {
  protected:
-  RecordingTest();
+  explicit RecordingTest(bool frequent_heartbeats = false);  // see BusOptions
   ~RecordingTest() override;
 
   std::uint32_t domain_;
@@ -42,9 +42,10 @@ class RecordingTest : public testing::Test {
   // Starts `fivepipe WORDS...` in this test's domain with its output in the file NAME.log.
   std::unique_ptr<Program> fivepipe(const std::string& name, std::vector<std::string> words,
                                     bool typed_to = false);
-  // Starts one node.
+  // Starts one node with --out folder_/out and `options`.
   std::unique_ptr<Program> node(const std::string& program, const std::string& name,
-                                const std::string& deployment = kSmallDeployment);
+                                const std::string& deployment = kSmallDeployment,
+                                const std::vector<std::string>& options = {});
   // Starts a recorder and waits until its readers exist.
   std::unique_ptr<Program> recorder(const std::filesystem::path& file,
                                     const std::vector<std::string>& options = {});

@@ -1,0 +1,522 @@
+// Drives a real render_node by crafted messages and looks at its image and its reports.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <opencv2/imgcodecs.hpp>
+
+#include "common/base/realtime.h"
+#include "common/config/deployment.h"
+#include "common/pipeline/node/status_names.h"
+#include "tests/support/scripted_peer.h"
+
+namespace fivepipe::test {
+namespace {
+
+using namespace std::chrono_literals;
+using Composited = fivepipe_v1_FrameComposited;
+
+constexpr std::int64_t kMillisecond_ns = 1'000'000;
+constexpr double kFrameRate_hz = 30;
+constexpr double kNear_m = 0.05, kFar_m = 5;
+
+// Five boxes of 12 cm in a row, 20 cm above the axis of the view and 1 m away, and a ball below it
+// that only the simulation moves.
+const std::string kScene = R"(
+name: row
+light_m: [0, -1, 1]
+objects:
+  - {name: touched, box: {size_m: [0.12, 0.12, 0.12]}, position_m: [-0.4, 0, 0.2]}
+  - {name: free, box: {size_m: [0.12, 0.12, 0.12]}, position_m: [-0.2, 0, 0.2]}
+  - {name: undecided, box: {size_m: [0.12, 0.12, 0.12]}, position_m: [0, 0, 0.2]}
+  - {name: met, box: {size_m: [0.12, 0.12, 0.12]}, position_m: [0.2, 0, 0.2]}
+  - {name: scenery, box: {size_m: [0.12, 0.12, 0.12]}, position_m: [0.4, 0, 0.2], reaction: none}
+  - {name: ball, sphere: {radius_m: 0.06}, position_m: [0, 0, -0.2], motion: dynamic,
+     reaction: none, colour_rgb: [0.1, 0.9, 0.1]}
+)";
+const std::string kRig = R"(
+name: one
+volume_m: {min: [-0.5, -0.5, -0.5], max: [0.5, 0.5, 0.5]}
+cameras:
+  - {name: cam, image_size_px: [16, 12], horizontal_fov_deg: 60,
+     look_at: {eye_m: [0, -2, 0], target_m: [0, 0, 0]}}
+)";
+const std::string kDeployment = R"(
+name: scripted
+rig: rig.yaml
+scene: scene.yaml
+frame_rate_hz: 30
+viewer:
+  path: [{t_s: 0, eye_m: [0, -1, 0], target_m: [0, 0, 0]}]
+  horizontal_fov_deg: 60
+  render_size_px: [64, 48]
+  recon_size_px: [32, 24]
+nodes:
+  - {name: rendering, program: render_node)";
+
+class RenderNode : public ScriptedPeer {
+ protected:
+  bus::Writer<bus::topics::HullTile> tiles_ = bus_.writer<bus::topics::HullTile>();
+  bus::Writer<bus::topics::CollisionResult> collisions_ =
+      bus_.writer<bus::topics::CollisionResult>();
+  // Present if a simulation takes part.
+  std::optional<bus::Writer<bus::topics::VirtualState>> states_;
+  Collected<bus::topics::FrameComposited, Composited> composited_{
+      bus_, [](const bus::Sample<bus::topics::FrameComposited>& sample) { return *sample; }};
+  const std::int64_t start_ns_ = base::now_realtime_ns();
+  config::Deployment deployment_;
+
+  // Starts the node with these options of its entry in the deployment. `with_simulation`: whether
+  // the test writes VirtualState.
+  void start_with(const std::string& options, bool with_simulation = true,
+                  const std::string& viewer = "viewer") {
+    file("rig.yaml", kRig);
+    file("scene.yaml", kScene);
+    const std::string path = file(
+        "deployment.yaml",
+        replaced(kDeployment, "viewer:\n", "viewer:\n  name: " + viewer + "\n") + options + "}\n");
+    deployment_ = config::load_deployment(path);
+    if (with_simulation) states_.emplace(bus_.writer<bus::topics::VirtualState>());
+    start("render_node", "rendering", path);
+    wait_for_readers(tiles_, collisions_);
+    if (states_) wait_for_readers(*states_);
+    ASSERT_TRUE(holds([&] { return composited_.writers() > 0; }));
+  }
+  std::int64_t stamp_of(std::uint64_t frame) const {
+    return start_ns_ + std::int64_t(1e9 / kFrameRate_hz * double(frame));
+  }
+
+  // One of two tiles: the left or the right half of the view.
+  struct Tile {
+    fivepipe_v1_HullTile message{};
+    std::vector<float> depth_m;
+    std::vector<std::uint8_t> bgr;
+    std::vector<std::array<char, 33>> empty_cameras;
+    const fivepipe_v1_HullTile& wire() {
+      messages::borrow(message.depth_m, depth_m);
+      messages::borrow(message.bgr, bgr);
+      message.empty_cameras._buffer = reinterpret_cast<char(*)[33]>(empty_cameras.data());
+      message.empty_cameras._length = message.empty_cameras._maximum =
+          std::uint32_t(empty_cameras.size());
+      return message;
+    }
+  };
+  Tile tile(std::uint64_t frame, int half) const {
+    const config::Viewer& viewer = deployment_.viewer;
+    Tile tile;
+    messages::set_text(tile.message.viewer, viewer.name);
+    tile.message.tile = std::uint16_t(half);
+    tile.message.tiles = 2;
+    tile.message.frame = frame;
+    tile.message.capture_stamp_ns = stamp_of(frame);
+    tile.message.eye_from_world = messages::to_wire(config::eye_from_world_at(viewer, 0));
+    tile.message.recon = messages::to_wire(config::recon_pinhole(viewer));
+    tile.message.rect = {16 * half, 0, 16 * half + 16, 24};
+    return tile;
+  }
+  void send_hull(std::uint64_t frame) {
+    deliver(tiles_, tile(frame, 0).wire());
+    deliver(tiles_, tile(frame, 1).wire());
+  }
+  // The ball is at x_m.
+  void send_state(std::uint64_t frame, double x_m = 0, const char* object = "ball",
+                  double quaternion_w = 1) {
+    fivepipe_v1_ObjectState state{};
+    messages::set_text(state.object, object);
+    state.world_from_object = {{x_m, 0, -0.2}, {0, 0, 0, quaternion_w}};
+    std::vector<fivepipe_v1_ObjectState> objects{state};
+    fivepipe_v1_VirtualState message{};
+    messages::set_text(message.simulation, "simulation");
+    message.frame = frame;
+    message.capture_stamp_ns = stamp_of(frame);
+    messages::borrow(message.objects, objects);
+    deliver(*states_, message);
+  }
+  void send_collision(std::uint64_t frame, const char* object, fivepipe_v1_CollisionVerdict verdict,
+                      bool first_contact = false) {
+    std::vector<fivepipe_v1_FirstContact> contacts(first_contact ? 1 : 0);
+    fivepipe_v1_CollisionResult message{};
+    messages::set_text(message.object, object);
+    message.frame = frame;
+    message.capture_stamp_ns = stamp_of(frame);
+    message.verdict = verdict;
+    messages::borrow(message.first_contact, contacts);
+    deliver(collisions_, message);
+  }
+  // Sends a tile that the node drops, and waits until it has counted it: the node has then taken
+  // all earlier tiles.
+  void wait_until_taken() {
+    Tile unusable = tile(0, 0);
+    unusable.message.eye_from_world.rotation.w = 2;
+    const std::uint64_t before = drops_of(report(), "bad_tile");
+    deliver(tiles_, unusable.wire());
+    ASSERT_TRUE(holds([&] { return drops_of(report(), "bad_tile") > before; })) << said();
+  }
+  // Waits until `count` frames are composited.
+  bool has_composited(std::size_t count) {
+    return holds([&] { return composited_.take().size() >= count; });
+  }
+  std::vector<std::uint64_t> composited_frames() const {
+    std::vector<std::uint64_t> frames;
+    for (const Composited& one : composited_.all()) frames.push_back(one.frame);
+    return frames;
+  }
+  // The still image once it is written.
+  cv::Mat still() {
+    const std::filesystem::path file = out_ / "composite.png";
+    EXPECT_TRUE(holds([&] { return std::filesystem::exists(file); })) << said();
+    const cv::Mat image = cv::imread(file);
+    EXPECT_EQ(image.size(), cv::Size(64, 48));
+    return image.empty() ? cv::Mat::zeros(48, 64, CV_8UC3) : image;
+  }
+  // The pixel of the image that shows a point of the plane y = 0.
+  static cv::Vec3b at(const cv::Mat& image, double x_m, double z_m) {
+    const double f_px = 32 / std::tan(30 * M_PI / 180);
+    return image.at<cv::Vec3b>(int(std::lround(23.5 - f_px * z_m)),
+                               int(std::lround(31.5 + f_px * x_m)));
+  }
+  // Whether the ball is at x_m in the image.
+  static bool has_ball_at(const cv::Mat& image, double x_m) {
+    const cv::Vec3b bgr = at(image, x_m, -0.2);
+    return bgr[1] > 2 * bgr[0] && bgr[1] > 2 * bgr[2];
+  }
+  // The boxes that are red in the image.
+  static std::set<std::string> red_boxes(const cv::Mat& image) {
+    std::set<std::string> red;
+    double x_m = -0.4;
+    for (const char* box : {"touched", "free", "undecided", "met", "scenery"}) {
+      const cv::Vec3b bgr = at(image, x_m, 0.2);
+      if (bgr[2] > 1.5 * bgr[0] && bgr[2] > 1.5 * bgr[1]) red.insert(box);
+      x_m += 0.2;
+    }
+    return red;
+  }
+};
+
+TEST_F(RenderNode, HighlightsTheCollidingObjectsOfTheFrameOfTheImage) {
+  start_with(", video: false, still_frame: 7");
+  using Verdicts = std::map<std::string, fivepipe_v1_CollisionVerdict>;
+  const std::map<std::uint64_t, Verdicts> script{
+      {5, {{"touched", fivepipe_v1_free}, {"free", fivepipe_v1_colliding}}},
+      {6, {{"touched", fivepipe_v1_free}, {"free", fivepipe_v1_colliding}}},
+      {7,
+       {{"touched", fivepipe_v1_colliding},
+        {"free", fivepipe_v1_free},
+        {"undecided", fivepipe_v1_undecided},
+        {"scenery", fivepipe_v1_colliding}}},
+      {8, {{"free", fivepipe_v1_colliding}, {"undecided", fivepipe_v1_colliding}}}};
+  // The results of the next frame arrive before this frame is composited.
+  for (const auto& [frame, verdicts] : script) {
+    for (const auto& [object, verdict] : verdicts) send_collision(frame, object.c_str(), verdict);
+    send_collision(frame, "met", fivepipe_v1_free, frame == 7);
+    send_state(frame);
+    if (frame > 5) send_hull(frame - 1);
+  }
+  send_hull(8);
+  ASSERT_TRUE(has_composited(4)) << said();
+  EXPECT_EQ(red_boxes(still()), (std::set<std::string>{"touched", "met"}));
+}
+
+TEST_F(RenderNode, ShowsTheHullOfTheTilesInFrontOfAndBehindTheObjects) {
+  start_with(", video: false");
+  send_state(0);
+  Tile left = tile(0, 0), right = tile(0, 1);
+  // Columns 4 to 11, rows 2 to 9 of the view: in front of the boxes `touched` and `free`.
+  left.message.covered = {4, 2, 12, 10};
+  left.depth_m.assign(64, 0.5f);
+  for (int i = 0; i < 64; ++i) left.bgr.insert(left.bgr.end(), {250, 20, 30});
+  // Behind the box `met`: 1.5 m away.
+  right.message.covered = {17, 2, 25, 10};
+  right.depth_m.assign(64, 1.5f);
+  for (int i = 0; i < 64; ++i) right.bgr.insert(right.bgr.end(), {20, 240, 250});
+  deliver(tiles_, left.wire());
+  deliver(tiles_, right.wire());
+  ASSERT_TRUE(has_composited(1)) << said();
+  const cv::Mat image = still();
+  EXPECT_EQ(at(image, -0.2, 0.2), cv::Vec3b(250, 20, 30));
+  EXPECT_EQ(at(image, 0.1, 0.2), cv::Vec3b(20, 240, 250));  // beside the box
+  const cv::Vec3b box = at(image, 0.2, 0.2);
+  EXPECT_NEAR(box[0], box[2], 20) << box;
+}
+
+// In a lossless replay the node waits for 2 s, so the delays of a busy machine do not matter.
+TEST_F(RenderNode, WaitsForTheStateOfTheSameFrame) {
+  start_with(", video: false, still_frame: 3");
+  begin_replay(true);
+  for (const std::uint64_t frame : {1, 2}) {
+    send_state(frame, -0.3);
+    send_hull(frame);
+  }
+  ASSERT_TRUE(has_composited(2)) << said();
+  send_hull(3);
+  // The node reports this state of another frame after it has taken the hull.
+  send_state(2, 0, "ball", 7);
+  ASSERT_TRUE(holds([&] { return drops_of(report(), "bad_state") == 1; })) << said();
+  EXPECT_EQ(composited_.take().size(), 2u) << "composited without its state";
+  const std::int64_t sent_ns = base::now_realtime_ns();
+  send_state(3, 0.3);
+  ASSERT_TRUE(has_composited(3)) << said();
+  EXPECT_GE(composited_.all()[2].composited_stamp_ns, sent_ns);
+  const cv::Mat image = still();
+  EXPECT_TRUE(has_ball_at(image, 0.3));
+  EXPECT_FALSE(has_ball_at(image, -0.3));
+  EXPECT_EQ(drops_of(ended(), "late_state"), 0u);
+}
+
+// 40 ms, and 2 s in a lossless replay. The node cannot wait for a shorter time than from the test's
+// write to the composite. On a busy machine it may wait longer; the shortest of five waits may not.
+TEST_F(RenderNode, CompositesWithThePreviousStateAfterTheTimeout) {
+  start_with(", video: false, still_frame: 5");
+  send_state(0, -0.3);
+  double shortest_ms = 1e9;
+  for (std::uint64_t frame = 1; frame <= 5; ++frame) {
+    deliver(tiles_, tile(frame, 0).wire());
+    const std::int64_t sent_ns = base::now_realtime_ns();
+    deliver(tiles_, tile(frame, 1).wire());
+    ASSERT_TRUE(has_composited(frame)) << said();
+    shortest_ms = std::min(shortest_ms,
+                           1e-6 * double(composited_.all().back().composited_stamp_ns - sent_ns));
+    ASSERT_GE(shortest_ms, 40);
+  }
+  EXPECT_LT(shortest_ms, 100);
+  EXPECT_TRUE(has_ball_at(still(), -0.3));
+  begin_replay(true);
+  send_state(6, 0);
+  const std::int64_t sent_ns = base::now_realtime_ns();
+  send_hull(7);
+  ASSERT_TRUE(has_composited(6)) << said();
+  EXPECT_GE(composited_.all().back().composited_stamp_ns - sent_ns, 2000 * kMillisecond_ns);
+  EXPECT_EQ(ended().drops.at("late_state"), 6u);
+}
+
+TEST_F(RenderNode, CompositesAtOnceWithoutASimulation) {
+  start_with(", video: false", false);
+  double shortest_ms = 1e9;
+  for (std::uint64_t frame = 1; frame <= 5; ++frame) {
+    const std::int64_t sent_ns = base::now_realtime_ns();
+    send_hull(frame);
+    ASSERT_TRUE(has_composited(frame)) << said();
+    shortest_ms = std::min(shortest_ms,
+                           1e-6 * double(composited_.all().back().composited_stamp_ns - sent_ns));
+  }
+  EXPECT_LT(shortest_ms, 40);
+  EXPECT_EQ(drops_of(ended(), "late_state"), 0u);
+}
+
+TEST_F(RenderNode, ANewerHullReplacesOneThatWaitsForItsState) {
+  start_with(", video: false, still_frame: 2");
+  send_state(0, -0.3);
+  send_state(2, 0.3);
+  // Both hulls are complete before the node can have waited for 40 ms, or it composites the first
+  // one by its timeout: the result is the same.
+  send_hull(1);
+  send_hull(2);
+  ASSERT_TRUE(has_composited(2)) << said();
+  EXPECT_EQ(composited_frames(), (std::vector<std::uint64_t>{1, 2}));
+  EXPECT_TRUE(has_ball_at(still(), 0.3));
+  EXPECT_EQ(ended().drops.at("late_state"), 1u);
+}
+
+TEST_F(RenderNode, EachHullOfALosslessReplayWaitsForItsState) {
+  start_with(", video: false, still_frame: 2");
+  begin_replay(true);
+  for (const std::uint64_t frame : {1, 2, 3}) send_hull(frame);
+  send_state(1, -0.2);
+  ASSERT_TRUE(has_composited(1)) << said();
+  // The node takes the other two hulls together, and then this state of an earlier frame.
+  send_state(1, 0, "ball", 7);
+  ASSERT_TRUE(holds([&] { return drops_of(report(), "bad_state") == 1; })) << said();
+  for (const std::uint64_t frame : {2, 3}) send_state(frame, 0.2 * double(frame) - 0.4);
+  ASSERT_TRUE(has_composited(3)) << said();
+  EXPECT_EQ(composited_frames(), (std::vector<std::uint64_t>{1, 2, 3}));
+  EXPECT_TRUE(has_ball_at(still(), 0));
+  EXPECT_EQ(drops_of(ended(), "late_state"), 0u);
+}
+
+// The replay's frames have lower numbers and earlier stamps than those before.
+TEST_F(RenderNode, AReplayDiscardsTheFramesBeforeIt) {
+  start_with(", video: false, still_frame: 0");
+  for (std::uint64_t frame = 100; frame < 120; ++frame) send_state(frame, -0.3);
+  send_hull(118);
+  ASSERT_TRUE(has_composited(1)) << said();
+  deliver(tiles_, tile(119, 0).wire());
+  std::filesystem::remove(out_ / "composite.png");
+  begin_replay(true);
+  send_state(1, 0.3);
+  send_hull(1);
+  ASSERT_TRUE(has_composited(2)) << said();
+  deliver(tiles_, tile(119, 1).wire());
+  send_state(2, 0.1);
+  send_hull(2);
+  ASSERT_TRUE(has_composited(3)) << said();
+  EXPECT_EQ(composited_frames(), (std::vector<std::uint64_t>{118, 1, 2}));
+  const NodeReport report = ended();
+  EXPECT_EQ(drops_of(report, "late_state"), 0u);
+  EXPECT_EQ(drops_of(report, "late_tile"), 0u);
+  EXPECT_EQ(report.drops.at("incomplete_hull"), 1u);
+}
+
+TEST_F(RenderNode, AReplayDiscardsTheHullsThatWaitForTheirStates) {
+  start_with(", video: false");
+  begin_replay(true);
+  // Frame 50 waits for its state. Meanwhile two more hulls arrive, which the node takes together.
+  for (const std::uint64_t frame : {50, 51, 52}) send_hull(frame);
+  send_state(50);
+  ASSERT_TRUE(has_composited(1)) << said();
+  send_state(50, 0, "ball", 7);
+  ASSERT_TRUE(holds([&] { return drops_of(report(), "bad_state") == 1; })) << said();
+  begin_replay(true);
+  for (const std::uint64_t frame : {1, 2}) {
+    send_state(frame);
+    send_hull(frame);
+    ASSERT_TRUE(has_composited(frame + 1)) << said();
+  }
+  EXPECT_EQ(composited_frames(), (std::vector<std::uint64_t>{50, 1, 2}));
+  EXPECT_EQ(drops_of(ended(), "late_state"), 0u);
+}
+
+TEST_F(RenderNode, DropsOfEachKindAreCountedOnce) {
+  start_with(", video: false");
+  Tile other_view = tile(1, 0);
+  messages::set_text(other_view.message.viewer, "somebody");
+  deliver(tiles_, other_view.wire());  // belongs to another render_node: no drop
+  Tile not_a_rotation = tile(1, 0), outside = tile(1, 0), bad_number = tile(1, 0);
+  not_a_rotation.message.eye_from_world.rotation.w = 2;
+  outside.message.rect.u1_px = 40;
+  bad_number.message.tile = 2;
+  deliver(tiles_, not_a_rotation.wire());
+  for (int i = 0; i < 3; ++i) deliver(tiles_, outside.wire());
+  for (int i = 0; i < 2; ++i) deliver(tiles_, bad_number.wire());
+  send_state(1, 0, "ball", 7);         // not a rotation
+  send_state(2, 0, "nobody");          // not in the scene; composited with frame 2
+  deliver(tiles_, tile(1, 0).wire());  // frame 1 stays incomplete
+  send_hull(2);
+  ASSERT_TRUE(has_composited(1)) << said();
+  deliver(tiles_, tile(1, 1).wire());  // late
+  deliver(tiles_, tile(2, 1).wire());  // repeated
+  deliver(tiles_, tile(2, 0).wire());  // repeated
+  send_state(3);
+  send_hull(3);
+  ASSERT_TRUE(has_composited(2)) << said();
+  const auto sum = [&] {
+    std::uint64_t all = 0;
+    for (const auto& [text, count] : this->report().drops) all += count;
+    return all;
+  };
+  EXPECT_TRUE(holds([&] { return sum() == 12; })) << said();
+  const NodeReport report = ended();
+  EXPECT_EQ(report.drops, (std::map<std::string, std::uint64_t>{
+                              {"bad_tile: pose is not finite or not a rotation", 1},
+                              {"bad_tile: rect outside the view", 3},
+                              {"bad_tile: bad tile number", 2},
+                              {"bad_state: ball: pose is not finite or not a rotation", 1},
+                              {"bad_state: nobody: not in the scene", 1},
+                              {"incomplete_hull", 1},
+                              {"late_tile", 1},
+                              {"repeated_tile", 2}}));
+  EXPECT_EQ(report.counts.at(node::kFramesComposited), 2u);
+}
+
+TEST_F(RenderNode, ReportsEachCompositedFrame) {
+  start_with(", video: false", true, "left_eye");
+  const std::int64_t sent_ns = base::now_realtime_ns();
+  for (const std::uint64_t frame : {4, 7}) {
+    send_state(frame);
+    send_hull(frame);
+    ASSERT_TRUE(has_composited(frame == 4 ? 1 : 2)) << said();
+  }
+  const std::int64_t end_ns = base::now_realtime_ns();
+  ASSERT_TRUE(holds([&] { return traces().size() == 2; })) << said();
+  for (int i = 0; i < 2; ++i) {
+    const Composited& composited = composited_.all()[std::size_t(i)];
+    const TracedFrame& trace = traces()[std::size_t(i)];
+    const std::uint64_t frame = i == 0 ? 4 : 7;
+    EXPECT_STREQ(composited.viewer, "left_eye");
+    EXPECT_EQ(composited.frame, frame);
+    EXPECT_EQ(composited.capture_stamp_ns, stamp_of(frame));
+    EXPECT_EQ(trace.node, "rendering");
+    EXPECT_EQ(trace.frame, frame);
+    EXPECT_EQ(trace.capture_stamp_ns, stamp_of(frame));
+    ASSERT_EQ(trace.steps.size(), 1u);
+    EXPECT_EQ(trace.steps[0].name, "render");
+    const std::vector<std::int64_t> times{sent_ns,
+                                          trace.first_input_ns,
+                                          trace.last_input_ns,
+                                          trace.steps[0].start_ns,
+                                          trace.steps[0].end_ns,
+                                          composited.composited_stamp_ns,
+                                          end_ns};
+    EXPECT_TRUE(std::is_sorted(times.begin(), times.end())) << testing::PrintToString(times);
+  }
+  NodeReport report = ended();
+  EXPECT_EQ(report.counts.at(node::kFramesComposited), 2u);
+  EXPECT_EQ(report.frame, 7u);
+  EXPECT_EQ(report.latencies.at("render").count, 2u);
+  const auto& latency = report.latencies.at(node::kCaptureToComposite);
+  EXPECT_EQ(latency.count, 2u);
+  double max_ms = -1e9;
+  for (const Composited& one : composited_.all())
+    max_ms = std::max(max_ms, 1e-6 * double(one.composited_stamp_ns - one.capture_stamp_ns));
+  EXPECT_NEAR(latency.max_ms, max_ms, 0.01);  // float
+  EXPECT_FALSE(report.latencies.contains(node::kArrivalToComposite));
+}
+
+// A replay's captures are long ago.
+TEST_F(RenderNode, LatencyOfAReplayBeginsAtTheArrival) {
+  start_with(", video: false");
+  begin_replay(false);
+  send_state(1);
+  deliver(tiles_, tile(1, 0).wire());
+  wait_until_taken();
+  const std::int64_t first_ns = base::now_realtime_ns();
+  deliver(tiles_, tile(1, 1).wire());
+  ASSERT_TRUE(has_composited(1)) << said();
+  ASSERT_TRUE(holds([&] { return traces().size() == 1; }));
+  EXPECT_LE(traces()[0].first_input_ns, first_ns);
+  EXPECT_GE(traces()[0].last_input_ns, first_ns);
+  const NodeReport report = ended();
+  EXPECT_FALSE(report.latencies.contains(node::kCaptureToComposite));
+  const auto& latency = report.latencies.at(node::kArrivalToComposite);
+  EXPECT_EQ(latency.count, 1u);
+  EXPECT_NEAR(latency.max_ms,
+              1e-6 * double(composited_.all()[0].composited_stamp_ns - traces()[0].first_input_ns),
+              0.01);  // float
+}
+
+TEST_F(RenderNode, NamesTheCamerasThatEmptyTheHullWhileTheyDo) {
+  start_with(", video: false");
+  for (const std::uint64_t frame : {1, 2}) {
+    Tile left = tile(frame, 0), right = tile(frame, 1);
+    if (frame == 1) {
+      left.empty_cameras.push_back({'f', 'a', 'r'});
+      right.empty_cameras.push_back({'f', 'a', 'r'});
+    }
+    send_state(frame);
+    deliver(tiles_, left.wire());
+    deliver(tiles_, right.wire());
+    ASSERT_TRUE(holds([&] {
+      return report().counts.contains(node::kFramesComposited) &&
+             report().counts.at(node::kFramesComposited) == frame;
+    })) << said();
+    if (frame == 1) {
+      EXPECT_EQ(report().diagnostics.at("hull"), "empty: no object pixel in camera far");
+    } else {
+      EXPECT_FALSE(report().diagnostics.contains("hull"));
+    }
+  }
+}
+
+// Only the still needs the image, so the node reads back the last one when it ends.
+TEST_F(RenderNode, WritesTheLastFrameIfTheStillFrameNeverComes) {
+  start_with(", video: false, still_frame: 1000");
+  for (const std::uint64_t frame : {1, 2}) {
+    send_state(frame, 0.3 * double(frame) - 0.3);
+    send_hull(frame);
+  }
+  ASSERT_TRUE(has_composited(2)) << said();
+  EXPECT_FALSE(std::filesystem::exists(out_ / "composite.png"));
+  ended();
+  EXPECT_TRUE(has_ball_at(still(), 0.3));
+}
+
+}  // namespace
+}  // namespace fivepipe::test
