@@ -253,7 +253,8 @@ TEST_F(CaptureNode, PublishesPoseColoursAndMapsOfTheSameFrame) {
     for (const auto& sample : views.take()) {
       EXPECT_STREQ(sample->viewer, "left_eye");
       EXPECT_EQ(messages::from_wire(sample->render), config::render_pinhole(deployment_.viewer));
-      geometries.push_back(std::get<messages::ViewGeometry>(messages::view_geometry_from(*sample)));
+      geometries.push_back(std::get<messages::ViewGeometry>(
+          messages::view_geometry_from(*sample, deployment_.viewer)));
     }
     return mismatches.size() >= 3 && !geometries.empty();
   }));
