@@ -10,7 +10,7 @@
 #include "common/pipeline/messages/camera_messages.h"
 #include "common/pipeline/messages/view_messages.h"
 #include "common/pipeline/node/status_names.h"
-#include "tests/support/scripted_peer.h"
+#include "tests/support/scripted/peer.h"
 
 namespace fivepipe::test {
 namespace {

@@ -7,7 +7,7 @@
 #include "common/base/realtime.h"
 #include "common/config/deployment.h"
 #include "common/pipeline/node/status_names.h"
-#include "tests/support/scripted_peer.h"
+#include "tests/support/scripted/peer.h"
 
 namespace fivepipe::test {
 namespace {
@@ -487,8 +487,8 @@ TEST_F(RenderNode, NamesTheCamerasThatEmptyTheHullWhileTheyDo) {
   for (const std::uint64_t frame : {1, 2}) {
     Tile left = tile(frame, 0), right = tile(frame, 1);
     if (frame == 1) {
-      left.empty_cameras.push_back({'f', 'a', 'r'});
-      right.empty_cameras.push_back({'f', 'a', 'r'});
+      left.empty_cameras.push_back({'c', 'a', 'm'});
+      right.empty_cameras.push_back({'c', 'a', 'm'});
     }
     send_state(frame);
     deliver(tiles_, left.wire());
@@ -498,7 +498,7 @@ TEST_F(RenderNode, NamesTheCamerasThatEmptyTheHullWhileTheyDo) {
              report().counts.at(node::kFramesComposited) == frame;
     })) << said();
     if (frame == 1) {
-      EXPECT_EQ(report().diagnostics.at("hull"), "empty: no object pixel in camera far");
+      EXPECT_EQ(report().diagnostics.at("hull"), "empty: no object pixel in camera cam");
     } else {
       EXPECT_FALSE(report().diagnostics.contains("hull"));
     }

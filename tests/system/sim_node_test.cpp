@@ -8,7 +8,7 @@
 #include "common/gl/context.h"
 #include "common/pipeline/node/status_names.h"
 #include "sim_node/simulation/simulation.h"
-#include "tests/support/scripted_capture.h"
+#include "tests/support/scripted/capture.h"
 
 namespace fivepipe::test {
 namespace {

@@ -349,7 +349,8 @@ void NodeStatusReporter::diagnostic(const std::string& subject, const std::strin
     return;
   }
   std::string& current = impl_->state.diagnostics[subject];
-  if (current != text && impl_->log_budget.take(Clock::now()))
+  // No message causes the lines about the start.
+  if (current != text && (subject == kStart || impl_->log_budget.take(Clock::now())))
     spdlog::info("{}: {}", subject, text);
   current = text;
 }

@@ -11,6 +11,9 @@ inline constexpr const char* kFramesComposited = "frames_composited";
 // Begins the name of a count: messages that the node refused, by the process that sent them.
 inline constexpr const char* kRefusedFrom = "refused from ";
 
+// Subject of the diagnostic about a node's preparation before its first frame.
+inline constexpr const char* kStart = "start";
+
 // Latencies.
 inline constexpr const char* kCaptureToPublished = "capture_to_published";
 inline constexpr const char* kCaptureToComposite = "capture_to_composite";

@@ -6,7 +6,7 @@
 #include "common/config/deployment.h"
 #include "common/hull/oracle/analytic.h"
 #include "common/pipeline/messages/camera_messages.h"
-#include "tests/support/scripted_peer.h"
+#include "tests/support/scripted/peer.h"
 
 namespace fivepipe::test {
 

@@ -1,4 +1,4 @@
-#include "tests/support/scripted_peer.h"
+#include "tests/support/scripted/peer.h"
 
 #include <signal.h>
 
