@@ -18,7 +18,7 @@ struct MessageWriter {
 // A topic from the node that writes it to one that reads it.
 struct Route {
   std::string topic, writer, reader;  // reader: empty if it is not known
-  auto operator<=>(const Route&) const = default;
+  auto operator<=>(const Route&) const = default;  // NOLINT: clang-tidy 14 misreads it
 };
 // Of all messages of a frame on a route: when the first and the last datagram were sent [ns,
 // CLOCK_REALTIME]. Repeated datagrams do not count.
@@ -41,7 +41,7 @@ class MessageTimes {
   struct Sent {
     std::uint64_t sequence_number = 0;
     std::uint32_t fragment = 0;
-    auto operator<=>(const Sent&) const = default;
+    auto operator<=>(const Sent&) const = default;  // NOLINT: clang-tidy 14 misreads it
   };
   struct Writer {
     MessageWriter description;

@@ -16,7 +16,7 @@ struct ProcessId {
   std::uint32_t pid = 0;       // in the PID namespace of the process
   std::uint64_t start_id = 0;  // random for each start of a program
 
-  friend auto operator<=>(const ProcessId&, const ProcessId&) = default;
+  friend auto operator<=>(const ProcessId&, const ProcessId&) = default;  // NOLINT
 };
 
 ProcessId this_process();
