@@ -17,7 +17,7 @@ struct MessageWriter {
 };
 // A topic from the node that writes it to one that reads it.
 struct Route {
-  std::string topic, writer, reader;  // reader: empty if it is not known
+  std::string topic, writer, reader;               // reader: empty if it is not known
   auto operator<=>(const Route&) const = default;  // NOLINT: clang-tidy 14 misreads it
 };
 // Of all messages of a frame on a route: when the first and the last datagram were sent [ns,
