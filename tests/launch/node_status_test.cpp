@@ -191,7 +191,7 @@ TEST(NodesTable, ASilentNodeHasNoRates) {
   EXPECT_FALSE(contains(table, "20.0")) << table;
 }
 
-TEST(NodesTable, TellsAnEndedNodeFromASilentOne) {
+TEST(NodesTable, DistinguishesAnEndedNodeFromASilentOne) {
   Running running;
   auto sim = status("sim", kSecond, s);
   sim.final_report = true;

@@ -142,7 +142,7 @@ class ReconNode : public ScriptedCapture {
   // all messages of this topic and of those before it in its loop (maps, poses, colours).
   void wait_until_taken() {
     fivepipe_v1_ObjectColour unknown{};
-    messages::set_text(unknown.camera, "nobody");
+    messages::set_text(unknown.camera, "unknown");
     const std::uint64_t before = drops_of(report(), "bad_colour");
     deliver(colours_, unknown);
     ASSERT_TRUE(holds([&] { return drops_of(report(), "bad_colour") > before; })) << said();

@@ -387,7 +387,7 @@ TEST_F(RenderNode, DropsOfEachKindAreCountedOnce) {
   for (int i = 0; i < 3; ++i) deliver(tiles_, outside.wire());
   for (int i = 0; i < 2; ++i) deliver(tiles_, bad_number.wire());
   send_state(1, 0, "ball", 7);         // not a rotation
-  send_state(2, 0, "nobody");          // not in the scene; composited with frame 2
+  send_state(2, 0, "unknown");         // not in the scene; composited with frame 2
   deliver(tiles_, tile(1, 0).wire());  // frame 1 stays incomplete
   send_hull(2);
   ASSERT_TRUE(has_composited(1)) << said();
@@ -409,7 +409,7 @@ TEST_F(RenderNode, DropsOfEachKindAreCountedOnce) {
                               {"bad_tile: rect outside the view", 3},
                               {"bad_tile: bad tile number", 2},
                               {"bad_state: ball: pose is not finite or not a rotation", 1},
-                              {"bad_state: nobody: not in the scene", 1},
+                              {"bad_state: unknown: not in the scene", 1},
                               {"incomplete_hull", 1},
                               {"late_tile", 1},
                               {"repeated_tile", 2}}));

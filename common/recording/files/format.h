@@ -32,7 +32,7 @@ inline constexpr const char* kSettingsMetadata = "settings";
 // Keys: "TOPIC received", "TOPIC written", "TOPIC lost"; if the writers publish send counts, also
 // "TOPIC sent" and "TOPIC missing" (sent but never received).
 inline constexpr const char* kCountsMetadata = "counts";
-// The same keys, and kCountsStampKey. The newest of these records tells of the losses of a
+// The same keys, and kCountsStampKey. The newest of these records states the losses of a
 // recording that was cut off.
 inline constexpr const char* kCountsSoFarMetadata = "counts_so_far";
 inline constexpr const char* kCountsStampKey = "stamp_ns";    // CLOCK_REALTIME
