@@ -21,9 +21,12 @@ class LogBudget {
       started_ = now;
       used_ = 0;
     }
-    if (used_ < kMaxLines) return ++used_, true;
-    ++suppressed_;
-    return false;
+    const bool granted = used_ < kMaxLines;
+    if (granted)
+      ++used_;
+    else
+      ++suppressed_;
+    return granted;
   }
   // Returns the number of suppressed lines since it last returned one, at most once per kPeriod;
   // otherwise 0.

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "common/base/text_table.h"
 #include "common/pipeline/node/status_names.h"
