@@ -102,15 +102,13 @@ class Tests:
                 self.programs.setdefault(pathlib.Path(command[0]).name, []).append(test["name"])
             elif test["name"].startswith("Shaders."):
                 self.shaders.append(test["name"])
-        self.inputs = {}
-        for program in self.programs:
-            lines = ninja("-t", "inputs", f"bin/{program}").stdout.split()
-            self.inputs[program] = {pathlib.Path(line).name for line in lines if
-                                    line.startswith("bin/")}
+        # All inputs, also those of the nodes that a test starts.
+        self.inputs = {program: set(ninja("-t", "inputs", f"bin/{program}").stdout.split())
+                       for program in self.programs}
 
-    def affected(self, relinked):
-        """Test programs of which an executable in `relinked` is part."""
-        return [p for p in self.programs if p in relinked or self.inputs[p] & relinked]
+    def affected(self, objects):
+        """Test programs of which one of the object files is part."""
+        return [p for p in self.programs if not self.inputs[p].isdisjoint(objects)]
 
 
 @contextlib.contextmanager
@@ -126,14 +124,9 @@ def mutated(mutant):
 
 
 def plan():
-    """Steps that a build of everything would run: object files to compile, executables to link."""
-    objects, executables = [], set()
-    for line in ninja("-n", "all").stdout.splitlines():
-        if match := re.search(r"Building CX?X? object (\S+)", line):
-            objects.append(match[1])
-        elif match := re.search(r"Linking CXX executable bin/(\S+)", line):
-            executables.add(match[1])
-    return objects, executables
+    """Object files that a build of everything would compile. The build always writes the version
+    first, so the object file with it is among them."""
+    return re.findall(r"Building CX?X? object (\S+)", ninja("-n", "all").stdout)
 
 
 def hashes(objects):
