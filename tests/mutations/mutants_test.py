@@ -1,14 +1,17 @@
-"""Tests of the mutation operators and of the stored lists' format."""
+"""Tests of the mutation operators, of the stored lists' format, and of the reader of coverage."""
 
 import itertools
+import os
 import pathlib
 import random
 import re
+import subprocess
 import sys
 import tempfile
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+import coverage
 import mutants
 from mutants import Mutant, Source, applied, code_only, draw, line_of
 
@@ -132,6 +135,40 @@ class Stored(unittest.TestCase):
         again = itertools.islice(draw(8, taken=taken), 40)
         self.assertFalse(taken & {(m.file, m.text) for m in again})
         self.assertEqual(len({mutants.stratum_of(m.file) for m in first}), 40)
+
+
+class Coverage(unittest.TestCase):
+    SOURCE = """int unused(int x) {
+  return x + 1;
+}
+inline int square(int x) {
+  return x * x;
+}
+int main() {
+  auto doubled = [](int y) {
+    return 2 * y;
+  };
+  auto never = [](int y) {
+    return -y;
+  };
+  return square(2) + doubled(2) > 0 ? 0 : never(1);
+}
+"""
+
+    def test_names_the_programs_that_execute_the_innermost_function(self):
+        with tempfile.TemporaryDirectory() as name:
+            folder = pathlib.Path(name).resolve()
+            (folder / "a.cpp").write_text(self.SOURCE)
+            subprocess.run(["c++", "-O1", "--coverage", "-c", "a.cpp"], cwd=folder, check=True)
+            subprocess.run(["c++", "--coverage", "a.o", "-o", "a"], cwd=folder, check=True)
+            counters = folder / "counters"
+            subprocess.run([folder / "a"], check=True,
+                           env=os.environ | {"GCOV_PREFIX": str(counters / "a_test")})
+            found = coverage.Coverage(counters, folder)
+            executed = {line for line in range(1, 16) if found.programs("a.cpp", line)}
+            self.assertEqual(found.programs("a.cpp", 5), {"a_test"})
+        # Not `unused` (1 to 3), nor the body of `never` (11 to 13).
+        self.assertEqual(executed, {4, 5, 6, 7, 8, 9, 10, 14, 15})
 
 
 if __name__ == "__main__":

@@ -1,0 +1,122 @@
+"""Which test programs execute which functions, from a build with GCC's --coverage.
+
+GCC writes the functions of an object file, with their lines, to a .gcno file, and how often each ran
+to a .gcda file (gcc/gcov-io.h of GCC 12; this module reads the records of functions and the
+counters of their arcs, and skips the rest). `gcov` itself would take about an hour for all programs.
+"""
+
+import os
+import pathlib
+import shutil
+import struct
+import subprocess
+from collections import defaultdict
+
+import sandbox
+
+BINARY = sandbox.FOLDER / "build" / "coverage"
+COUNTERS = sandbox.FOLDER / "build" / "counters"  # one folder per test program
+_FLAGS = "-O1 -DNDEBUG --coverage -fprofile-update=atomic"
+_FUNCTION, _ARC_COUNTERS = 0x01000000, 0x01A10000
+
+
+def _records(data, start):
+    """Yields tag, offset and length [bytes] of each record. A negative length: all counters are 0,
+    and the record has no content."""
+    at = start
+    while at + 8 <= len(data):
+        tag, length = struct.unpack_from("<Ii", data, at)
+        if tag == 0:
+            return
+        yield tag, at + 8, length
+        at += 8 + max(length, 0)
+
+
+def _text(data, at):
+    length = struct.unpack_from("<I", data, at)[0]
+    return data[at + 4 : at + 3 + length].decode(), at + 4 + length
+
+
+def functions_of(gcno):
+    """{ident: (source, first line, last line)} of an object file."""
+    data = gcno.read_bytes()
+    if data[:8] != b"oncg*22B":
+        raise SystemExit(f"mutations: {gcno} is not of GCC 12")
+    _, at = _text(data, 16)  # the working directory
+    found = {}
+    for tag, content, _ in _records(data, at + 4):
+        if tag == _FUNCTION:
+            ident = struct.unpack_from("<I", data, content)[0]
+            _, at = _text(data, content + 12)  # the name
+            source, at = _text(data, at + 4)
+            first, _, last = struct.unpack_from("<III", data, at)
+            found[ident] = (source, first, last)
+    return found
+
+
+def executed_in(gcda):
+    """Idents of the functions that ran."""
+    data, found, ident = gcda.read_bytes(), set(), 0
+    for tag, content, length in _records(data, 16):
+        if tag == _FUNCTION and length:
+            ident = struct.unpack_from("<I", data, content)[0]
+        elif tag == _ARC_COUNTERS and length > 0 and any(data[content : content + length]):
+            found.add(ident)
+    return found
+
+
+class Coverage:
+    """Programs by source (relative to `root`) and line, from `counters`/PROGRAM/**/*.gcda."""
+
+    def __init__(self, counters=COUNTERS, root=sandbox.FOLDER):
+        self.functions = defaultdict(lambda: defaultdict(set))  # source, lines -> programs
+        known = {}  # functions of each object file
+        for folder in sorted(counters.iterdir()):
+            for gcda in folder.rglob("*.gcda"):
+                gcno = pathlib.Path("/", gcda.relative_to(folder)).with_suffix(".gcno")
+                if gcno not in known:
+                    known[gcno] = functions_of(gcno)
+                ran = executed_in(gcda)
+                for ident, (source, first, last) in known[gcno].items():
+                    source = os.path.normpath(gcno.parent / source)
+                    if source.startswith(f"{root}/"):
+                        programs = self.functions[os.path.relpath(source, root)][first, last]
+                        programs |= {folder.name} if ident in ran else set()
+
+    def programs(self, source, line):
+        """Programs that execute the innermost function around the line; None if no function is
+        around it, or if none executes it (perhaps the compiler evaluates it)."""
+        around = [(lines, programs) for lines, programs in self.functions[source].items()
+                  if lines[0] <= line <= lines[1]]
+        if not around:
+            return None
+        first = max(lines[0] for lines, _ in around)
+        return set().union(*(p for lines, p in around if lines[0] == first)) or None
+
+
+def measure(programs):
+    """Builds with counters and runs each test program. Keeps what an earlier call has measured."""
+    environment = sandbox.environment()
+    if subprocess.run(
+        ["cmake", "-S", sandbox.FOLDER, "-B", BINARY, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=None",
+         "-DCMAKE_UNITY_BUILD=ON", "-DCMAKE_UNITY_BUILD_BATCH_SIZE=0",
+         f"-DCMAKE_CXX_FLAGS={_FLAGS}", f"-DCMAKE_C_FLAGS={_FLAGS}"],
+        env=environment, stdout=subprocess.DEVNULL,
+    ).returncode or subprocess.run(["ninja", "-C", BINARY], env=environment).returncode:
+        raise SystemExit("mutations: the build with --coverage failed")
+    for number, program in enumerate(programs, 1):
+        folder = COUNTERS / program
+        if folder.is_dir():
+            continue
+        print(f"mutations: what {program} executes ({number} of {len(programs)})", flush=True)
+        partial = folder.with_suffix(".partial")
+        shutil.rmtree(partial, ignore_errors=True)
+        partial.mkdir(parents=True)
+        # A failed test is no reason to stop: under load, some rates are not held.
+        subprocess.run(
+            ["timeout", "300", BINARY / "bin" / program], cwd=BINARY,
+            env=environment | {"GCOV_PREFIX": str(partial)}, stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+        partial.rename(folder)
+    return Coverage()
