@@ -1,8 +1,8 @@
 """Which test programs execute which functions, from a build with GCC's --coverage.
 
-GCC writes the functions of an object file, with their lines, to a .gcno file, and how often each ran
-to a .gcda file (gcc/gcov-io.h of GCC 12; this module reads the records of functions and the
-counters of their arcs, and skips the rest). `gcov` itself would take about an hour for all programs.
+GCC writes the functions of an object file, with their lines, to a .gcno file, and how often each
+ran to a .gcda file (gcc/gcov-io.h of GCC 12; this module reads the records of functions and the
+counters of their arcs, and skips the rest). `gcov` itself would take an hour for all programs.
 """
 
 import os
@@ -16,7 +16,8 @@ import sandbox
 
 BINARY = sandbox.FOLDER / "build" / "coverage"
 COUNTERS = sandbox.FOLDER / "build" / "counters"  # one folder per test program
-_FLAGS = "-O1 -DNDEBUG --coverage -fprofile-update=atomic"
+# Early inlining would leave no counters of small functions.
+FLAGS = "-O1 -fno-early-inlining -DNDEBUG --coverage -fprofile-update=atomic"
 _FUNCTION, _ARC_COUNTERS = 0x01000000, 0x01A10000
 
 
@@ -84,7 +85,8 @@ class Coverage:
                         programs |= {folder.name} if ident in ran else set()
 
     def programs(self, source, line):
-        """Programs that execute the innermost function around the line; None if no function is
+        """Programs that execute the innermost function around the line (perhaps the function around
+        a lambda); None if no function is
         around it, or if none executes it (perhaps the compiler evaluates it)."""
         around = [(lines, programs) for lines, programs in self.functions[source].items()
                   if lines[0] <= line <= lines[1]]
@@ -100,7 +102,7 @@ def measure(programs):
     if subprocess.run(
         ["cmake", "-S", sandbox.FOLDER, "-B", BINARY, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=None",
          "-DCMAKE_UNITY_BUILD=ON", "-DCMAKE_UNITY_BUILD_BATCH_SIZE=0",
-         f"-DCMAKE_CXX_FLAGS={_FLAGS}", f"-DCMAKE_C_FLAGS={_FLAGS}"],
+         f"-DCMAKE_CXX_FLAGS={FLAGS}", f"-DCMAKE_C_FLAGS={FLAGS}"],
         env=environment, stdout=subprocess.DEVNULL,
     ).returncode or subprocess.run(["ninja", "-C", BINARY], env=environment).returncode:
         raise SystemExit("mutations: the build with --coverage failed")

@@ -1,4 +1,4 @@
-"""Mutants: small faults in the product's sources. Draws them from the code, stores and applies them.
+"""Mutants: small faults in the product's sources. Draws, stores and applies them.
 
 A mutant is a file, a text that occurs exactly once in it, and the text that replaces it. Only the
 operators below make mutants, so that they are not chosen to be caught.
@@ -43,7 +43,7 @@ def save(path, mutants):
 
 
 def applied(mutant, source):
-    """Returns the source with the fault. Raises ValueError if the text is not there exactly once."""
+    """Returns the source with the fault. Raises ValueError unless the text occurs exactly once."""
     count = source.count(mutant.text)
     if count != 1:
         raise ValueError(f"{mutant.id}: the text occurs {count} times in {mutant.file}, not once")
@@ -76,7 +76,7 @@ _HIDDEN = re.compile(
 
 
 def code_only(source):
-    """The source with comments, texts and preprocessor lines replaced by spaces, of equal length."""
+    """The source, of equal length, with spaces for comments, texts and preprocessor lines."""
     return _HIDDEN.sub(lambda m: re.sub(r"[^\n]", " ", m[0]), source)
 
 
@@ -200,7 +200,9 @@ OPERATORS = {
 }
 
 # assert() and static_assert() are not in the release build; reserve() only saves time.
-_SKIPPED_LINE = re.compile(r"\bassert\(|\bstatic_assert\b|\breserve\(|^\s*(?:using|namespace|template)\b")
+_SKIPPED_LINE = re.compile(
+    r"\bassert\(|\bstatic_assert\b|\breserve\(|^\s*(?:using|namespace|template)\b"
+)
 
 
 def speed_constants():
