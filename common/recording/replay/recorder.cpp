@@ -113,9 +113,9 @@ std::string Recorder::node_of(const bus::WriterDescription& writer) {
 
 void Recorder::drop_without_channel(const std::string& topic, std::size_t bytes) {
   if (full_reason_.empty()) {
-    const auto most = std::max_element(
-        channels_of_participant_.begin(), channels_of_participant_.end(),
-        [](const auto& a, const auto& b) { return a.second < b.second; });
+    const auto most =
+        std::max_element(channels_of_participant_.begin(), channels_of_participant_.end(),
+                         [](const auto& a, const auto& b) { return a.second < b.second; });
     full_reason_ = "too many writers: an MCAP file has at most 65535 channels";
     if (most != channels_of_participant_.end())
       full_reason_ += ", of which '" + most->first + "' uses " + std::to_string(most->second);

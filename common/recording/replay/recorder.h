@@ -67,7 +67,7 @@ class Recorder {
   std::optional<std::chrono::steady_clock::time_point> participants_read_;
   LossDetector loss_detector_;
   std::map<std::string, std::size_t> channels_of_participant_;  // by name
-  std::string full_reason_;  // once no channel is left
+  std::string full_reason_;                                     // once no channel is left
 };
 
 }  // namespace fivepipe::replay

@@ -73,8 +73,8 @@ inline constexpr double kMaxSilence_s = 2;
 class StatusRegistry {
  public:
   // A peer can publish as any node and with any start stamp. The registry ignores further nodes, of
-  // all processes or of one, which may be a replay of a deployment's nodes. It sums the counts of the
-  // two oldest processes of a node that has more.
+  // all processes or of one, which may be a replay of a deployment's nodes. It sums the counts of
+  // the two oldest processes of a node that has more.
   static constexpr std::size_t kMaxNodes = 256, kMaxNodesOfProcess = 64, kMaxProcesses = 64;
 
   void add(ProcessStatus status, std::int64_t arrived_ns);
