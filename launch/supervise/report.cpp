@@ -182,7 +182,7 @@ json json_of_node(const ProgramHistory& program, const Processes& processes,
   node["memory_mb"] = memory_mb;
   node["counts"] = largest(summed(processes, &ProcessStatus::counts));
   node["topics"] = json_of_topics(processes);
-  node["drops"] = largest(summed(processes, &ProcessStatus::drops));
+  node["drops"] = largest_drops(summed(processes, &ProcessStatus::drops));
   node["latencies_ms"] = json::object();
   for (const auto& [name, latency] : busiest_latencies(processes))
     node["latencies_ms"][name] = json_of(latency);
@@ -316,7 +316,7 @@ json report_from(const ReportInput& input) {
        {{"captured", max_count(per_node(input.statuses, node::kFramesCaptured))},
         {"complete", complete_sets(input)},
         {"composited", composited},
-        {"dropped", largest(dropped)}}},
+        {"dropped", largest_drops(dropped)}}},
       {"refused_from", largest(all_refused(input.statuses))},
       {"frame_rate_hz",
        composited > 1 && composited_for_s > 0 ? double(composited - 1) / composited_for_s : 0.0},

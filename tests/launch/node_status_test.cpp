@@ -105,8 +105,19 @@ TEST(StatusRegistry, BoundsNodesAndKeepsTheTotalsOfManyProcesses) {
   EXPECT_EQ(sent, 2u * processes);
   EXPECT_EQ(collided, 3u * processes);
   for (std::size_t i = 0; i < 2 * launch::StatusRegistry::kMaxNodes; ++i)
-    registry.add(status("invented" + std::to_string(i), kFirst, s), 200 * s);
+    registry.add(
+        status("invented" + std::to_string(i), bus::ProcessId{"alpha", std::uint32_t(i), 1}, s),
+        200 * s);
   EXPECT_EQ(registry.processes().size(), launch::StatusRegistry::kMaxNodes);
+  EXPECT_TRUE(registry.newest("sim"));
+}
+
+TEST(StatusRegistry, InventedNodesOfOneProcessLeaveSpaceForThoseOfOthers) {
+  launch::StatusRegistry registry;
+  for (std::size_t i = 0; i < 2 * launch::StatusRegistry::kMaxNodes; ++i)
+    registry.add(status("invented" + std::to_string(i), kFirst, s), 1 * s);
+  EXPECT_EQ(registry.processes().size(), launch::StatusRegistry::kMaxNodesOfProcess);
+  registry.add(status("sim", kSecond, s), 2 * s);
   EXPECT_TRUE(registry.newest("sim"));
 }
 
@@ -214,11 +225,12 @@ TEST(NodesTable, APeersTextCannotControlTheTerminal) {
 }
 
 // `fivepipe top` prints this each second.
-TEST(LiveStatus, IsBoundedForInventedNodesAndDrops) {
+TEST(LiveStatus, IsBoundedForInventedNodesAndDropsAndShowsRealNodesFirst) {
   launch::StatusRegistry registry;
-  for (int node = 0; node < 300; ++node) {
-    auto invented = status("invented_" + std::to_string(node), kFirst, 1 * s);
-    for (int i = 0; i < 250; ++i) {
+  for (std::uint32_t node = 0; node < 250; ++node) {
+    const bus::ProcessId stranger{"alpha", 1000 + node / 60, 1};  // publishes many nodes
+    auto invented = status("invented_" + std::to_string(node), stranger, 1 * s);
+    for (int i = 0; i < 60; ++i) {
       const std::string name = "invented_" + std::to_string(i);
       invented.drops[name] = 1;
       invented.counts["refused from " + name] = 1;
@@ -226,8 +238,29 @@ TEST(LiveStatus, IsBoundedForInventedNodesAndDrops) {
       invented.diagnostics.push_back(name);
     }
     registry.add(invented, 1 * s);
+    // Makes it two processes of one node.
+    invented.process->start_id = 2;
+    invented.start_stamp_ns = 2 * s;
+    registry.add(invented, 2 * s);
+    invented.process->start_id = 1;
+    invented.start_stamp_ns = 1 * s;
+    registry.add(invented, 5 * s);
   }
-  EXPECT_LT(launch::nodes_table(registry, 2 * s).size(), 100'000u);
-  EXPECT_LT(launch::node_messages(registry).size(), 500'000u);
-  EXPECT_TRUE(contains(launch::nodes_table(registry, 2 * s), "more nodes"));
+  auto sim = status("sim", kFirst, 1 * s);
+  sim.counts["refused from process 1000 on host alpha"] = 7;
+  registry.add(sim, 5 * s);
+  const std::string table = launch::nodes_table(registry, 6 * s),
+                    messages = launch::node_messages(registry);
+  const auto lines = [](const std::string& text) {
+    return std::count(text.begin(), text.end(), '\n');
+  };
+  EXPECT_LE(lines(table), 1 + 50 + 1);
+  EXPECT_LT(table.size(), 100'000u);
+  EXPECT_LE(lines(messages), 200 + 1 + 20);
+  EXPECT_LT(messages.size(), 50'000u);
+  EXPECT_TRUE(contains(table, "more nodes"));
+  EXPECT_TRUE(contains(messages, "more lines"));
+  EXPECT_TRUE(contains(messages, "two processes publish as node"));
+  EXPECT_TRUE(contains(table, "\nsim ")) << table;
+  EXPECT_TRUE(contains(messages, "sim: refused 7 messages from process 1000 on host alpha\n"));
 }

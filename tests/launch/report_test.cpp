@@ -149,6 +149,28 @@ TEST(Report, IsBoundedForInventedDrops) {
   EXPECT_LT(std::count(table.begin(), table.end(), '\n'), 150);
 }
 
+// Otherwise rare reasons would vanish among many subjects of others.
+TEST(Report, KeepsTheSumOfEachReason) {
+  auto input = ten_seconds();
+  auto sim = status("sim", 4, 100 * s);
+  for (int i = 0; i < 200; ++i) sim.drops["bad_map: invented_" + std::to_string(i)] = 5;
+  sim.drops["bad_pose: viewer: not finite"] = 2;
+  sim.drops["video_frame"] = 1;
+  input.statuses.add(sim, 111 * s);
+  const auto report = launch::report_from(input);
+  for (const nlohmann::json& drops :
+       {report["nodes"]["sim"]["drops"], report["frames"]["dropped"]}) {
+    std::map<std::string, std::uint64_t> by_reason;
+    for (const auto& [text, count] : drops.items())
+      by_reason[text.substr(0, text.find(':'))] += count.get<std::uint64_t>();
+    EXPECT_EQ(by_reason["bad_map"], 1000u) << drops;
+    EXPECT_EQ(by_reason["bad_pose"], 2u) << drops;
+    EXPECT_EQ(by_reason["video_frame"], 1u) << drops;
+    EXPECT_FALSE(by_reason.contains("other")) << drops;
+    EXPECT_LE(drops.size(), 64u + 32u);
+  }
+}
+
 TEST(Report, MarksNonFinalStatuses) {
   launch::ReportInput input = ten_seconds();
   input.statuses = {};

@@ -160,7 +160,7 @@ class HostilePeer {
   }
   void send_collision() {
     fivepipe_v1_CollisionResult result{};
-    messages::set_text(result.object, name_or("payload_a"));
+    messages::set_text(result.object, name_or("curtain"));
     result.verdict = fivepipe_v1_colliding;
     result.d_rec_m = kNaN;
     fill(result.triangles, indices_, std::numeric_limits<std::uint32_t>::max());

@@ -88,6 +88,8 @@ LoanedSamples take(Entity& reader) {
                            infos[i].publication_handle, infos[i].source_timestamp});
     if (infos[i].instance_state == DDS_IST_NOT_ALIVE_NO_WRITERS)
       reader.key_limit->forget(infos[i].instance_handle);
+    else if (!infos[i].valid_data)
+      reader.key_limit->accepts(infos[i].publication_handle, infos[i].instance_handle);
   }
   return taken;
 }

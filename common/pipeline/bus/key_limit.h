@@ -25,7 +25,9 @@ class KeyLimit {
   explicit KeyLimit(std::size_t max_keys = kMaxKeysPerWriter) : max_keys_(max_keys) {}
 
   // Returns whether the reader may keep a sample. Handles: of the writer's publication and of the
-  // key's instance. Counts refused samples.
+  // key's instance. Counts refused samples. DDS does not ask for a key that is disposed without a
+  // sample: the bus calls this when it takes the change of state, so that such keys count, too. The
+  // reader keeps their instances (Cyclone DDS 0.10 has no call that removes one).
   bool accepts(std::uint64_t writer, std::uint64_t instance);
   // Call when the key has no writer any more: the reader removes its instance.
   void forget(std::uint64_t instance);

@@ -152,6 +152,8 @@ std::size_t SerializedReader::take(const std::function<void(const SerializedSamp
       }
       if (infos[i].instance_state == DDS_IST_NOT_ALIVE_NO_WRITERS)
         entity_->key_limit->forget(infos[i].instance_handle);
+      else if (!infos[i].valid_data)
+        entity_->key_limit->accepts(infos[i].publication_handle, infos[i].instance_handle);
       if (infos[i].instance_state != DDS_IST_ALIVE)
         changes[infos[i].instance_handle] = {
             std::make_shared<Serdata>(infos[i].valid_data ? ddsi_serdata_to_untyped(sample.data)

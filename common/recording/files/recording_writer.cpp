@@ -10,6 +10,8 @@
 namespace fivepipe::recording {
 namespace {
 
+constexpr const char* kFullReason = "too many writers: an MCAP file has at most 65535 channels";
+
 void append_uint32(std::vector<std::byte>& to, std::uint32_t value) {
   for (int shift = 0; shift < 32; shift += 8) to.push_back(std::byte(value >> shift));
 }
@@ -70,10 +72,22 @@ void RecordingWriter::add(mcap::Id channel, std::int64_t log_stamp_ns, std::int6
 void RecordingWriter::add(mcap::Id channel, std::int64_t log_stamp_ns, std::int64_t source_stamp_ns,
                           KeyChange change, std::span<const std::byte> key_cdr) {
   ChannelState& of = channels_.at(channel);
+  if (!of.key_states && is_full())
+    return add_lost(of.topic + kKeyStateSuffix, key_cdr.size(), kFullReason);
   if (!of.key_states)
     of.key_states =
         add_channel(of.topic + kKeyStateSuffix, kKeyStateType, kKeyStateIdl, of.metadata);
   add_counted(*of.key_states, log_stamp_ns, source_stamp_ns, key_state_cdr(change, key_cdr));
+}
+
+void RecordingWriter::add_lost(const std::string& topic, std::size_t bytes,
+                               const std::string& why) {
+  const std::scoped_lock lock(mutex_);
+  TopicCounts& counts = counts_[topic];
+  ++counts.received;
+  ++counts.lost;
+  counts.bytes += bytes;
+  full_reason_ = why;
 }
 
 void RecordingWriter::add_counted(mcap::Id channel, std::int64_t log_stamp_ns,
@@ -174,6 +188,7 @@ std::string RecordingWriter::loss_reason() const {
                                 [](const auto& count) { return count.second.lost == 0; });
   return none                    ? ""
          : !failure_.empty()     ? failure_
+         : !full_reason_.empty() ? full_reason_
          : !drop_reason_.empty() ? drop_reason_
                                  : "the disk was too slow";
 }

@@ -67,15 +67,19 @@ class RecordingWriter {
   void add(mcap::Metadata metadata);
 
   // Adds one writer of a topic. `schema` is the self-contained IDL of its type.
-  // Throws std::length_error when 65535 channels or schemas exist.
+  // Throws std::length_error when 65535 channels (is_full()) or schemas exist.
   mcap::Id add_channel(const std::string& topic, const std::string& type, const std::string& schema,
                        const std::map<std::string, std::string>& metadata);
+  bool is_full() const { return open_.is_full(); }
+  // Counts a message as received and lost because no channel is left for its writer. `why` states
+  // the reason, for loss_reason().
+  void add_lost(const std::string& topic, std::size_t bytes, const std::string& why);
   // Stamps are CLOCK_REALTIME. Both copy the payload and throw std::out_of_range if the channel was
   // not added.
   void add(mcap::Id channel, std::int64_t log_stamp_ns, std::int64_t source_stamp_ns,
            std::span<const std::byte> cdr);
   void add(mcap::Id channel, std::int64_t log_stamp_ns, std::int64_t source_stamp_ns,
-           KeyChange change, std::span<const std::byte> key_cdr);
+           KeyChange change, std::span<const std::byte> key_cdr);  // lost if no channel is left
   // Closes the open chunk if it has reached its maximum age. `now_ns` is CLOCK_REALTIME. Call it
   // several times per chunk_s.
   void tick(std::int64_t now_ns);
@@ -131,7 +135,7 @@ class RecordingWriter {
   mutable std::mutex mutex_;  // guards the members up to writer_ended_
   std::map<std::string, TopicCounts> counts_;
   std::map<mcap::Id, std::string> topic_of_channel_;
-  std::string failure_, drop_reason_;
+  std::string failure_, drop_reason_, full_reason_;
   bool writer_ended_ = false;
   std::condition_variable ended_;
 

@@ -1,5 +1,7 @@
 #include "common/recording/replay/recorder.h"
 
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 #include <fstream>
 #include <sstream>
@@ -109,9 +111,28 @@ std::string Recorder::node_of(const bus::WriterDescription& writer) {
   return node_of_participant_[writer.participant_guid];
 }
 
-std::optional<mcap::Id> Recorder::channel(Source& source, std::uint64_t writer) {
+void Recorder::drop_without_channel(const std::string& topic, std::size_t bytes) {
+  if (full_reason_.empty()) {
+    const auto most =
+        std::max_element(channels_of_participant_.begin(), channels_of_participant_.end(),
+                         [](const auto& a, const auto& b) { return a.second < b.second; });
+    full_reason_ = "too many writers: an MCAP file has at most 65535 channels";
+    if (most != channels_of_participant_.end())
+      full_reason_ += ", of which '" + most->first + "' uses " + std::to_string(most->second);
+    spdlog::error("{}; messages of further writers are lost", full_reason_);
+  }
+  recording_.add_lost(topic, bytes, full_reason_);
+}
+
+std::optional<mcap::Id> Recorder::channel(Source& source, const bus::SerializedSample& sample) {
+  const std::uint64_t writer = sample.writer;
   const auto known = source.channel_of_writer.find(writer);
   if (known != source.channel_of_writer.end()) return known->second;
+  // Before it describes the writer: a stranger may have many, and discovery takes long.
+  if (recording_.is_full()) {
+    drop_without_channel(source.topic.name, sample.cdr.size());
+    return std::nullopt;
+  }
   std::map<std::string, std::string> metadata{{"delivery", delivery_name(source.topic.delivery)}};
   std::string node;
   if (const auto described = source.reader.writer(writer)) {
@@ -124,6 +145,7 @@ std::optional<mcap::Id> Recorder::channel(Source& source, std::uint64_t writer) 
   metadata["node"] = node;
   const mcap::Id id = recording_.add_channel(source.topic.name, source.topic.type,
                                              schema::fivepipe_schema(source.topic.type), metadata);
+  ++channels_of_participant_[node];
   source.node_of_channel[id] = node;
   return source.channel_of_writer[writer] = id;
 }
@@ -131,7 +153,7 @@ std::optional<mcap::Id> Recorder::channel(Source& source, std::uint64_t writer) 
 void Recorder::take() {
   for (const auto& source : sources_)
     source->reader.take([&](const bus::SerializedSample& sample) {
-      const auto id = channel(*source, sample.writer);
+      const auto id = channel(*source, sample);
       if (!id) return;
       const std::int64_t now_ns = base::now_realtime_ns();
       if (sample.kind == bus::SampleKind::data) {

@@ -48,7 +48,9 @@ class Recorder {
     std::map<std::uint64_t, std::optional<mcap::Id>> channel_of_writer;
     std::map<mcap::Id, std::string> node_of_channel;
   };
-  std::optional<mcap::Id> channel(Source& source, std::uint64_t writer);
+  // Returns nullopt if the writer is of this process, or if no channel is left for it.
+  std::optional<mcap::Id> channel(Source& source, const bus::SerializedSample& sample);
+  void drop_without_channel(const std::string& topic, std::size_t bytes);
   bool is_own(const bus::WriterDescription& writer) const;
   std::string node_of(const bus::WriterDescription& writer);
   void take_statuses();
@@ -64,6 +66,8 @@ class Recorder {
   std::set<std::string> participants_;  // also of processes that have ended
   std::optional<std::chrono::steady_clock::time_point> participants_read_;
   LossDetector loss_detector_;
+  std::map<std::string, std::size_t> channels_of_participant_;  // by name
+  std::string full_reason_;                                     // once no channel is left
 };
 
 }  // namespace fivepipe::replay

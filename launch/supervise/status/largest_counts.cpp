@@ -7,15 +7,35 @@
 
 namespace fivepipe::launch {
 
-Counts largest(const Counts& counts, std::size_t max_count) {
-  if (counts.size() <= max_count) return counts;
-  std::vector<std::pair<std::string, std::uint64_t>> sorted(counts.begin(), counts.end());
-  std::stable_sort(sorted.begin(), sorted.end(),
+namespace {
+
+// Returns the counts, the largest ones first.
+std::vector<std::pair<std::string, std::uint64_t>> sorted(const Counts& counts) {
+  std::vector<std::pair<std::string, std::uint64_t>> entries(counts.begin(), counts.end());
+  std::stable_sort(entries.begin(), entries.end(),
                    [](const auto& a, const auto& b) { return a.second > b.second; });
-  const auto rest = sorted.begin() + std::ptrdiff_t(max_count);
-  Counts kept(sorted.begin(), rest);
-  for (auto at = rest; at != sorted.end(); ++at) kept["other"] += at->second;
+  return entries;
+}
+
+}  // namespace
+
+Counts largest(const Counts& counts, std::size_t max_count) {
+  Counts kept;
+  std::size_t i = 0;
+  for (const auto& [name, count] : sorted(counts)) kept[i++ < max_count ? name : "other"] += count;
   return kept;
+}
+
+Counts largest_drops(const Counts& drops) {
+  Counts kept;
+  std::size_t i = 0;
+  for (const auto& [text, count] : sorted(drops)) {
+    const std::size_t reason_end = text.find(": ");
+    const bool has_subject = reason_end != text.npos;
+    kept[i++ < kMaxShownCounts || !has_subject ? text : text.substr(0, reason_end) + ": other"] +=
+        count;
+  }
+  return largest(kept, kMaxShownCounts + kMaxReasons);
 }
 
 Counts refused_from(const Counts& counts) {

@@ -13,8 +13,25 @@
 namespace fivepipe::launch {
 namespace {
 
-// A peer can invent nodes, drops and diagnostics. `fivepipe top` shows at most this many.
-constexpr std::size_t kMaxShownNodes = 50, kMaxShownLines = 20, kMaxShownLatencies = 20;
+// A peer can invent nodes, drops and diagnostics. `fivepipe top` shows at most this many, of one
+// node or, kMaxShownMessages, of all nodes.
+constexpr std::size_t kMaxShownNodes = 50, kMaxShownLines = 20, kMaxShownLatencies = 20,
+                      kMaxShownMessages = 200;
+
+using NodeStatuses = std::pair<std::string, std::vector<ProcessStatus>>;
+
+// Returns all nodes by name, but those of a process that publishes many nodes last: it is a replay,
+// or a peer that invents nodes.
+std::vector<NodeStatuses> in_order_of_display(const StatusRegistry& registry) {
+  const auto by_name = registry.processes();
+  std::map<std::optional<bus::ProcessId>, std::size_t> nodes_of_process;
+  for (const auto& [node, processes] : by_name) ++nodes_of_process[processes.back().process];
+  std::vector<NodeStatuses> nodes(by_name.begin(), by_name.end());
+  std::stable_sort(nodes.begin(), nodes.end(), [&](const NodeStatuses& a, const NodeStatuses& b) {
+    return nodes_of_process[a.second.back().process] < nodes_of_process[b.second.back().process];
+  });
+  return nodes;
+}
 
 bool is_active(const NodeActivity& activity) {
   return !activity.ended && activity.silent_s <= kMaxSilence_s;
@@ -84,7 +101,7 @@ std::string nodes_table(const StatusRegistry& registry, std::int64_t now_ns) {
                          {.head = "drops", .right = true, .min_width = 7},
                          {.head = "latencies p50/p99 ms"}});
   std::size_t shown = 0;
-  const auto nodes = registry.processes();
+  const auto nodes = in_order_of_display(registry);
   for (const auto& [node, processes] : nodes) {
     if (++shown > kMaxShownNodes) break;
     const ProcessStatus& status = processes.back();
@@ -104,21 +121,25 @@ std::string nodes_table(const StatusRegistry& registry, std::int64_t now_ns) {
 }
 
 std::string node_messages(const StatusRegistry& registry) {
-  std::string lines;
-  std::size_t shown = 0;
-  for (const auto& [node, processes] : registry.processes()) {
-    if (++shown > kMaxShownNodes) break;
+  std::vector<std::string> lines;
+  for (const auto& [node, processes] : in_order_of_display(registry)) {
     const ProcessStatus& status = processes.back();
-    for (const auto& [text, count] : largest(status.drops, kMaxShownLines))
-      lines += base::printable(fmt::format("{}: dropped {}: {}", node, count, text)) + "\n";
     for (const auto& [name, count] : largest(refused_from(status.counts), kMaxShownLines))
-      lines +=
-          base::printable(fmt::format("{}: refused {} messages from {}", node, count, name)) + "\n";
+      lines.push_back(fmt::format("{}: refused {} messages from {}", node, count, name));
+    for (const auto& [text, count] : largest(status.drops, kMaxShownLines))
+      lines.push_back(fmt::format("{}: dropped {}: {}", node, count, text));
     for (std::size_t i = 0; i < std::min(status.diagnostics.size(), kMaxShownLines); ++i)
-      lines += base::printable(fmt::format("{}: {}", node, status.diagnostics[i])) + "\n";
+      lines.push_back(fmt::format("{}: {}", node, status.diagnostics[i]));
   }
-  for (const DuplicateNode& duplicate : registry.duplicates()) lines += text_of(duplicate) + "\n";
-  return lines;
+  std::string shown;
+  for (std::size_t i = 0; i < std::min(lines.size(), kMaxShownMessages); ++i)
+    shown += base::printable(lines[i]) + "\n";
+  if (lines.size() > kMaxShownMessages)
+    shown += fmt::format("and {} more lines\n", lines.size() - kMaxShownMessages);
+  const std::vector<DuplicateNode> duplicates = registry.duplicates();
+  for (std::size_t i = 0; i < std::min(duplicates.size(), kMaxShownLines); ++i)
+    shown += text_of(duplicates[i]) + "\n";
+  return shown;
 }
 
 std::string text_of(const DuplicateNode& duplicate) {

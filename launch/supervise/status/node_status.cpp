@@ -50,7 +50,7 @@ CollisionTotals& CollisionTotals::operator+=(const CollisionTotals& other) {
 }
 
 void StatusRegistry::add(ProcessStatus status, std::int64_t arrived_ns) {
-  if (!entries_.contains(status.node) && entries_.size() >= kMaxNodes) return;
+  if (!entries_.contains(status.node) && !has_space_for_node_of(status.process)) return;
   Entry& entry = entry_of(entries_[status.node], status, arrived_ns);
   if (arrived_ns > entry.arrived_ns)
     entry.cpu_percent =
@@ -58,6 +58,15 @@ void StatusRegistry::add(ProcessStatus status, std::int64_t arrived_ns) {
   entry.arrived_ns = arrived_ns;
   if (!status.process) status.process = entry.newest.process;
   entry.newest = std::move(status);
+}
+
+bool StatusRegistry::has_space_for_node_of(const std::optional<bus::ProcessId>& process) const {
+  const auto is_of_process = [&](const auto& of_node) {
+    return of_node.second.back().newest.process == process;
+  };
+  return entries_.size() < kMaxNodes &&
+         std::size_t(std::count_if(entries_.begin(), entries_.end(), is_of_process)) <
+             kMaxNodesOfProcess;
 }
 
 StatusRegistry::Entry& StatusRegistry::entry_of(std::vector<Entry>& processes,

@@ -72,9 +72,10 @@ inline constexpr double kMaxSilence_s = 2;
 // is distinguished by its start stamp alone. Arrival stamps are of any steady clock.
 class StatusRegistry {
  public:
-  // A peer can publish as any node and with any start stamp. The registry ignores further nodes. It
-  // sums the counts of the two oldest processes of a node that has more.
-  static constexpr std::size_t kMaxNodes = 256, kMaxProcesses = 64;
+  // A peer can publish as any node and with any start stamp. The registry ignores further nodes, of
+  // all processes or of one, which may be a replay of a deployment's nodes. It sums the counts of
+  // the two oldest processes of a node that has more.
+  static constexpr std::size_t kMaxNodes = 256, kMaxNodesOfProcess = 64, kMaxProcesses = 64;
 
   void add(ProcessStatus status, std::int64_t arrived_ns);
 
@@ -98,6 +99,7 @@ class StatusRegistry {
   };
   Entry& entry_of(std::vector<Entry>& processes, const ProcessStatus& status,
                   std::int64_t arrived_ns);
+  bool has_space_for_node_of(const std::optional<bus::ProcessId>& process) const;
   const Entry* newest_entry(const std::string& node) const;
   std::map<std::string, std::vector<Entry>> entries_;  // by node; each node's processes by start
 };

@@ -116,5 +116,29 @@ TEST(BusKeyLimit, AnUnregisteredKeyLeavesSpaceForAnother) {
   EXPECT_TRUE(bus.take_refused().empty());
 }
 
+// DDS passes a change of a key's state by the limit, unlike a sample.
+TEST(BusKeyLimit, DisposingFurtherKeysIsCountedAndNamesTheProcess) {
+  Bus bus({test::own_domain()});
+  const topics::Topic topic{topics::FrameComposited::name, topics::FrameComposited::type,
+                            topics::FrameComposited::descriptor, topics::FrameComposited::delivery};
+  auto typed = bus.reader<topics::FrameComposited>();
+  SerializedReader serialized(bus, topic);
+  SerializedWriter writer(bus, topic, WriterHistory::topic);
+  ASSERT_TRUE(test::eventually(bus, 10s, [&] { return writer.readers() == 2; }));
+  constexpr std::size_t kTooMany = 10;
+  for (std::size_t key = 0; key < KeyLimit::kMaxKeysPerWriter + kTooMany; ++key) {
+    const auto only_key = composited_cdr("viewer_" + std::to_string(key), true);
+    ASSERT_TRUE(writer.write({SampleKind::disposed, 0, 1, only_key}));
+    for (const auto& sample : typed.take()) EXPECT_FALSE(sample.valid());
+    serialized.take([](const SerializedSample&) {});
+  }
+  const auto refused = bus.take_refused();
+  ASSERT_EQ(refused.size(), 2u) << "one for each reader";
+  for (const RefusedSamples& of_reader : refused) {
+    EXPECT_EQ(of_reader.process, this_process());
+    EXPECT_EQ(of_reader.count, kTooMany);
+  }
+}
+
 }  // namespace
 }  // namespace fivepipe::bus

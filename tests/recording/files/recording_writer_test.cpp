@@ -254,5 +254,31 @@ TEST_F(RecordingWriterTest, ReportsTypeDifferences) {
       << problems[1];
 }
 
+// A stranger can create any number of writers, each of which takes a channel, and a second one for
+// the states of its keys.
+TEST_F(RecordingWriterTest, MessagesWithoutAChannelAreCountedAsLost) {
+  {
+    RecordingWriter writer(path_, "test", {});
+    const mcap::Id first = writer.add_channel("topic", "Type", "schema", {});
+    add(writer, first, 2, 10);
+    while (!writer.is_full()) writer.add_channel("other", "Type", "schema", {});
+    EXPECT_THROW(writer.add_channel("other", "Type", "schema", {}), std::length_error);
+    writer.add(first, kStart_ns, kStart_ns, KeyChange::disposed, Bytes(10));
+    EXPECT_NE(writer.loss_reason().find("65535"), std::string::npos) << writer.loss_reason();
+    writer.add_lost("other", 10, "mallory has too many writers");
+    add(writer, first, 3, 10);
+    writer.finish();
+    const auto counts = writer.counts();
+    EXPECT_EQ(counts.at("topic").written, 5u);
+    EXPECT_EQ(counts.at("topic").lost, 0u);
+    EXPECT_EQ(counts.at(std::string("topic") + kKeyStateSuffix).lost, 1u);
+    EXPECT_EQ(counts.at("other").received, 1u);
+    EXPECT_EQ(counts.at("other").lost, 1u);
+    EXPECT_EQ(writer.loss_reason(), "mallory has too many writers");
+    EXPECT_TRUE(writer.is_finished());
+  }
+  EXPECT_EQ(all_of(Recording(path_)).size(), 5u);
+}
+
 }  // namespace
 }  // namespace fivepipe::recording

@@ -7,9 +7,11 @@
 namespace fivepipe::mcap {
 namespace {
 
+constexpr std::size_t kMaxIds = std::numeric_limits<Id>::max();
+
 template <typename T>
 Id added(std::vector<T>& list, const T& element) {
-  if (list.size() == std::numeric_limits<Id>::max())
+  if (list.size() == kMaxIds)
     throw std::length_error("an MCAP file has at most 65535 schemas and 65535 channels");
   list.push_back(element);
   return Id(list.size());
@@ -24,6 +26,8 @@ Id ChunkBuilder::add_channel(const Channel& channel) {
     throw std::invalid_argument("channel " + channel.topic + " has a schema that was not added");
   return added(channels_, channel);
 }
+
+bool ChunkBuilder::is_full() const { return channels_.size() == kMaxIds; }
 
 void ChunkBuilder::add_definitions(Id id) {
   const Channel& channel = channels_.at(id - std::size_t(1));

@@ -24,6 +24,8 @@ class ChunkBuilder {
   // Throws std::invalid_argument if the channel's schema is neither 0 (none) nor known.
   Id add_channel(const Channel& channel);
 
+  bool is_full() const;  // 65535 channels exist
+
   // Copies the payload. Throws std::out_of_range if the channel was not added.
   void add(const Message& message);
   std::size_t size_bytes() const { return open_.records.size(); }  // uncompressed

@@ -1,0 +1,285 @@
+// A deployment with a stranger in its domain (hostile_peer.cpp), which sends invented names, wrong
+// sizes, extreme timestamps and NaN.
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "common/pipeline/bus/key_limit.h"
+#include "common/pipeline/messages/wire_conversions.h"
+#include "common/pipeline/node/drop_counts.h"
+#include "common/pipeline/node/log_budget.h"
+#include "tests/support/recording/recordings.h"
+
+namespace fivepipe::test {
+namespace {
+
+using namespace std::chrono_literals;
+using bus::detail::KeyLimit;
+using Clock = std::chrono::steady_clock;
+using Milliseconds = std::chrono::milliseconds;
+
+const std::string kNodes[] = {"capture", "recon_a", "recon_b", "simulation", "rendering"};
+// `fivepipe up` reports a longer time without a composited frame.
+constexpr auto kMaxFrameGap = 2s;
+constexpr int kRate_Hz = 1000;
+
+bool is_long() { return std::getenv("FIVEPIPE_LONG") != nullptr; }
+int attack_s() { return is_long() ? 60 : 4; }
+
+// A sanitizer keeps freed memory.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool kMeasuresMemory = false;
+#else
+constexpr bool kMeasuresMemory = true;
+#endif
+// A reader keeps some 650 bytes per key. The tests let the stranger invent at least 10,000 names,
+// which would be 6.5 MB. Buffers of DDS and of the encoder, and the keys that a reader accepts,
+// take less than this.
+constexpr double kMaxGrowth_mb = 4;
+
+double resident_mb(pid_t pid) {
+  std::ifstream statm("/proc/" + std::to_string(pid) + "/statm");
+  std::size_t total = 0, resident = 0;
+  statm >> total >> resident;
+  return double(resident) * double(sysconf(_SC_PAGESIZE)) / 1e6;
+}
+
+std::size_t lines_of(const std::string& text) {
+  return std::size_t(std::count(text.begin(), text.end(), '\n'));
+}
+
+// The most lines that `fivepipe up` prints in this time with kNodes and a recorder. A node logs at
+// most LogBudget::kMaxLines in each period and then one line about the suppressed ones; at most one
+// more period than fits begins, and one has begun before. `up` and the recorder print their
+// progress every 5 s.
+std::size_t max_lines(Clock::duration time) {
+  const std::size_t periods = std::size_t(time / node::LogBudget::kPeriod) + 2;
+  return periods * ((std::size(kNodes) + 1) * (node::LogBudget::kMaxLines + 1) + 2);
+}
+// The table at the end of `up`: at most 64 drops and one more for each of 32 reasons, one stranger,
+// five nodes, 14 topics of the recorder twice, and 20 other lines.
+constexpr std::size_t kMaxTableLines = 150;
+// At most 65 counts and 96 drops for each of five nodes, 96 drops together, of at most 280 bytes
+// each (the texts of a DropCount in NodeStatus, and indentation), and 10 kB of other values.
+constexpr std::size_t kMaxReportBytes = 256 * 1024;
+
+class HostilePeer : public RecordingTest {
+ protected:
+  HostilePeer() {
+    EXPECT_TRUE(eventually(bus_, kStart, [&] {
+      watch();
+      return frames_ >= 20;
+    })) << deployed_.said();
+    for (const std::string& node : kNodes) pids_[node] = deployed_.pid_of(node).value_or(-1);
+    for (const pid_t child : deployed_.all_children())
+      if (std::none_of(pids_.begin(), pids_.end(),
+                       [&](const auto& known) { return known.second == child; }))
+        pids_["recorder"] = child;
+    pids_["up"] = deployed_.pid();
+  }
+
+  std::unique_ptr<Program> stranger(int seconds, int rate_hz, const std::string& topic = "") {
+    std::vector<std::string> words{std::string(FIVEPIPE_BINARY_DIR) + "/hostile_peer",
+                                   std::to_string(domain_), std::to_string(seconds),
+                                   std::to_string(rate_hz)};
+    if (!topic.empty()) words.push_back(topic);
+    return std::make_unique<Program>(words, folder_ / "stranger.log");
+  }
+
+  // Takes the frames that the deployment composites and the statuses of its nodes.
+  void watch() {
+    for (const auto& sample : composited_.take()) {
+      if (!sample.valid() || messages::why_implausible(sample->frame, sample->composited_stamp_ns))
+        continue;  // the stranger's
+      ++frames_;
+      newest_frame_ = Clock::now();
+    }
+    longest_gap_ = std::max(longest_gap_, Clock::now() - newest_frame_);
+    for (const auto& sample : statuses_.take()) {
+      const auto process = sample.valid() ? statuses_.process(sample) : std::nullopt;
+      const auto known = pids_.find(sample->node);
+      if (!process || known == pids_.end() || process->pid != std::uint32_t(known->second))
+        continue;
+      std::map<std::string, std::uint64_t>& drops = drops_[sample->node];
+      std::map<std::string, std::size_t> entries;
+      drops.clear();
+      for (const fivepipe_v1_DropCount& drop : messages::span_of(sample->drops)) {
+        drops[drop.reason] += drop.count;
+        most_entries_ = std::max(most_entries_, ++entries[drop.reason]);
+      }
+    }
+  }
+  // Watches until the condition holds.
+  bool watch_until(Milliseconds timeout, const std::function<bool()>& condition) {
+    return eventually(bus_, timeout, [&] {
+      watch();
+      return condition();
+    });
+  }
+
+  std::map<std::string, double> memory_mb() const {
+    std::map<std::string, double> memory;
+    for (const auto& [name, pid] : pids_) memory[name] = resident_mb(pid);
+    return memory;
+  }
+  void expect_level(const std::map<std::string, double>& before,
+                    const std::map<std::string, double>& after) {
+    for (const auto& [name, mb] : after) {
+      RecordProperty("growth_kb_" + name, int(1000 * (mb - before.at(name))));
+      if (kMeasuresMemory) {
+        EXPECT_LT(mb - before.at(name), kMaxGrowth_mb) << name;
+      }
+    }
+  }
+
+  void expect_same_processes() {
+    for (const std::string& node : kNodes) EXPECT_EQ(deployed_.pid_of(node), pids_[node]) << node;
+    EXPECT_EQ(deployed_.all_children().size(), std::size(kNodes) + 1);
+  }
+
+  const std::filesystem::path out_ = folder_ / "out", recording_ = folder_ / "recorded.mcap";
+  bus::Reader<bus::topics::FrameComposited> composited_ =
+      bus_.reader<bus::topics::FrameComposited>();
+  bus::Reader<bus::topics::NodeStatus> statuses_ = bus_.reader<bus::topics::NodeStatus>();
+  std::uint64_t frames_ = 0;
+  Clock::time_point newest_frame_ = Clock::now();
+  Clock::duration longest_gap_{};
+  std::map<std::string, std::map<std::string, std::uint64_t>> drops_;  // by node and reason
+  std::size_t most_entries_ = 0;  // of one reason in one status
+  Deployed deployed_{kSmallDeployment, domain_, out_, {"--record", recording_.string()}};
+  std::map<std::string, pid_t> pids_;  // of the nodes, "recorder" and "up"
+};
+
+// The sum over the drops with this reason in a node or in the frames of report.json.
+std::uint64_t dropped(const nlohmann::json& drops, const std::string& reason) {
+  std::uint64_t sum = 0;
+  for (const auto& [text, count] : drops.items())
+    if (text == reason || text.starts_with(reason + ":")) sum += count.get<std::uint64_t>();
+  return sum;
+}
+
+TEST_F(HostilePeer, DeploymentWorksOnAndNamesTheStranger) {
+  const std::size_t lines_before = lines_of(deployed_.said());
+  // Every topic has reached its maximum of keys: of 12 topics in turn, some with an invented name
+  // in every second message only.
+  const auto tables_full = 12 * 2 * KeyLimit::kMaxKeysPerWriter * 1000ms / kRate_Hz;
+  std::map<std::string, double> memory_full;
+  longest_gap_ = {};
+  const auto start = Clock::now();
+  const auto attacked_for = [&] { return Clock::now() - start; };
+  // It goes on while the deployment ends.
+  const auto stranger = this->stranger(attack_s() + 60, kRate_Hz);
+  EXPECT_FALSE(watch_until(Milliseconds(1000 * attack_s()), [&] {
+    if (memory_full.empty() && attacked_for() >= tables_full) memory_full = memory_mb();
+    return deployed_.wait_for_end(0ms).has_value();
+  })) << deployed_.said();
+  EXPECT_LT(longest_gap_, kMaxFrameGap) << deployed_.said();
+  EXPECT_LE(lines_of(deployed_.said()), lines_before + max_lines(attacked_for()))
+      << deployed_.said();
+  EXPECT_LE(most_entries_, node::DropCounts::kMaxPerReason + 2) << "others, and without a name";
+  if (is_long()) expect_level(memory_full, memory_mb());
+  expect_same_processes();
+  const std::size_t lines_of_attack = lines_of(deployed_.said());
+  deployed_.signal(SIGINT);
+  // `up` waits for the final reports of the nodes for at most 0.5 s, then ends the recorder.
+  const auto has_ended = [&](const auto& known) { return !is_alive(known.second); };
+  EXPECT_TRUE(eventually(bus_, 2s, [&] {
+    return std::count_if(pids_.begin(), pids_.end(), has_ended) >= int(std::size(kNodes));
+  })) << deployed_.said();
+  EXPECT_EQ(deployed_.wait_for_end(500ms + 2s), 130) << deployed_.said();
+  for (const auto& [name, pid] : pids_) EXPECT_FALSE(is_alive(pid)) << name;
+  EXPECT_TRUE(is_alive(stranger->pid()));
+  EXPECT_LE(lines_of(deployed_.said()), lines_of_attack + kMaxTableLines) << deployed_.said();
+
+  EXPECT_LT(std::filesystem::file_size(out_ / "report.json"), kMaxReportBytes);
+  const auto report = nlohmann::json::parse(std::ifstream(out_ / "report.json"));
+  // The peer waits for no reader. Each message counts once for each node that refuses it.
+  const std::string name = "process " + std::to_string(stranger->pid()) + " on host ";
+  ASSERT_EQ(report["refused_from"].size(), 1u) << report["refused_from"];
+  const auto offender = report["refused_from"].items().begin();
+  EXPECT_EQ(offender.key().substr(0, name.size()), name);
+  EXPECT_GT(offender.value().get<int>(), attack_s() * kRate_Hz / 4);
+  for (const char* reason : {"bad_map", "bad_colour", "bad_camera_info", "bad_head_pose",
+                             "bad_view", "bad_tile", "bad_state", "bad_collision"})
+    EXPECT_GT(dropped(report["frames"]["dropped"], reason), 0u) << reason << '\n'
+                                                                << report["frames"].dump(1);
+  EXPECT_EQ(report["duplicate_nodes"], nlohmann::json::array());
+  for (const std::string& node : kNodes) {
+    EXPECT_EQ(report["nodes"][node]["restarts"].size(), 0u) << node;
+    EXPECT_EQ(report["nodes"][node]["end"], "exit code 0 (exited cleanly)") << node;
+  }
+  EXPECT_EQ(report["recorder"]["end"], "exit code 0 (exited cleanly)");
+  EXPECT_EQ(report["recorder"]["lost"], 0);
+  const recording::Recording recording(recording_);
+  EXPECT_TRUE(recording.mcap().is_finished()) << recording.mcap().damage().summary;
+  EXPECT_GE(counts_by_topic(recording).at(bus::topics::FrameComposited::name), frames_);
+}
+
+TEST_F(HostilePeer, InventedNamesDoNotFillTheMemory) {
+  constexpr int kFastRate_Hz = 4000;
+  const auto attack = [&](int seconds, const auto& each) {
+    const auto stranger = this->stranger(seconds, kFastRate_Hz, "ObjectPixelMap");
+    EXPECT_TRUE(watch_until(Milliseconds(1000 * seconds) + 30s, [&] {
+      each();
+      return stranger->wait_for_end(0ms).has_value();
+    }));
+    // It may be late on a busy machine, and then invents fewer names.
+    return std::stoi(stranger->said());
+  };
+  const auto raise = [&](std::map<std::string, double>& peak) {
+    for (const auto& [name, mb] : memory_mb()) peak[name] = std::max(peak[name], mb);
+  };
+  // The encoder of composite.mp4 fills its buffers with the first frames.
+  ASSERT_TRUE(watch_until(kStart, [&] { return frames_ >= 150; }));
+  // Fills the buffers and the tables of names: every second map has an invented one.
+  std::map<std::string, double> before, peak;
+  attack(1, [&] { raise(before); });
+  const int maps = attack(is_long() ? 60 : 6, [&] { raise(peak); });
+  if (kMeasuresMemory) {
+    ASSERT_GE(maps, 20'000) << "too few for kMaxGrowth_mb";
+  }
+  expect_level(before, peak);
+  for (const char* node : {"recon_a", "recon_b", "simulation"})
+    EXPECT_TRUE(watch_until(10s,
+                            [&] {
+                              return drops_[node]["too_many_keys"] + KeyLimit::kMaxKeysPerWriter >
+                                     std::uint64_t(maps) / 3;
+                            }))
+        << node << ": " << testing::PrintToString(drops_[node]);
+  expect_same_processes();
+}
+
+// Standard output is no terminal, so that `top` appends each update to the previous one.
+TEST_F(HostilePeer, TopShowsTheNodesAndTheStrangerInABoundedText) {
+  // The table of at most 50 nodes with its head, 200 lines about them, 20 about duplicates and the
+  // numbers of further nodes and lines; of at most 1,000 bytes each.
+  constexpr std::size_t kMaxLines = 50 + 1 + 200 + 20 + 2, kMaxBytes = 1000 * kMaxLines;
+  const auto stranger = this->stranger(60, kRate_Hz);
+  ASSERT_TRUE(watch_until(20s, [&] { return drops_["recon_a"]["bad_map"] >= 100; }));
+  const auto top = fivepipe("top", {"top"});
+  std::vector<std::string> updates;
+  ASSERT_TRUE(watch_until(20s, [&] {
+    updates.clear();
+    const std::string said = top->said();
+    for (std::size_t at = 0, end; (end = said.find("\n\n", at)) != said.npos; at = end + 2)
+      updates.push_back(said.substr(at, end - at));
+    return updates.size() >= 4;
+  })) << top->said();
+  for (const std::string& update : updates) {
+    EXPECT_LE(lines_of(update), kMaxLines);
+    EXPECT_LE(update.size(), kMaxBytes);
+  }
+  const std::string& last = updates.back();
+  for (const std::string& node : kNodes)
+    EXPECT_NE(last.find("\n" + node + " "), last.npos) << node << '\n' << last;
+  EXPECT_NE(last.find(" messages from process " + std::to_string(stranger->pid())), last.npos)
+      << last;
+}
+
+}  // namespace
+}  // namespace fivepipe::test
