@@ -24,8 +24,8 @@ base::WorkerPool& test_pool() {
   return pool;
 }
 
-// At most six cameras, near and far, with short and long focal lengths, that see an object or noise,
-// with either rule.
+// At most six cameras, near and far, with short and long focal lengths, that see an object or
+// noise, with either rule.
 struct Rig {
   std::vector<Silhouette> silhouettes;
   HullRule rule;
