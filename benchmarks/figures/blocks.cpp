@@ -8,16 +8,26 @@ namespace {
 constexpr const char *kBegin = "<!-- figures: ", *kBeginEnd = " -->\n",
                      *kEnd = "<!-- end of figures -->\n";
 
+// Returns where the marker stands at the beginning of a line, or npos. An indented marker is an
+// example.
+std::size_t marker_at(const std::string& document, const char* marker, std::size_t from) {
+  std::size_t at = document.find(marker, from);
+  while (at != std::string::npos && at > 0 && document[at - 1] != '\n')
+    at = document.find(marker, at + 1);
+  return at;
+}
+
 }  // namespace
 
 std::string with_blocks(const std::string& document,
                         const std::function<std::string(const std::string& name)>& content) {
   std::string result;
   std::size_t at = 0;
-  for (std::size_t begin; (begin = document.find(kBegin, at)) != std::string::npos;) {
+  for (std::size_t begin; (begin = marker_at(document, kBegin, at)) != std::string::npos;) {
     const std::size_t name_at = begin + std::char_traits<char>::length(kBegin),
                       name_end = document.find(kBeginEnd, name_at),
-                      end = document.find(kEnd, begin), next = document.find(kBegin, name_at);
+                      end = marker_at(document, kEnd, begin),
+                      next = marker_at(document, kBegin, name_at);
     const std::string name = document.substr(name_at, name_end - name_at);
     if (name_end == std::string::npos || end == std::string::npos || next < end ||
         name.find('\n') != std::string::npos)
@@ -31,9 +41,9 @@ std::string with_blocks(const std::string& document,
 std::string without_blocks(const std::string& document) {
   std::string result;
   std::size_t at = 0;
-  for (std::size_t begin; (begin = document.find(kBegin, at)) != std::string::npos;) {
+  for (std::size_t begin; (begin = marker_at(document, kBegin, at)) != std::string::npos;) {
     result += document.substr(at, begin - at);
-    const std::size_t end = document.find(kEnd, begin);
+    const std::size_t end = marker_at(document, kEnd, begin);
     if (end == std::string::npos) throw std::runtime_error("a block is not closed");
     at = end + std::char_traits<char>::length(kEnd);
   }

@@ -9,9 +9,13 @@ namespace fivepipe::figures {
 namespace {
 
 std::string machine(const Results& results) {
-  return wrapped(
-      "`launch/figures` measured all figures of the documents in one run: " + results.machine() +
-      "." + (results.has_gpu() ? "" : " fivepipe has not been measured on a GPU."));
+  const std::string run =
+      results.has_times()
+          ? "`launch/figures` measured all figures of the documents in one run: "
+          : "`launch/figures --errors` measured the errors in the documents in one run. Times are "
+            "not measured yet (`-`). ";
+  return wrapped(run + results.machine() + "." +
+                 (results.has_gpu() ? "" : " fivepipe has not been measured on a GPU."));
 }
 
 // The output of a program as it is, without the line of the machine.
@@ -40,12 +44,15 @@ const std::map<std::string, Block>& blocks() {
   return all;
 }
 
-std::string with_figures(const std::string& document, const Results& results) {
+std::string with_figures(const std::string& document, const Results& results, Missing missing) {
   return with_blocks(document, [&](const std::string& name) {
     const auto block = blocks().find(name);
     if (block == blocks().end()) throw std::runtime_error("no block of figures '" + name + "'");
     try {
       return block->second(results);
+    } catch (const MissingResult& error) {
+      if (missing == Missing::is_stated) return std::string("Not measured yet.\n");
+      throw std::runtime_error("block '" + name + "': " + error.what());
     } catch (const std::exception& error) {
       throw std::runtime_error("block '" + name + "': " + error.what());
     }

@@ -150,11 +150,27 @@ std::string hull_summary(const Results& results) {
   };
   for (const HullRow& row : summary_rows(results.gl_name())) {
     const json& large = result(row.method, "640x480");
-    table.add({row.text, short_number(time_ms(result(row.method, "320x240"))),
-               short_number(time_ms(large)), error_mm(error_of(large, "depth_mean_mm")),
-               wrong_text(large)});
+    table.add({row.text, results.time_text(result(row.method, "320x240")), results.time_text(large),
+               error_mm(error_of(large, "depth_mean_mm")), wrong_text(large)});
   }
   return table.text();
+}
+
+std::string hull_facts(const Results& results) {
+  double views = 0, wrong = 0, rays = 0, other = 0;
+  for (const json& r : results.all(kHull)) {
+    const std::string method = parsed(r).method;
+    if (method != "cpu" && method != "gl") continue;
+    ++views;
+    wrong += count_of(r, "wrong_hits") + count_of(r, "wrong_misses") + count_of(r, "wrong_pieces");
+    rays += count_of(r, "reference_rays");
+    other += count_of(r, "other_pixels");
+  }
+  return wrapped(
+      fmt::format("cpu and gl in {} views and numbers of threads: {} seeded rays are "
+                  "wrong by the exact reference, and {} pixels differ between gl and "
+                  "cpu.",
+                  count_text(views), of_text(wrong, rays), count_text(other)));
 }
 
 // "0.65 to 1.2 times", over the views of which both methods are measured.
@@ -200,7 +216,8 @@ std::map<std::string, Block> hull_blocks() {
   return {{"hull summary", hull_summary},
           {"hull scenes", all_scenes},
           {"hull views", other_views},
-          {"hull ratios", ratios}};
+          {"hull ratios", ratios},
+          {"hull facts", hull_facts}};
 }
 
 }  // namespace fivepipe::figures

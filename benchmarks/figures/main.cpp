@@ -15,13 +15,13 @@ std::string read(const std::string& file) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-int run(const std::string& folder, const std::vector<std::string>& files) {
+int run(const std::string& folder, const std::vector<std::string>& files, Missing missing) {
   const Results results(folder);
   for (const std::string& file : files) {
     const std::string before = read(file);
     std::string after;
     try {
-      after = with_figures(before, results);
+      after = with_figures(before, results, missing);
     } catch (const std::exception& error) {
       throw std::runtime_error(file + ": " + error.what());
     }
@@ -39,6 +39,7 @@ int run(const std::string& folder, const std::vector<std::string>& files) {
 int main(int argc, char** argv) {
   std::string results;
   std::vector<std::string> files;
+  bool allow_missing = false;
   CLI::App app(
       "fivepipe_figures: writes the blocks between `<!-- figures: NAME -->` and `<!-- end of "
       "figures -->` in Markdown files from the result files of the benchmarks.\n\n"
@@ -49,9 +50,13 @@ int main(int argc, char** argv) {
       ->required()
       ->check(CLI::ExistingDirectory);
   app.add_option("files", files, "Markdown files")->required()->check(CLI::ExistingFile);
+  app.add_flag("--allow-missing", allow_missing,
+               "a block whose results are missing states that it is not measured yet");
   try {
     app.parse(argc, argv);
-    return fivepipe::figures::run(results, files);
+    using fivepipe::figures::Missing;
+    return fivepipe::figures::run(results, files,
+                                  allow_missing ? Missing::is_stated : Missing::fails);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   } catch (const std::exception& error) {

@@ -10,6 +10,7 @@
 #include "benchmarks/collision/baselines/hull_fcl.h"
 #include "benchmarks/collision/baselines/hull_polygons.h"
 #include "tests/support/hull_scenes.h"
+#include "tests/support/optional_package.h"
 
 namespace fivepipe::baselines {
 namespace {
@@ -350,6 +351,11 @@ TEST(HullFcl, RefitsADeformedMeshAndFindsEnclosedTriangles) {
   EXPECT_FALSE(fcl.query(object, in_box).colliding());
   fcl.set_hull({});
   EXPECT_FALSE(fcl.query(object, nowhere).colliding());
+}
+#else
+TEST(HullFcl, IsInThisBuild) {
+  FIVEPIPE_SKIP_WITHOUT_PACKAGE(
+      "built without the Flexible Collision Library (Debian: libfcl-dev)");
 }
 #endif
 

@@ -90,8 +90,9 @@ TEST(Docs, NamedFilesExist) {
 // The sources that define commands and options.
 std::string command_sources() {
   std::string sources = text_of("launch/demo") + text_of("launch/reference-benchmarks") +
-                        text_of("tests/run") + text_of("tests/check-code") +
-                        text_of("tests/mutations/run") + text_of("tests/mutations/draw");
+                        text_of("launch/figures") + text_of("tests/run") +
+                        text_of("tests/check-code") + text_of("tests/mutations/run") +
+                        text_of("tests/mutations/draw");
   for (const char* folder : {"launch", "benchmarks", "capture_node"})
     for (const auto& entry : fs::recursive_directory_iterator(kRoot / folder))
       if (entry.path().extension() == ".cpp") sources += text_of(fs::relative(entry.path(), kRoot));

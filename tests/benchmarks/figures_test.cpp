@@ -1,0 +1,265 @@
+// The measured figures of the documents: every table of them is in a block, and each block holds
+// exactly what fivepipe_figures makes of the results in docs/benchmarks, which are of one machine
+// and one commit.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <regex>
+#include <set>
+#include <sstream>
+
+#include "benchmarks/figures/blocks.h"
+#include "benchmarks/figures/documents.h"
+#include "benchmarks/figures/numbers.h"
+
+namespace fivepipe::figures {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+const fs::path kRoot = FIVEPIPE_SOURCE_DIR;
+
+std::string text_of(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  EXPECT_TRUE(in) << file;
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+std::vector<fs::path> documents() {
+  std::vector<fs::path> files = {kRoot / "README.md", kRoot / "CONTRIBUTING.md"};
+  for (const auto& entry : fs::directory_iterator(kRoot / "docs"))
+    if (entry.path().extension() == ".md") files.push_back(entry.path());
+  return files;
+}
+
+// Returns whether a row of a table holds measured figures: a cell that begins with numbers and a
+// unit of measurement, a count with a comma, or at least two cells that consist of numbers.
+// Settings and their limits are words and ranges ("0 to 64").
+bool is_measured(const std::string& row) {
+  static const std::string kNumber = R"([-<]?\d[\d.,]*(?:e-?\d+)?)";
+  static const std::regex kWithUnit(
+      R"(^\**[<~]?\d[\d.,;/+ e-]*(?:ms|us|mm|frames/s|million|triangles/s)\b)"),
+      kLargeCount(R"(^\**\d{1,3}(?:,\d{3})+\**$)"),
+      kNumbers("^\\**" + kNumber + "(?: ?[%°]| times)?(?:(?: ?[/;+] ?| and )" + kNumber +
+               "(?: ?[%°])?)*\\**(?: \\([^)]*\\))?$");
+  int numbers = 0;
+  std::istringstream cells(row);
+  for (std::string cell; std::getline(cells, cell, '|');) {
+    const std::size_t begin = cell.find_first_not_of(' ');
+    if (begin == std::string::npos) continue;
+    cell = cell.substr(begin, cell.find_last_not_of(' ') - begin + 1);
+    if (std::regex_search(cell, kWithUnit) || std::regex_match(cell, kLargeCount)) return true;
+    numbers += std::regex_match(cell, kNumbers);
+  }
+  return numbers >= 2;
+}
+
+// The rows of all tables, without the heads.
+std::vector<std::string> table_rows(const std::string& document) {
+  std::vector<std::string> rows;
+  std::istringstream lines(document);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with("|---") && !rows.empty()) rows.pop_back();  // what was before is the head
+    if (line.starts_with("| ")) rows.push_back(line);
+  }
+  return rows;
+}
+
+TEST(Figures, DocumentsHoldWhatTheResultFilesGive) {
+  const Results results(kRoot / "docs/benchmarks");
+  for (const fs::path& file : documents()) {
+    const std::string text = text_of(file);
+    EXPECT_EQ(with_figures(text, results, Missing::is_stated), text)
+        << file << " differs from docs/benchmarks; run build/release/bin/fivepipe_figures "
+        << "docs/benchmarks README.md docs/*.md (with --allow-missing after launch/figures "
+        << "--errors)";
+  }
+}
+
+TEST(Figures, NoTableOfMeasurementsIsOutsideABlock) {
+  for (const fs::path& file : documents())
+    for (const std::string& row : table_rows(without_blocks(text_of(file))))
+      EXPECT_FALSE(is_measured(row)) << file << ": put this table into a block of figures: " << row;
+}
+
+TEST(Figures, MeasuredRowsAreTold) {
+  for (const char* row :
+       {"| exact, CPU (`cpu`) | 1.0 ms | 1.8 ms | none | none |",
+        "| 10x10 samples per triangle, SIMD | 0.24 | 6.1 | 72 | 5 / 38 / 10 |",
+        "| **cpu**, points 0.5 mm apart | 2.1 (285,000 points) | 43 (3.1 million) |",
+        "| boxes ahead, 8x8 cells for far boxes | 21,300 | |",
+        "| binary maps | 4.0; 15 | 2.8; 7.9 | 1.9; 5.9 |",
+        "| brute force and the paper's, 10x10 | 5; 2.0 | 38 and 45 |",
+        "| error | 7e-14; 4e-13 | 9e-14; 7e-13 |", "| tiles | **76.2** | 38 / 56 / 67 |",
+        "| sweep | 103 / 181 / 196 ms |"})
+    EXPECT_TRUE(is_measured(row)) << row;
+  for (const char* row :
+       {"| `cap_m`, `tolerance_m` | 0.05, 0.002 | 0.001 to 10, 1e-5 to 1 |",
+        "| `domain` | integer | 0 | 0 to 230 | DDS domain |",
+        "| `stream` | 8 | messages of a frame |",
+        "| `warmth`: `heating_s` | 0.5, 4 | 0.001 to 3600 |", "| name | text | 3 words |",
+        "| `late` | no message within 100 ms | wait |"})
+    EXPECT_FALSE(is_measured(row)) << row;
+}
+
+TEST(Figures, EveryBlockIsInADocument) {
+  std::set<std::string> used;
+  for (const fs::path& file : documents())
+    with_blocks(text_of(file), [&](const std::string& name) { return used.insert(name), ""; });
+  for (const auto& [name, block] : blocks())
+    EXPECT_TRUE(used.contains(name)) << "no document has block " << name;
+  for (const char* name : {"hull scenes", "collision summary", "pipeline"})
+    EXPECT_THAT(text_of(kRoot / "README.md"), HasSubstr("<!-- figures: " + std::string(name)));
+}
+
+// A folder with result files, which its destructor removes.
+class ResultFolder {
+ public:
+  ResultFolder() : folder_(fs::path(testing::TempDir()) / "figures_test") {
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+  ~ResultFolder() { fs::remove_all(folder_); }
+  void add(const std::string& name, const json& results, const std::string& commit = "c0ffee") {
+    std::ofstream(folder_ / (name + ".json"))
+        << json{{"commit", commit},
+                {"machine", {{"cpu", "Xeon"}, {"cores", 2}, {"build_type", "Release"}}},
+                {"results", results}};
+  }
+  Results results() const { return Results(folder_); }
+
+ private:
+  fs::path folder_;
+};
+
+json hull_result(const std::string& name, double best_ms, double error_mm) {
+  return {{"name", name},
+          {"time_ms", {{"best", best_ms}}},
+          {"error", {{"depth_mean_mm", error_mm}}},
+          {"counts",
+           {{"cameras", 16},
+            {"map_width_px", 1280},
+            {"map_height_px", 720},
+            {"maps_covered_percent", 15}}}};
+}
+
+std::string block_text(const std::string& name, const Results& results) {
+  return with_figures("<!-- figures: " + name + " -->\n<!-- end of figures -->\n", results,
+                      Missing::fails);
+}
+
+std::string error_of_call(const std::function<void()>& call) {
+  try {
+    call();
+  } catch (const std::exception& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Figures, ResultsOfTwoCommitsOrOfAChangedTreeAreRefused) {
+  ResultFolder folder;
+  folder.add("hull", json::array());
+  folder.add("collision", json::array(), "decade");
+  EXPECT_THAT(error_of_call([&] { folder.results(); }), HasSubstr("measured with commit 'c0ffee'"));
+  folder.add("hull", json::array(), "decade");
+  EXPECT_NO_THROW(folder.results());
+  folder.add("hull", json::array(), "decade+");
+  folder.add("collision", json::array(), "decade+");
+  EXPECT_THAT(error_of_call([&] { folder.results(); }), HasSubstr("decade+"));
+}
+
+TEST(Figures, UnknownAndOpenBlocksAreRefused) {
+  ResultFolder folder;
+  folder.add("hull", json::array());
+  const Results results = folder.results();
+  for (const Missing missing : {Missing::fails, Missing::is_stated}) {
+    EXPECT_THAT(error_of_call([&] {
+                  with_figures("<!-- figures: hulls -->\n<!-- end of figures -->\n", results,
+                               missing);
+                }),
+                HasSubstr("no block of figures 'hulls'"));
+    EXPECT_THAT(
+        error_of_call([&] { with_figures("<!-- figures: machine -->\n", results, missing); }),
+        HasSubstr("machine is not closed"));
+  }
+}
+
+TEST(Figures, AnIndentedMarkerIsAnExample) {
+  const std::string example = "a\n    <!-- figures: x -->\n    <!-- end of figures -->\nb\n";
+  const auto fail = [](const std::string& name) { return ADD_FAILURE() << name, ""; };
+  EXPECT_EQ(with_blocks(example, fail), example);
+  EXPECT_EQ(without_blocks(example), example);
+}
+
+TEST(Figures, MissingResultsFailOrAreStated) {
+  ResultFolder folder;
+  folder.add("hull", json::array());
+  const Results results = folder.results();
+  EXPECT_THAT(error_of_call([&] { block_text("pipeline", results); }),
+              HasSubstr("block 'pipeline': no results paper_tiles.json"));
+  EXPECT_EQ(with_figures("a\n<!-- figures: pipeline -->\nold\n<!-- end of figures -->\nb\n",
+                         results, Missing::is_stated),
+            "a\n<!-- figures: pipeline -->\n\nNot measured yet.\n\n<!-- end of figures -->\nb\n");
+}
+
+// The table of scenes omits none, and marks those where a baseline is faster than cpu.
+TEST(Figures, ScenesWithFasterBaselinesAreListedInBold) {
+  ResultFolder folder;
+  folder.add(
+      "hull",
+      {hull_result("cpu/hand16/640x480/2", 4.0, 0), hull_result("ibvh/hand16/640x480/2", 2.0, 0),
+       hull_result("cpusweepmid160/hand16/640x480/2", 1.5, 1.6),
+       hull_result("carve8mm/hand16/640x480/2", 0.5, 2.5),
+       hull_result("cpu/hand4/640x480/2", 1.0, 0), hull_result("ibvh/hand4/640x480/2", 1.1, 0),
+       hull_result("cpu/hand4/640x480/1", 9.0, 0)});
+  EXPECT_THAT(block_text("hull scenes", folder.results()),
+              HasSubstr("| hand16 | 16 of 1280x720, 15 % | 4.0 |  | **2.0** | "
+                        "**1.5 (cpusweepmid160, 1.6 mm)** |\n"
+                        "| hand4 | 16 of 1280x720, 15 % | 1.0 |  | 1.1 |  |\n"));
+}
+
+json detection(const std::string& name, int crossing, int missed, int wrong) {
+  return {{"name", name},
+          {"time_ms", {{"best", 1.5}}},
+          {"error", {{"deepest_missed_mm", 3.0}}},
+          {"counts",
+           {{"triangles", 720},
+            {"crossing", crossing},
+            {"missed", missed},
+            {"false", wrong},
+            {"near", 100},
+            {"undecided", 0}}}};
+}
+
+// The denominators are the triangles that cross the hull by the reference, for all methods.
+TEST(Figures, MissesAreOfTheTrianglesThatTrulyCross) {
+  ResultFolder folder;
+  folder.add("collision", {detection("cpuverdict/curtain720/eps0.5mm/1", 98, 0, 0),
+                           detection("fcl/curtain720/2mm/1", 98, 24, 7)});
+  const std::string table = block_text("detection errors", folder.results());
+  EXPECT_THAT(table, HasSubstr("| curtain720, 98 collide |"));
+  EXPECT_THAT(table, HasSubstr("| hull polygonised at 2 mm, FCL | 24 (3.0 mm); 7 |"));
+}
+
+TEST(Figures, ResultsWithoutTimesGiveTheErrors) {
+  json result = hull_result("cpu/hand4-near/640x480/2", 1, 0.5);
+  result.erase("time_ms");
+  ResultFolder folder;
+  folder.add("hull", json::array({result}));
+  const Results results = folder.results();
+  EXPECT_FALSE(results.has_times());
+  EXPECT_EQ(results.time_text(result), "-");
+  EXPECT_THAT(block_text("machine", results), HasSubstr("launch/figures --errors"));
+  EXPECT_THROW(block_text("hull scenes", results), std::runtime_error);
+  folder.add("hull", json::array({hull_result("cpu/hand4-near/640x480/2", 1, 0.5)}));
+  EXPECT_THAT(block_text("machine", folder.results()), Not(HasSubstr("--errors")));
+}
+
+}  // namespace
+}  // namespace fivepipe::figures
