@@ -9,13 +9,12 @@ namespace fivepipe::figures {
 namespace {
 
 std::string machine(const Results& results) {
-  const std::string run =
-      results.has_times()
-          ? "`launch/figures` measured all figures of the documents in one run: "
-          : "`launch/figures --errors` measured the errors in the documents in one run. Times are "
-            "not measured yet (`-`). ";
-  return wrapped(run + results.machine() + "." +
-                 (results.has_gpu() ? "" : " fivepipe has not been measured on a GPU."));
+  return wrapped(
+      (results.has_times()
+           ? "`launch/figures` measured all figures of the documents in one run: "
+           : "`launch/figures --errors` measured the errors in the documents in one run: ") +
+      results.machine() + "." + (results.has_times() ? "" : " Times are not measured yet (`-`).") +
+      (results.has_gpu() ? "" : " fivepipe has not been measured on a GPU."));
 }
 
 // The output of a program as it is, without the line of the machine.

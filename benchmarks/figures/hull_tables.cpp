@@ -166,11 +166,11 @@ std::string hull_facts(const Results& results) {
     rays += count_of(r, "reference_rays");
     other += count_of(r, "other_pixels");
   }
-  return wrapped(
-      fmt::format("cpu and gl in {} views and numbers of threads: {} seeded rays are "
-                  "wrong by the exact reference, and {} pixels differ between gl and "
-                  "cpu.",
-                  count_text(views), of_text(wrong, rays), count_text(other)));
+  return wrapped(fmt::format(
+      "Over {} combinations of view and threads, {} seeded rays of cpu and gl are wrong "
+      "by the exact reference, and {} differ between gl and cpu.",
+      count_text(views), of_text(wrong, rays),
+      other == 0 ? "no pixels" : count_text(other) + " pixels"));
 }
 
 // "0.65 to 1.2 times", over the views of which both methods are measured.
