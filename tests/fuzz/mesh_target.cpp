@@ -4,7 +4,7 @@
 #include <cstring>
 #include <stdexcept>
 
-#include "common/config/read_files.h"
+#include "common/config/mesh/mesh_file.h"
 #include "tests/fuzz/config_invariants.h"
 #include "tests/fuzz/message_bytes.h"
 #include "tests/fuzz/mutations.h"
