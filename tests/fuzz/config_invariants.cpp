@@ -6,6 +6,7 @@
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <set>
 
 #include "common/config/read_files.h"
@@ -242,12 +243,14 @@ std::string broken_invariant(const Deployment& deployment) {
 
 std::string broken_invariant(const ConfigError& error) {
   if (error.problems().empty()) return "ConfigError without a problem";
+  std::map<std::string, int> lines;  // by file
   for (const ConfigProblem& problem : error.problems()) {
     if (problem.what.empty()) return "a problem without a text";
     const bool has_location = problem.line > 0 && problem.column > 0;
     if (!has_location && (problem.line != 0 || problem.column != 0))
       return "half a location: " + problem.what;
-    if (has_location && problem.line > line_count(problem.file))
+    if (!lines.contains(problem.file)) lines[problem.file] = line_count(problem.file);
+    if (has_location && problem.line > lines[problem.file])
       return fmt::format("line {} is not in the file: {}", problem.line, problem.what);
   }
   return "";

@@ -84,6 +84,30 @@ const std::vector<std::string_view> kYamlWords = {"~",
                                                   "mesh",
                                                   "box"};
 
+// Concatenates words at random.
+std::string made_of(Random& random, const std::vector<std::string_view>& words) {
+  std::string text;
+  for (std::size_t n = 1 + below(random, 40); n > 0; --n) {
+    text += any_of(random, words);
+    text += any_of(random, std::array{" ", "\n", "", "\n  ", ": ", "\n- ", ", "});
+  }
+  return text;
+}
+
+// Encodes each byte as a unit of UTF-16 or UTF-32, which yaml-cpp detects by the first bytes.
+std::string in_wide_units(Random& random, const std::string& text) {
+  const std::size_t unit_bytes = one_in(random, 2) ? 2 : 4;
+  const bool is_big_endian = one_in(random, 2);
+  std::string wide;
+  const auto append = [&](std::uint32_t unit) {
+    for (std::size_t i = 0; i < unit_bytes; ++i)
+      wide += char(unit >> 8 * (is_big_endian ? unit_bytes - 1 - i : i) & 0xff);
+  };
+  if (one_in(random, 2)) append(0xFEFF);
+  for (const char c : text) append(one_in(random, 500) ? random() : std::uint8_t(c));
+  return wide;
+}
+
 std::size_t place(Random& random, const std::string& text) {
   return below(random, text.size() + 1);
 }
@@ -207,7 +231,7 @@ void mutate_word(Random& random, std::string& text, const std::vector<std::strin
 
 void mutate_yaml(Random& random, std::string& text, const std::string& other) {
   const auto [begin, end] = any_line(random, text);
-  switch (below(random, 12)) {
+  switch (below(random, 14)) {
     case 0: text.erase(begin, end - begin); break;
     case 1: text.insert(end, text.substr(begin, end - begin)); break;
     case 2: {  // moves a line
@@ -232,6 +256,15 @@ void mutate_yaml(Random& random, std::string& text, const std::string& other) {
       break;
     }
     case 8: mutate_bytes(random, text); break;
+    case 9:
+      text.insert(one_in(random, 4) ? 0 : place(random, text), made_of(random, kYamlWords));
+      break;
+    case 10:
+      if (one_in(random, 4))
+        text = in_wide_units(random, text);
+      else if (one_in(random, 4))
+        text = made_of(random, kYamlWords);
+      break;
     default: mutate_word(random, text, kYamlWords); break;
   }
   if (text.size() > kMaxBytes) text.resize(kMaxBytes);

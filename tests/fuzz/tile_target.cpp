@@ -45,7 +45,7 @@ const geometry::Pinhole& recon() {
 std::string valid_tile(Random& random, std::uint64_t frame, std::uint32_t tile) {
   Header header{};
   header.frame = frame;
-  header.stamp_ns = kStamp_ns + std::int64_t(frame) * 33'000'000;
+  header.stamp_ns = kStamp_ns + std::int64_t(frame % 1000) * 33'000'000;
   header.pose = messages::to_wire(geometry::look_at({0, -1, double(frame) * 1e-3}, {0, 0, 0}));
   header.recon = messages::to_wire(recon());
   header.tile = tile;

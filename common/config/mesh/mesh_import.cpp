@@ -1,6 +1,7 @@
 #include "common/config/mesh/mesh_import.h"
 
 #include <assimp/DefaultIOSystem.h>
+#include <assimp/MemoryIOWrapper.h>
 #include <assimp/config.h>
 #include <assimp/importerdesc.h>
 #include <assimp/postprocess.h>
@@ -9,6 +10,8 @@
 #include <assimp/Importer.hpp>
 #include <cmath>
 #include <cstring>
+#include <fstream>
+#include <memory>
 #include <optional>
 #include <set>
 #include <sstream>
@@ -30,17 +33,22 @@ ChildLimits limits_for(std::uintmax_t file_bytes) {
 }
 
 // An OBJ file names material files and a glTF file names buffers. Refuses those that are no regular
-// files, of which a pipe would keep the reader waiting. Raises the limits of the import by the size
-// of each file that it reads.
+// files, of which a pipe would keep the reader waiting. Reads each file as a whole, because some
+// importers otherwise call the system for each byte, and raises the limits by its size.
 class RegularFiles : public Assimp::DefaultIOSystem {
  public:
   bool Exists(const char* file) const override { return !base::why_unreadable(file); }
   Assimp::IOStream* Open(const char* file, const char* mode) override {
-    if (base::why_unreadable(file)) return nullptr;
+    if (*mode != 'r' || base::why_unreadable(file)) return nullptr;
     std::error_code error;
     const std::uintmax_t file_bytes = std::filesystem::file_size(file, error);
-    if (!error && opened_.insert(file).second) raise_own_limits(limits_for(file_bytes));
-    return DefaultIOSystem::Open(file, mode);
+    if (error) return nullptr;
+    if (opened_.insert(file).second) raise_own_limits(limits_for(file_bytes));
+    auto content = std::make_unique<std::uint8_t[]>(file_bytes);
+    std::ifstream in(file, std::ios::binary);
+    if (!in.read(reinterpret_cast<char*>(content.get()), std::streamsize(file_bytes)))
+      return nullptr;
+    return new Assimp::MemoryIOStream(content.release(), file_bytes, true);  // Close() deletes it
   }
 
  private:

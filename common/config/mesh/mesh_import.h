@@ -21,7 +21,7 @@ struct ImportedMesh {
 ImportedMesh import_mesh(const std::filesystem::path& file, const std::string& extension);
 
 // Limits of an import: these, and more for each byte of the files that it reads.
-inline constexpr unsigned kImport_s = 5;  // CPU time
+inline constexpr unsigned kImport_s = 2;  // CPU time
 inline constexpr std::size_t kImport_bytes = std::size_t(1) << 29;
 // A mesh with more vertices or triangles than this is refused. The fastest collision queries handle
 // 1e6 triangles in real time.
