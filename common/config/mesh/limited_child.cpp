@@ -17,8 +17,6 @@ namespace fivepipe::config {
 
 namespace {
 
-// A child that uses no CPU time waits for something that will not come.
-constexpr unsigned kElapsedPerCpuTime = 10;
 // Exit codes, apart from those that a sanitizer uses.
 constexpr int kOutOfMemory = 101, kException = 102, kNotWritten = 103;
 
@@ -80,7 +78,7 @@ std::string read_all(int fd) {
   set_soft_limit(RLIMIT_CORE, 0);
   set_soft_limit(RLIMIT_CPU, limits.cpu_s);
   set_soft_limit(RLIMIT_AS, own_address_space_bytes() + limits.memory_bytes);
-  alarm(kElapsedPerCpuTime * limits.cpu_s);
+  alarm(limits.elapsed_s);
   try {
     _exit(write_all(result_fd, function()) ? 0 : kNotWritten);
   } catch (const std::bad_alloc&) {
@@ -127,7 +125,7 @@ ChildResult call_in_child(const std::function<std::string()>& function, const Ch
 void raise_own_limits(const ChildLimits& by) {
   set_soft_limit(RLIMIT_CPU, soft_limit(RLIMIT_CPU) + by.cpu_s);
   set_soft_limit(RLIMIT_AS, soft_limit(RLIMIT_AS) + by.memory_bytes);
-  alarm(alarm(0) + kElapsedPerCpuTime * by.cpu_s);
+  alarm(alarm(0) + by.elapsed_s);
 }
 
 }  // namespace fivepipe::config

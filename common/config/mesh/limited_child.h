@@ -7,7 +7,8 @@
 namespace fivepipe::config {
 
 struct ChildLimits {
-  unsigned cpu_s;            // CPU time; the elapsed time is limited to ten times as much
+  unsigned cpu_s;            // CPU time
+  unsigned elapsed_s;        // at least cpu_s; ends a child that waits for ever
   std::size_t memory_bytes;  // address space, in addition to that of the caller
 };
 

@@ -27,9 +27,12 @@ namespace {
 // byte.
 constexpr std::uintmax_t kBytesPerCpu_s = 1'000'000;
 constexpr std::uintmax_t kMemoryPerByte = 100;
+// The elapsed time may be longer than the CPU time, on a busy machine.
+constexpr unsigned kElapsedPerCpuTime = 10;
 
 ChildLimits limits_for(std::uintmax_t file_bytes) {
-  return {unsigned(file_bytes / kBytesPerCpu_s), std::size_t(file_bytes * kMemoryPerByte)};
+  const auto cpu_s = unsigned(file_bytes / kBytesPerCpu_s);
+  return {cpu_s, kElapsedPerCpuTime * cpu_s, std::size_t(file_bytes * kMemoryPerByte)};
 }
 
 // An OBJ file names material files and a glTF file names buffers. Refuses those that are no regular
@@ -171,8 +174,9 @@ std::optional<ImportedMesh> mesh_from(const std::string& bytes) {
 }  // namespace
 
 ImportedMesh import_mesh(const std::filesystem::path& file, const std::string& extension) {
-  const ChildResult result = call_in_child([&] { return bytes_of(import_here(file, extension)); },
-                                           {kImport_s, kImport_bytes});
+  const ChildResult result =
+      call_in_child([&] { return bytes_of(import_here(file, extension)); },
+                    {kImport_s, kElapsedPerCpuTime * kImport_s, kImport_bytes});
   if (!result.failure.empty())
     return {{}, {}, "the importer " + result.failure + ": the file is damaged or too large"};
   if (const auto mesh = mesh_from(result.bytes)) return *mesh;
