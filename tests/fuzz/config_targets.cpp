@@ -44,6 +44,10 @@ objects:
     reaction: bounce
     mass_kg: 0.25
     restitution: 0.75
+  - name: curtain
+    curtain: {width_m: 0.6, height_m: 0.4, columns: 20, rows: 18, fold_depth_m: 0.01, fold_count: 3}
+    position_m: [0, 0, 1]
+    reaction: bounce
   - name: part
     mesh: {file: part.obj, unit: cm}
     position_m: [0, 0, 0]
@@ -64,6 +68,15 @@ viewer:
   near_m: 0.1
   far_m: 4
 nodes:
+  - name: capture
+    program: capture_node
+    sources: synthetic
+    synthetic: {seed: 2, period_s: 3, noise_sigma_levels: 4, cast_shadow: false, prerender: true}
+    segmentation: {threshold_sigmas: 5, threshold_floor_levels: 10, shadow_min_brightness: 0.4,
+                   opening_px: 2, closing_px: 1}
+    loop: false
+    max_frames_in_flight: 2
+    precomputed_frames: 10
   - name: recon
     program: recon_node
     backend: sweep
@@ -131,7 +144,13 @@ const std::vector<std::string>& deployments() {
   return texts;
 }
 
+// Changes one or two numbers, which the reader often accepts, or anything.
 std::string mutated(Random& random, std::string text, const std::vector<std::string>& others) {
+  if (one_in(random, 2)) {
+    mutate_number(random, text);
+    if (one_in(random, 2)) mutate_number(random, text);
+    return text;
+  }
   for (std::size_t mutations = below(random, 5); mutations > 0; --mutations)
     mutate_yaml(random, text, any_of(random, others));
   return text;

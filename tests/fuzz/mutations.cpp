@@ -229,6 +229,37 @@ void mutate_word(Random& random, std::string& text, const std::vector<std::strin
                use_number ? number_text(random) : std::string(any_of(random, words)));
 }
 
+void mutate_number(Random& random, std::string& text) {
+  struct Span {
+    std::size_t begin, size;
+  };
+  std::vector<Span> numbers;
+  for (std::size_t at = 0; at < text.size();) {
+    std::size_t end = at;
+    while (end < text.size() && is_word(text[end])) ++end;
+    const bool is_number = end > at && text.find_first_not_of("0123456789.-", at) >= end &&
+                           text.find_first_of("0123456789", at) < end;
+    if (is_number) numbers.push_back({at, end - at});
+    at = std::max(end, at + 1);
+  }
+  if (numbers.empty()) return;
+  const auto text_of = [&](const Span& span) { return text.substr(span.begin, span.size); };
+  const Span& span = any_of(random, numbers);
+  const std::string old = text_of(span);
+  std::string replacement;
+  switch (below(random, 6)) {
+    case 0: replacement = text_of(any_of(random, numbers)); break;
+    case 1: replacement = old.starts_with('-') ? old.substr(1) : '-' + old; break;
+    case 2: replacement = std::to_string(int(below(random, 5)) - 2); break;
+    case 3:
+      replacement = old + (one_in(random, 2) ? "0" : "e" + std::to_string(random() % 8));
+      break;
+    case 4: replacement = "0.000" + old.substr(old.find_first_not_of("-.")); break;
+    default: replacement = number_text(random); break;
+  }
+  text.replace(span.begin, span.size, replacement);
+}
+
 void mutate_yaml(Random& random, std::string& text, const std::string& other) {
   const auto [begin, end] = any_line(random, text);
   switch (below(random, 14)) {

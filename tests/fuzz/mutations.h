@@ -32,6 +32,10 @@ void mutate_bytes(Random& random, std::string& bytes);
 // Replaces one word or number of the text by one from `words` or by a number.
 void mutate_word(Random& random, std::string& text, const std::vector<std::string_view>& words);
 
+// Replaces one number of the text by another number of the text, its negative, or a near or special
+// one, so that most keys keep their values.
+void mutate_number(Random& random, std::string& text);
+
 // Changes YAML text once: a value, a key, a line, its indentation, or bytes. `other` is another
 // text, of which lines are inserted.
 void mutate_yaml(Random& random, std::string& text, const std::string& other);
