@@ -31,16 +31,4 @@ struct HeadPathFault {
 };
 std::vector<HeadPathFault> head_path_faults(const std::vector<HeadKey>& path);
 
-// Returns true if the file name ends in .gltf or .glb.
-bool is_gltf(const std::filesystem::path& file);
-
-// Reads the triangles of a glTF, OBJ, STL or PLY file and multiplies the vertices by unit_m [m].
-// Returns a reason if the mesh is unusable: no triangles, an importer error, or a vertex that is
-// not finite. glTF's y axis is up; it becomes this project's z axis.
-struct MeshOrReason {
-  geometry::Mesh mesh;
-  std::string reason;  // empty: usable
-};
-MeshOrReason read_mesh(const std::filesystem::path& file, double unit_m);
-
 }  // namespace fivepipe::config

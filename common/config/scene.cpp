@@ -5,6 +5,7 @@
 #include <map>
 
 #include "common/config/collision_requests_reader.h"
+#include "common/config/mesh/mesh_file.h"
 #include "common/config/read_files.h"
 #include "common/config/yaml/yaml_reader.h"
 

@@ -231,6 +231,14 @@ TEST_F(RigFile, ReportsWhyAFileIsUnreadable) {
       << "the nesting is too deep for the parser";
 }
 
+// yaml-cpp 0.7 reads empty documents without end at a comma.
+TEST_F(RigFile, RejectsAFileThatStartsWithAComma) {
+  const std::string what = ": not YAML: a value cannot start with a comma";
+  EXPECT_THAT(problems(","), ElementsAre("rig.yaml:1:1" + what));
+  EXPECT_THAT(problems("# cameras\n  , " + test::kGoodRig), ElementsAre("rig.yaml:2:3" + what));
+  EXPECT_TRUE(test::contains(problems(test::kGoodRig + "...\n,\n"), "a second YAML document"));
+}
+
 TEST_F(RigFile, MissingValuesAndWrongTypesAreProblems) {
   EXPECT_TRUE(test::contains(problems("name: a\nvolume_m:\ncameras: 3\n"),
                              "rig.yaml:2:1: volume_m has no value"));

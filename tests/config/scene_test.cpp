@@ -279,6 +279,32 @@ TEST_F(SceneFile, RejectsPipesAsMeshesAndAsTheirParts) {
   EXPECT_TRUE(test::contains(problem("file: buffer.gltf"), "cannot read the mesh"));
 }
 
+// On such files, Assimp 5.2 crashes or never ends; which of both depends on its memory.
+TEST_F(SceneFile, DamagedMeshesAreProblems) {
+  const std::size_t vertices = kTetrahedronPly.find("end_header\n") + 11;
+  write("comment.ply", "ply\nformat ascii 1.0\ncomment made");
+  write("vertices.ply", kTetrahedronPly.substr(0, vertices + 9));
+  std::string other_format = kTetrahedronPly;
+  write("binary.ply", other_format.replace(other_format.find("ascii"), 5, "binary_little_endian"));
+  for (const std::string name : {"comment.ply", "vertices.ply", "binary.ply"})
+    EXPECT_TRUE(test::contains(problems(mesh_scene("file: " + name + ", unit: m")),
+                               "scene.yaml:5:18: mesh " + (folder() / name).string() + ": "))
+        << name;
+}
+
+TEST_F(SceneFile, RejectsFacesWithoutTheirVertices) {
+  std::string text = kTetrahedronPly;
+  write("face.ply", text.replace(text.rfind("3 1 2 3"), 7, "3 1 2 9"));
+  EXPECT_TRUE(test::contains(problems(mesh_scene("file: face.ply, unit: m")),
+                             "a face of the mesh refers to a vertex that does not exist"));
+}
+
+// The content of a file does not choose the importer.
+TEST_F(SceneFile, RejectsMeshesWhoseContentIsOfAnotherFormat) {
+  write("ply.gltf", kTetrahedronPly);
+  EXPECT_TRUE(test::contains(problems(mesh_scene("file: ply.gltf")), "cannot read the mesh"));
+}
+
 TEST_F(SceneFile, RejectsUnusableMeshes) {
   write("part.obj", kTetrahedronObj);
   write("points.obj", "v 0 0 0\nv 1 0 0\n");

@@ -1,10 +1,13 @@
 #include "common/config/yaml/yaml_reader.h"
 
 #include <fmt/ranges.h>
+#include <yaml-cpp/eventhandler.h>
 
 #include <algorithm>
 #include <fstream>
+#include <iterator>
 #include <map>
+#include <sstream>
 
 #include "common/base/readable_file.h"
 #include "common/config/yaml/key_suggestion.h"
@@ -24,6 +27,42 @@ std::string kind_of(const YAML::Node& node) {
   }
 }
 
+namespace {
+
+// Collects where the documents of a file start, and nothing else.
+class DocumentStarts : public YAML::EventHandler {
+ public:
+  void OnDocumentStart(const YAML::Mark& mark) override { marks_.push_back(mark); }
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnAlias(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                const std::string&) override {}
+  void OnSequenceStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                       YAML::EmitterStyle::value) override {}
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                  YAML::EmitterStyle::value) override {}
+  void OnMapEnd() override {}
+  const std::vector<YAML::Mark>& marks() const { return marks_; }
+
+ private:
+  std::vector<YAML::Mark> marks_;
+};
+
+// Returns the starts of the first two documents. At a comma, yaml-cpp 0.7 reads empty documents
+// without end, which YAML::LoadAll() collects; so this function stops at the second.
+std::vector<YAML::Mark> first_document_starts(const std::string& text) {
+  std::istringstream in(text);
+  YAML::Parser parser(in);
+  DocumentStarts starts;
+  while (starts.marks().size() < 2 && parser.HandleNextDocument(starts)) {
+  }
+  return starts.marks();
+}
+
+}  // namespace
+
 YamlMap YamlMap::load(const std::filesystem::path& file, Problems& problems) {
   const auto context = std::make_shared<Context>(Context{file, &problems, nullptr});
   const YamlMap nothing(context, YAML::Node(YAML::NodeType::Undefined), "the file");
@@ -33,14 +72,18 @@ YamlMap YamlMap::load(const std::filesystem::path& file, Problems& problems) {
   }
   try {
     std::ifstream in(file);
-    const std::vector<YAML::Node> documents = YAML::LoadAll(in);
-    if (documents.size() == 1 && documents[0].IsMap())
-      return YamlMap(context, documents[0], "the file");
-    if (documents.size() > 1)
-      nothing.report(location_of_mark(documents[1].Mark()),
-                     "the file contains a second YAML document: remove it");
-    else
-      nothing.report({1, 1}, "the file must contain a mapping of keys to values");
+    const std::string text((std::istreambuf_iterator<char>(in)), {});
+    const std::vector<YAML::Mark> starts = first_document_starts(text);
+    if (starts.size() > 1) {
+      const bool is_comma = starts[1].pos == starts[0].pos;
+      nothing.report(location_of_mark(starts[1]),
+                     is_comma ? "not YAML: a value cannot start with a comma"
+                              : "the file contains a second YAML document: remove it");
+      return nothing;
+    }
+    const YAML::Node document = YAML::Load(text);
+    if (document.IsMap()) return YamlMap(context, document, "the file");
+    nothing.report({1, 1}, "the file must contain a mapping of keys to values");
   } catch (const YAML::Exception& error) {
     nothing.report(location_of_mark(error.mark), "not YAML: " + error.msg);
   }

@@ -1,0 +1,186 @@
+#include "common/config/mesh/mesh_import.h"
+
+#include <assimp/DefaultIOSystem.h>
+#include <assimp/MemoryIOWrapper.h>
+#include <assimp/config.h>
+#include <assimp/importerdesc.h>
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+
+#include <assimp/Importer.hpp>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <memory>
+#include <optional>
+#include <set>
+#include <sstream>
+
+#include "common/base/readable_file.h"
+#include "common/config/mesh/limited_child.h"
+
+namespace fivepipe::config {
+
+namespace {
+
+// Slow hardware imports more than 2 MB of text per second, with less than 40 bytes of memory per
+// byte.
+constexpr std::uintmax_t kBytesPerCpu_s = 1'000'000;
+constexpr std::uintmax_t kMemoryPerByte = 100;
+// The elapsed time may be longer than the CPU time, on a busy machine.
+constexpr unsigned kElapsedPerCpuTime = 10;
+
+ChildLimits limits_for(std::uintmax_t file_bytes) {
+  const auto cpu_s = unsigned(file_bytes / kBytesPerCpu_s);
+  return {cpu_s, kElapsedPerCpuTime * cpu_s, std::size_t(file_bytes * kMemoryPerByte)};
+}
+
+// An OBJ file names material files and a glTF file names buffers. Refuses those that are no regular
+// files, of which a pipe would keep the reader waiting. Reads each file as a whole, because some
+// importers otherwise call the system for each byte, and raises the limits by its size.
+class RegularFiles : public Assimp::DefaultIOSystem {
+ public:
+  bool Exists(const char* file) const override { return !base::why_unreadable(file); }
+  Assimp::IOStream* Open(const char* file, const char* mode) override {
+    if (*mode != 'r' || base::why_unreadable(file)) return nullptr;
+    std::error_code error;
+    const std::uintmax_t file_bytes = std::filesystem::file_size(file, error);
+    if (error) return nullptr;
+    if (opened_.insert(file).second) raise_own_limits(limits_for(file_bytes));
+    auto content = std::make_unique<std::uint8_t[]>(file_bytes);
+    std::ifstream in(file, std::ios::binary);
+    if (!in.read(reinterpret_cast<char*>(content.get()), std::streamsize(file_bytes)))
+      return nullptr;
+    return new Assimp::MemoryIOStream(content.release(), file_bytes, true);  // Close() deletes it
+  }
+
+ private:
+  std::set<std::string> opened_;
+};
+
+// Assimp chooses an importer by the file's content if that of the extension refuses the file. Keeps
+// only those of the extension.
+void keep_importers_of(const std::string& extension, Assimp::Importer& importer) {
+  for (std::size_t i = importer.GetImporterCount(); i-- > 0;) {
+    std::istringstream extensions(importer.GetImporterInfo(i)->mFileExtensions);
+    std::string each;
+    bool is_of_extension = false;
+    while (extensions >> each) is_of_extension = is_of_extension || each == extension;
+    if (!is_of_extension) importer.UnregisterLoader(importer.GetImporter(i));
+  }
+}
+
+// Returns why post-processing cannot use the scene: it compares vertices, and NaN is equal to every
+// vertex there; and it does not check the indices of faces.
+std::optional<std::string> why_unusable(const aiScene& scene) {
+  std::size_t count = 0;
+  for (unsigned i = 0; i < scene.mNumMeshes; ++i) {
+    const aiMesh& mesh = *scene.mMeshes[i];
+    for (unsigned j = 0; j < mesh.mNumVertices; ++j, ++count) {
+      const aiVector3D& v = mesh.mVertices[j];
+      if (!(std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z)))
+        return "vertex " + std::to_string(count) + " of the mesh is not finite";
+    }
+    for (unsigned j = 0; j < mesh.mNumFaces; ++j)
+      for (unsigned k = 0; k < mesh.mFaces[j].mNumIndices; ++k)
+        if (mesh.mFaces[j].mIndices[k] >= mesh.mNumVertices)
+          return "a face of the mesh refers to a vertex that does not exist";
+  }
+  return std::nullopt;
+}
+
+// Keeps positions only, so that equal corners become one vertex even if their normals or texture
+// coordinates differ.
+const aiScene* simplified(Assimp::Importer& importer) {
+  importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS,
+                              aiComponent_NORMALS | aiComponent_TANGENTS_AND_BITANGENTS |
+                                  aiComponent_COLORS | aiComponent_TEXCOORDS |
+                                  aiComponent_BONEWEIGHTS | aiComponent_ANIMATIONS |
+                                  aiComponent_TEXTURES | aiComponent_LIGHTS | aiComponent_CAMERAS);
+  importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE,
+                              aiPrimitiveType_POINT | aiPrimitiveType_LINE);
+  return importer.ApplyPostProcessing(aiProcess_RemoveComponent | aiProcess_Triangulate |
+                                      aiProcess_SortByPType | aiProcess_PreTransformVertices |
+                                      aiProcess_JoinIdenticalVertices);
+}
+
+void append(ImportedMesh& mesh, const aiMesh& part) {
+  const auto first = std::uint32_t(mesh.vertices.size());
+  for (unsigned i = 0; i < part.mNumVertices; ++i) {
+    const aiVector3D& v = part.mVertices[i];
+    mesh.vertices.push_back({v.x, v.y, v.z});
+  }
+  for (unsigned i = 0; i < part.mNumFaces; ++i)
+    if (const aiFace& face = part.mFaces[i]; face.mNumIndices == 3)
+      mesh.triangles.push_back(
+          {first + face.mIndices[0], first + face.mIndices[1], first + face.mIndices[2]});
+}
+
+ImportedMesh import_here(const std::filesystem::path& file, const std::string& extension) {
+  Assimp::Importer importer;
+  keep_importers_of(extension, importer);
+  importer.SetIOHandler(new RegularFiles);  // the importer owns it
+  const aiScene* scene = importer.ReadFile(file.string(), 0);
+  if (scene != nullptr)
+    if (const auto why = why_unusable(*scene)) return {{}, {}, *why};
+  if (scene != nullptr) scene = simplified(importer);
+  if (scene == nullptr)
+    return {{}, {}, std::string("cannot read the mesh: ") + importer.GetErrorString()};
+  ImportedMesh mesh;
+  for (unsigned i = 0; i < scene->mNumMeshes; ++i) {
+    append(mesh, *scene->mMeshes[i]);
+    if (std::max(mesh.vertices.size(), mesh.triangles.size()) > kMaxMeshElements)
+      return {
+          {},
+          {},
+          "the mesh has more than " + std::to_string(kMaxMeshElements) + " vertices or triangles"};
+  }
+  return mesh;
+}
+
+// The child's result as bytes: the three sizes, then the reason, the vertices and the triangles.
+struct Sizes {
+  std::uint64_t reason, vertices, triangles;
+};
+
+std::string bytes_of(const ImportedMesh& mesh) {
+  const Sizes sizes{mesh.reason.size(), mesh.vertices.size(), mesh.triangles.size()};
+  std::string bytes(reinterpret_cast<const char*>(&sizes), sizeof sizes);
+  bytes += mesh.reason;
+  bytes.append(reinterpret_cast<const char*>(mesh.vertices.data()), 12 * mesh.vertices.size());
+  bytes.append(reinterpret_cast<const char*>(mesh.triangles.data()), 12 * mesh.triangles.size());
+  return bytes;
+}
+
+// Returns nullopt if the bytes are not those of a mesh: a damaged child may write anything.
+std::optional<ImportedMesh> mesh_from(const std::string& bytes) {
+  Sizes sizes{};
+  if (bytes.size() < sizeof sizes) return std::nullopt;
+  std::memcpy(&sizes, bytes.data(), sizeof sizes);
+  if (sizes.reason > bytes.size() || sizes.vertices > kMaxMeshElements ||
+      sizes.triangles > kMaxMeshElements ||
+      sizeof sizes + sizes.reason + 12 * (sizes.vertices + sizes.triangles) != bytes.size())
+    return std::nullopt;
+  ImportedMesh mesh{std::vector<std::array<float, 3>>(sizes.vertices),
+                    std::vector<std::array<std::uint32_t, 3>>(sizes.triangles),
+                    bytes.substr(sizeof sizes, sizes.reason)};
+  const char* const vertices = bytes.data() + sizeof sizes + sizes.reason;
+  if (sizes.vertices > 0) std::memcpy(mesh.vertices.data(), vertices, 12 * sizes.vertices);
+  if (sizes.triangles > 0)
+    std::memcpy(mesh.triangles.data(), vertices + 12 * sizes.vertices, 12 * sizes.triangles);
+  return mesh;
+}
+
+}  // namespace
+
+ImportedMesh import_mesh(const std::filesystem::path& file, const std::string& extension) {
+  const ChildResult result =
+      call_in_child([&] { return bytes_of(import_here(file, extension)); },
+                    {kImport_s, kElapsedPerCpuTime * kImport_s, kImport_bytes});
+  if (!result.failure.empty())
+    return {{}, {}, "the importer " + result.failure + ": the file is damaged or too large"};
+  if (const auto mesh = mesh_from(result.bytes)) return *mesh;
+  return {{}, {}, "the importer returns no mesh: the file is damaged"};
+}
+
+}  // namespace fivepipe::config

@@ -1,0 +1,30 @@
+// Imports mesh files with Assimp, whose importers crash or never end on some damaged files.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace fivepipe::config {
+
+// A mesh in the file's unit and axes, and not validated.
+struct ImportedMesh {
+  std::vector<std::array<float, 3>> vertices;
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+  std::string reason;  // why the file is unusable; empty: usable
+};
+
+// Imports the file in a child process. If the importer crashes there, or exceeds its limits, the
+// reason says so. `extension` names the format: "gltf", "glb", "obj", "stl" or "ply". Only the
+// importers of that format read the file and the files that it names.
+ImportedMesh import_mesh(const std::filesystem::path& file, const std::string& extension);
+
+// Limits of an import: these, and more for each byte of the files that it reads.
+inline constexpr unsigned kImport_s = 2;  // CPU time
+inline constexpr std::size_t kImport_bytes = std::size_t(1) << 29;
+// A mesh with more vertices or triangles than this is refused. The fastest collision queries handle
+// 1e6 triangles in real time.
+inline constexpr std::size_t kMaxMeshElements = 10'000'000;
+
+}  // namespace fivepipe::config

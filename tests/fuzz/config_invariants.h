@@ -1,0 +1,19 @@
+// What holds for every configuration that the reader accepts (docs/configuration.md). Each function
+// describes what does not hold; empty: all holds.
+#pragma once
+#include <filesystem>
+#include <string>
+
+#include "common/config/deployment.h"
+
+namespace fivepipe::fuzz {
+
+std::string broken_invariant(const config::Rig& rig);
+std::string broken_invariant(const config::Scene& scene);
+std::string broken_invariant(const config::Deployment& deployment);
+std::string broken_invariant(const geometry::Mesh& mesh);
+
+// A problem needs a text, and a location inside its file, or none.
+std::string broken_invariant(const config::ConfigError& error);
+
+}  // namespace fivepipe::fuzz

@@ -1,0 +1,245 @@
+// Mesh files of each format that read_mesh() accepts, with the files that they name.
+#include <fmt/format.h>
+
+#include <cstring>
+#include <stdexcept>
+
+#include "common/config/mesh/mesh_file.h"
+#include "tests/fuzz/config_invariants.h"
+#include "tests/fuzz/message_bytes.h"
+#include "tests/fuzz/mutations.h"
+
+namespace fivepipe::fuzz {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kUnit_m = 0.01;
+const std::vector<std::string_view> kWords = {"v",
+                                              "vn",
+                                              "vt",
+                                              "f",
+                                              "o",
+                                              "g",
+                                              "s",
+                                              "usemtl",
+                                              "mtllib",
+                                              "l",
+                                              "p",
+                                              "cstype",
+                                              "deg",
+                                              "ply",
+                                              "format",
+                                              "ascii",
+                                              "binary_little_endian",
+                                              "binary_big_endian",
+                                              "element",
+                                              "property",
+                                              "list",
+                                              "uchar",
+                                              "char",
+                                              "short",
+                                              "int",
+                                              "float",
+                                              "double",
+                                              "vertex",
+                                              "face",
+                                              "tristrips",
+                                              "vertex_indices",
+                                              "end_header",
+                                              "comment",
+                                              "solid",
+                                              "facet",
+                                              "normal",
+                                              "outer",
+                                              "loop",
+                                              "endloop",
+                                              "endfacet",
+                                              "endsolid",
+                                              "null",
+                                              "true",
+                                              "[]",
+                                              "{}",
+                                              "{",
+                                              "}",
+                                              "[",
+                                              "]",
+                                              ",",
+                                              ":",
+                                              "\"\"",
+                                              "1/1/1",
+                                              "1//1",
+                                              "-1",
+                                              "/",
+                                              "#",
+                                              "\\",
+                                              "\n",
+                                              "POSITION",
+                                              "NORMAL",
+                                              "SCALAR",
+                                              "VEC2",
+                                              "VEC3",
+                                              "VEC4",
+                                              "MAT4",
+                                              "5120",
+                                              "5121",
+                                              "5125",
+                                              "5126",
+                                              "part.bin",
+                                              "part.mtl",
+                                              "\"data:;base64,AAAA\"",
+                                              "\"sparse\"",
+                                              "\"extensions\"",
+                                              "\"mode\": 6,"};
+
+std::string obj(Random& random, const geometry::Mesh& mesh) {
+  std::string text = one_in(random, 2) ? "mtllib part.mtl\no part\nusemtl red\n" : "";
+  const bool has_normals = one_in(random, 2);
+  for (const auto& v : mesh.vertices_m) text += fmt::format("v {} {} {}\n", v.x(), v.y(), v.z());
+  if (has_normals) text += "vn 0 0 1\nvt 0.5 0.5\n";
+  for (const auto& t : mesh.triangles)
+    text += has_normals ? fmt::format("f {}/1/1 {}//1 {}\n", t[0] + 1, t[1] + 1, t[2] + 1)
+                        : fmt::format("f {} {} {}\n", t[0] + 1, t[1] + 1, t[2] + 1);
+  if (one_in(random, 3)) text += "f -1 -2 -3 -4\nl 1 2\np 1\n";
+  return text;
+}
+
+std::string stl(Random& random, const geometry::Mesh& mesh) {
+  const bool is_text = one_in(random, 2);
+  std::string bytes = is_text ? "solid part\n" : std::string(80, 'x');
+  if (!is_text) append_object(bytes, std::uint32_t(mesh.triangles.size()));
+  for (const auto& triangle : mesh.triangles) {
+    if (is_text)
+      bytes += "facet normal 0 0 1\nouter loop\n";
+    else
+      append_object(bytes, std::array<float, 3>{0, 0, 1});
+    for (const std::uint32_t index : triangle) {
+      const Eigen::Vector3d& v = mesh.vertices_m[index];
+      if (is_text)
+        bytes += fmt::format("vertex {} {} {}\n", v.x(), v.y(), v.z());
+      else
+        append_object(bytes, std::array{float(v.x()), float(v.y()), float(v.z())});
+    }
+    if (is_text)
+      bytes += "endloop\nendfacet\n";
+    else
+      append_object(bytes, std::uint16_t(0));
+  }
+  return is_text ? bytes + "endsolid part\n" : bytes;
+}
+
+std::string ply(Random& random, const geometry::Mesh& mesh) {
+  const bool is_text = one_in(random, 2);
+  std::string bytes = fmt::format(
+      "ply\nformat {} 1.0\ncomment made up\nelement vertex {}\nproperty float x\nproperty float "
+      "y\nproperty float z\nelement face {}\nproperty list uchar int vertex_indices\nend_header\n",
+      is_text ? "ascii" : "binary_little_endian", mesh.vertices_m.size(), mesh.triangles.size());
+  for (const auto& v : mesh.vertices_m)
+    if (is_text)
+      bytes += fmt::format("{} {} {}\n", v.x(), v.y(), v.z());
+    else
+      append_object(bytes, std::array{float(v.x()), float(v.y()), float(v.z())});
+  for (const auto& t : mesh.triangles) {
+    if (is_text) {
+      bytes += fmt::format("3 {} {} {}\n", t[0], t[1], t[2]);
+    } else {
+      bytes += char(3);
+      append_object(bytes, t);
+    }
+  }
+  return bytes;
+}
+
+std::string base64(const std::string& bytes) {
+  const char* digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    std::uint32_t group = 0;
+    for (std::size_t j = 0; j < 3; ++j)
+      group = group << 8 | (i + j < bytes.size() ? std::uint8_t(bytes[i + j]) : 0u);
+    for (std::size_t j = 0; j < 4; ++j)
+      text += i + j <= bytes.size() ? digits[group >> (18 - 6 * j) & 63] : '=';
+  }
+  return text;
+}
+
+// Vertices as floats, then indices as uint32.
+std::string gltf_buffer(const geometry::Mesh& mesh) {
+  std::string bytes;
+  for (const auto& v : mesh.vertices_m)
+    append_object(bytes, std::array{float(v.x()), float(v.y()), float(v.z())});
+  for (const auto& t : mesh.triangles) append_object(bytes, t);
+  return bytes;
+}
+
+std::string gltf(const geometry::Mesh& mesh, const std::string& buffer_uri) {
+  const std::size_t vertex_bytes = 12 * mesh.vertices_m.size(),
+                    index_bytes = 12 * mesh.triangles.size();
+  return fmt::format(
+      R"({{"asset": {{"version": "2.0"}}, "scene": 0, "scenes": [{{"nodes": [0]}}],
+ "nodes": [{{"mesh": 0, "translation": [1, 2, 3], "children": [1]}},
+           {{"mesh": 0, "matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]}}],
+ "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0}}, "indices": 1, "mode": 4}}]}}],
+ "accessors": [{{"bufferView": 0, "componentType": 5126, "count": {}, "type": "VEC3",
+                "min": [-1, -1, -1], "max": [1, 1, 1]}},
+               {{"bufferView": 1, "componentType": 5125, "count": {}, "type": "SCALAR"}}],
+ "bufferViews": [{{"buffer": 0, "byteLength": {}}},
+                 {{"buffer": 0, "byteOffset": {}, "byteLength": {}}}],
+ "buffers": [{{"byteLength": {}{}}}]}})",
+      mesh.vertices_m.size(), 3 * mesh.triangles.size(), vertex_bytes, vertex_bytes, index_bytes,
+      vertex_bytes + index_bytes, buffer_uri.empty() ? "" : ", \"uri\": \"" + buffer_uri + '"');
+}
+
+std::string glb(std::string json, std::string buffer) {
+  json.resize((json.size() + 3) / 4 * 4, ' ');
+  std::string bytes = "glTF";
+  append_object(bytes, std::array{2u, std::uint32_t(12 + 8 + json.size() + 8 + buffer.size())});
+  append_object(bytes, std::array{std::uint32_t(json.size()), 0x4E4F534Au});
+  bytes += json;
+  append_object(bytes, std::array{std::uint32_t(buffer.size()), 0x004E4942u});
+  return bytes + buffer;
+}
+
+std::vector<File> valid_files(Random& random) {
+  const geometry::Mesh mesh = one_in(random, 2)
+                                  ? geometry::box_mesh({1, 0.5, 0.25}, one_in(random, 2) ? 0.2 : 0)
+                                  : geometry::sphere_mesh(1, int(below(random, 3)));
+  const std::string buffer = gltf_buffer(mesh);
+  switch (below(random, 6)) {
+    case 0: return {{"part.obj", obj(random, mesh)}, {"part.mtl", "newmtl red\nKd 1 0 0\n"}};
+    case 1: return {{"part.stl", stl(random, mesh)}};
+    case 2: return {{"part.ply", ply(random, mesh)}};
+    case 3:
+      return {{"part.gltf", gltf(mesh, "data:application/octet-stream;base64," + base64(buffer))}};
+    case 4: return {{"part.gltf", gltf(mesh, "part.bin")}, {"part.bin", buffer}};
+    default: return {{"part.glb", glb(gltf(mesh, ""), buffer)}};
+  }
+}
+
+std::vector<File> input(Random& random) {
+  std::vector<File> files = valid_files(random);
+  for (std::size_t mutations = below(random, 5); mutations > 0; --mutations) {
+    std::string& bytes = files[one_in(random, 5) ? below(random, files.size()) : 0].bytes;
+    if (one_in(random, 2))
+      mutate_word(random, bytes, kWords);
+    else
+      mutate_bytes(random, bytes);
+  }
+  return files;
+}
+
+Verdict check(const fs::path& folder) {
+  for (const char* name : {"part.obj", "part.stl", "part.ply", "part.gltf", "part.glb"}) {
+    if (!fs::exists(folder / name)) continue;
+    const config::MeshOrReason mesh = config::read_mesh(folder / name, kUnit_m);
+    if (!mesh.reason.empty()) return {};
+    return {true, broken_invariant(mesh.mesh)};
+  }
+  throw std::runtime_error("no mesh file");
+}
+
+}  // namespace
+
+Target mesh_target() { return {"mesh", "mesh files of every format", input, check}; }
+
+}  // namespace fivepipe::fuzz
