@@ -64,7 +64,7 @@ std::vector<std::string> table_rows(const std::string& document) {
   std::vector<std::string> rows;
   std::istringstream lines(document);
   for (std::string line; std::getline(lines, line);) {
-    if (line.starts_with("|---") && !rows.empty()) rows.pop_back();  // what was before is the head
+    if (line.starts_with("|---") && !rows.empty()) rows.pop_back();  // the head
     if (line.starts_with("| ")) rows.push_back(line);
   }
   return rows;
@@ -87,7 +87,7 @@ TEST(Figures, NoTableOfMeasurementsIsOutsideABlock) {
       EXPECT_FALSE(is_measured(row)) << file << ": put this table into a block of figures: " << row;
 }
 
-TEST(Figures, MeasuredRowsAreTold) {
+TEST(Figures, RecognisesMeasuredRows) {
   for (const char* row :
        {"| exact, CPU (`cpu`) | 1.0 ms | 1.8 ms | none | none |",
         "| 10x10 samples per triangle, SIMD | 0.24 | 6.1 | 72 | 5 / 38 / 10 |",

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "common/config/yaml/key_suggestion.h"
+#include "tests/support/base64.h"
 #include "tests/support/scene_files.h"
 
 namespace fivepipe::config {
@@ -26,19 +27,6 @@ const std::string kTriangleStl =
     "solid one\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 "
     "0\nendloop\nendfacet\nendsolid one\n";
 
-std::string base64(const std::string& bytes) {
-  const char* digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    std::uint32_t group = 0;
-    for (std::size_t j = 0; j < 3; ++j)
-      group = group << 8 | (i + j < bytes.size() ? std::uint8_t(bytes[i + j]) : 0u);
-    for (int j = 0; j < 4; ++j)
-      text += i + j <= bytes.size() ? digits[group >> (18 - 6 * j) & 63] : '=';
-  }
-  return text;
-}
-
 // Returns one triangle. The axes of glTF are x right, y up, z towards the viewer.
 std::string triangle_gltf(float last_coordinate) {
   const float positions[9] = {0, 0, 0, 1, 0, 0, 0, 2, last_coordinate};
@@ -51,7 +39,7 @@ std::string triangle_gltf(float last_coordinate) {
                 "min": [0, 0, 0], "max": [1, 2, 3]}],
  "bufferViews": [{"buffer": 0, "byteLength": 36}],
  "buffers": [{"byteLength": 36, "uri": "data:application/octet-stream;base64,)" +
-         base64(bytes) + "\"}]}";
+         test::base64(bytes) + "\"}]}";
 }
 
 class SceneFile : public test::SceneFiles {

@@ -1,5 +1,5 @@
-// What holds for every configuration that the reader accepts (docs/configuration.md). Each function
-// describes what does not hold; empty: all holds.
+// Invariants of every configuration that the reader accepts (docs/configuration.md). Each function
+// describes the first broken one. It returns an empty text if none is broken.
 #pragma once
 #include <filesystem>
 #include <string>

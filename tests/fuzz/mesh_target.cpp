@@ -8,6 +8,7 @@
 #include "tests/fuzz/config_invariants.h"
 #include "tests/fuzz/message_bytes.h"
 #include "tests/fuzz/mutations.h"
+#include "tests/support/base64.h"
 
 namespace fivepipe::fuzz {
 namespace {
@@ -150,19 +151,6 @@ std::string ply(Random& random, const geometry::Mesh& mesh) {
   return bytes;
 }
 
-std::string base64(const std::string& bytes) {
-  const char* digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    std::uint32_t group = 0;
-    for (std::size_t j = 0; j < 3; ++j)
-      group = group << 8 | (i + j < bytes.size() ? std::uint8_t(bytes[i + j]) : 0u);
-    for (std::size_t j = 0; j < 4; ++j)
-      text += i + j <= bytes.size() ? digits[group >> (18 - 6 * j) & 63] : '=';
-  }
-  return text;
-}
-
 // Vertices as floats, then indices as uint32.
 std::string gltf_buffer(const geometry::Mesh& mesh) {
   std::string bytes;
@@ -210,7 +198,8 @@ std::vector<File> valid_files(Random& random) {
     case 1: return {{"part.stl", stl(random, mesh)}};
     case 2: return {{"part.ply", ply(random, mesh)}};
     case 3:
-      return {{"part.gltf", gltf(mesh, "data:application/octet-stream;base64," + base64(buffer))}};
+      return {{"part.gltf",
+               gltf(mesh, "data:application/octet-stream;base64," + test::base64(buffer))}};
     case 4: return {{"part.gltf", gltf(mesh, "part.bin")}, {"part.bin", buffer}};
     default: return {{"part.glb", glb(gltf(mesh, ""), buffer)}};
   }

@@ -26,7 +26,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr int kFindingExitCode = 77;
 
-// What the child tells the parent, in shared memory.
+// The child writes it, in shared memory, for the parent.
 struct Progress {
   std::atomic<std::uint32_t> inputs = 0, accepted = 0, seed = 0;
   std::atomic<double> start_cpu_s = 0;  // CPU time of the child at the start of the current input

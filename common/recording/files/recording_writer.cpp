@@ -10,8 +10,6 @@
 namespace fivepipe::recording {
 namespace {
 
-constexpr const char* kFullReason = "too many writers: an MCAP file has at most 65535 channels";
-
 void append_uint32(std::vector<std::byte>& to, std::uint32_t value) {
   for (int shift = 0; shift < 32; shift += 8) to.push_back(std::byte(value >> shift));
 }

@@ -41,6 +41,10 @@ struct TopicCounts {
   std::uint64_t sent = 0, missing = 0;
 };
 
+// Why messages are lost once no channel is left for their writer.
+inline constexpr const char* kFullReason =
+    "too many writers: an MCAP file has at most 65535 channels";
+
 // Conditions that end finish() although the disk has not taken everything. Empty functions never
 // do.
 struct FinishLimits {

@@ -116,7 +116,7 @@ void Recorder::drop_without_channel(const std::string& topic, std::size_t bytes)
     const auto most =
         std::max_element(channels_of_participant_.begin(), channels_of_participant_.end(),
                          [](const auto& a, const auto& b) { return a.second < b.second; });
-    full_reason_ = "too many writers: an MCAP file has at most 65535 channels";
+    full_reason_ = recording::kFullReason;
     if (most != channels_of_participant_.end())
       full_reason_ += ", of which '" + most->first + "' uses " + std::to_string(most->second);
     spdlog::error("{}; messages of further writers are lost", full_reason_);

@@ -95,44 +95,48 @@ std::vector<std::byte> composited_cdr(const std::string& viewer, bool key_alone)
   return cdr;
 }
 
+// A writer of serialized messages with a reader of each kind.
+class BusKeyLimitOfBothReaders : public ::testing::Test {
+ protected:
+  bool is_connected() {
+    return test::eventually(bus_, 10s, [&] { return writer_.readers() == 2; });
+  }
+
+  Bus bus_{{test::own_domain()}};
+  const topics::Topic topic_{topics::FrameComposited::name, topics::FrameComposited::type,
+                             topics::FrameComposited::descriptor,
+                             topics::FrameComposited::delivery};
+  Reader<topics::FrameComposited> typed_ = bus_.reader<topics::FrameComposited>();
+  SerializedReader serialized_{bus_, topic_};
+  SerializedWriter writer_{bus_, topic_, WriterHistory::topic};
+};
+
 // A replay that plays a recording again and again registers and unregisters its keys each time.
-TEST(BusKeyLimit, AnUnregisteredKeyLeavesSpaceForAnother) {
-  Bus bus({test::own_domain()});
-  const topics::Topic topic{topics::FrameComposited::name, topics::FrameComposited::type,
-                            topics::FrameComposited::descriptor, topics::FrameComposited::delivery};
-  auto typed = bus.reader<topics::FrameComposited>();
-  SerializedReader serialized(bus, topic);
-  SerializedWriter writer(bus, topic, WriterHistory::topic);
-  ASSERT_TRUE(test::eventually(bus, 10s, [&] { return writer.readers() == 2; }));
+TEST_F(BusKeyLimitOfBothReaders, AnUnregisteredKeyLeavesSpaceForAnother) {
+  ASSERT_TRUE(is_connected());
   for (std::size_t key = 0; key < 2 * KeyLimit::kMaxKeysPerWriter; ++key) {
     const std::string viewer = "viewer_" + std::to_string(key);
     const auto data = composited_cdr(viewer, false), only_key = composited_cdr(viewer, true);
-    ASSERT_TRUE(writer.write({SampleKind::data, 0, 1, data}));
-    ASSERT_TRUE(writer.write({SampleKind::unregistered, 0, 2, only_key}));
-    for (const auto& sample : typed.take())
+    ASSERT_TRUE(writer_.write({SampleKind::data, 0, 1, data}));
+    ASSERT_TRUE(writer_.write({SampleKind::unregistered, 0, 2, only_key}));
+    for (const auto& sample : typed_.take())
       EXPECT_TRUE(!sample.valid() || viewer == sample->viewer);
-    serialized.take([](const SerializedSample&) {});
+    serialized_.take([](const SerializedSample&) {});
   }
-  EXPECT_TRUE(bus.take_refused().empty());
+  EXPECT_TRUE(bus_.take_refused().empty());
 }
 
 // DDS passes a change of a key's state by the limit, unlike a sample.
-TEST(BusKeyLimit, DisposingFurtherKeysIsCountedAndNamesTheProcess) {
-  Bus bus({test::own_domain()});
-  const topics::Topic topic{topics::FrameComposited::name, topics::FrameComposited::type,
-                            topics::FrameComposited::descriptor, topics::FrameComposited::delivery};
-  auto typed = bus.reader<topics::FrameComposited>();
-  SerializedReader serialized(bus, topic);
-  SerializedWriter writer(bus, topic, WriterHistory::topic);
-  ASSERT_TRUE(test::eventually(bus, 10s, [&] { return writer.readers() == 2; }));
+TEST_F(BusKeyLimitOfBothReaders, DisposingFurtherKeysIsCountedAndNamesTheProcess) {
+  ASSERT_TRUE(is_connected());
   constexpr std::size_t kTooMany = 10;
   for (std::size_t key = 0; key < KeyLimit::kMaxKeysPerWriter + kTooMany; ++key) {
     const auto only_key = composited_cdr("viewer_" + std::to_string(key), true);
-    ASSERT_TRUE(writer.write({SampleKind::disposed, 0, 1, only_key}));
-    for (const auto& sample : typed.take()) EXPECT_FALSE(sample.valid());
-    serialized.take([](const SerializedSample&) {});
+    ASSERT_TRUE(writer_.write({SampleKind::disposed, 0, 1, only_key}));
+    for (const auto& sample : typed_.take()) EXPECT_FALSE(sample.valid());
+    serialized_.take([](const SerializedSample&) {});
   }
-  const auto refused = bus.take_refused();
+  const auto refused = bus_.take_refused();
   ASSERT_EQ(refused.size(), 2u) << "one for each reader";
   for (const RefusedSamples& of_reader : refused) {
     EXPECT_EQ(of_reader.process, this_process());
