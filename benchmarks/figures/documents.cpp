@@ -10,11 +10,8 @@ namespace {
 
 std::string machine(const Results& results) {
   return wrapped(
-      (results.has_times()
-           ? "`launch/figures` measured all figures of the documents in one run: "
-           : "`launch/figures --errors` measured the errors in the documents in one run: ") +
-      results.machine() + "." + (results.has_times() ? "" : " Times are not measured yet (`-`).") +
-      (results.has_gpu() ? "" : " fivepipe has not been measured on a GPU."));
+      "`launch/figures` measured all figures of the documents in one run: " + results.machine() +
+      "." + (results.has_gpu() ? "" : " fivepipe has not been measured on a GPU."));
 }
 
 // The output of a program as it is, without the line of the machine.
@@ -43,15 +40,12 @@ const std::map<std::string, Block>& blocks() {
   return all;
 }
 
-std::string with_figures(const std::string& document, const Results& results, Missing missing) {
+std::string with_figures(const std::string& document, const Results& results) {
   return with_blocks(document, [&](const std::string& name) {
     const auto block = blocks().find(name);
     if (block == blocks().end()) throw std::runtime_error("no block of figures '" + name + "'");
     try {
       return block->second(results);
-    } catch (const MissingResult& error) {
-      if (missing == Missing::is_stated) return std::string("Not measured yet.\n");
-      throw std::runtime_error("block '" + name + "': " + error.what());
     } catch (const std::exception& error) {
       throw std::runtime_error("block '" + name + "': " + error.what());
     }

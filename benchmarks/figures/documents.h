@@ -8,21 +8,16 @@
 
 namespace fivepipe::figures {
 
-// Returns the content of a block, in Markdown, from the results. Throws MissingResult if a result
-// is missing.
+// Returns the content of a block, in Markdown, from the results. Throws std::runtime_error if a
+// result is missing.
 using Block = std::function<std::string(const Results&)>;
 
 // By name, as the markers in the documents name them.
 const std::map<std::string, Block>& blocks();
 
-enum class Missing {
-  fails,     // a missing result is an error
-  is_stated  // the block states that it is not measured yet
-};
-
 // Returns the document with the blocks of these results. Throws std::runtime_error that names the
-// block if it is unknown or not closed, or a result is missing and `missing` says so.
-std::string with_figures(const std::string& document, const Results& results, Missing missing);
+// block if it is unknown or not closed, or a result is missing.
+std::string with_figures(const std::string& document, const Results& results);
 
 // Blocks by the suite that measures them.
 std::map<std::string, Block> hull_blocks();

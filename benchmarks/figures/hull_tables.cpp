@@ -150,8 +150,9 @@ std::string hull_summary(const Results& results) {
   };
   for (const HullRow& row : summary_rows(results.gl_name())) {
     const json& large = result(row.method, "640x480");
-    table.add({row.text, results.time_text(result(row.method, "320x240")), results.time_text(large),
-               error_mm(error_of(large, "depth_mean_mm")), wrong_text(large)});
+    table.add({row.text, short_number(time_ms(result(row.method, "320x240"))),
+               short_number(time_ms(large)), error_mm(error_of(large, "depth_mean_mm")),
+               wrong_text(large)});
   }
   return table.text();
 }
@@ -166,11 +167,12 @@ std::string hull_facts(const Results& results) {
     rays += count_of(r, "reference_rays");
     other += count_of(r, "other_pixels");
   }
-  return wrapped(fmt::format(
-      "Over {} combinations of view and threads, {} seeded rays of cpu and gl are wrong "
-      "by the exact reference, and {} differ between gl and cpu.",
-      count_text(views), of_text(wrong, rays),
-      other == 0 ? "no pixels" : count_text(other) + " pixels"));
+  return wrapped(
+      fmt::format("Over {} combinations of view and threads, cpu and gl are wrong on {} seeded "
+                  "rays by the exact "
+                  "reference. gl differs from cpu in {}.",
+                  count_text(views), of_text(wrong, rays),
+                  other == 0 ? "no pixel" : count_text(other) + " pixels"));
 }
 
 // "0.65 to 1.2 times", over the views of which both methods are measured.

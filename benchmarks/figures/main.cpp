@@ -15,13 +15,13 @@ std::string read(const std::string& file) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-int run(const std::string& folder, const std::vector<std::string>& files, Missing missing) {
+int run(const std::string& folder, const std::vector<std::string>& files) {
   const Results results(folder);
   for (const std::string& file : files) {
     const std::string before = read(file);
     std::string after;
     try {
-      after = with_figures(before, results, missing);
+      after = with_figures(before, results);
     } catch (const std::exception& error) {
       throw std::runtime_error(file + ": " + error.what());
     }
@@ -39,7 +39,6 @@ int run(const std::string& folder, const std::vector<std::string>& files, Missin
 int main(int argc, char** argv) {
   std::string results;
   std::vector<std::string> files;
-  bool allow_missing = false;
   CLI::App app(
       "fivepipe_figures: writes the blocks between `<!-- figures: NAME -->` and `<!-- end of "
       "figures -->` in Markdown files from the result files of the benchmarks.\n\n"
@@ -50,13 +49,9 @@ int main(int argc, char** argv) {
       ->required()
       ->check(CLI::ExistingDirectory);
   app.add_option("files", files, "Markdown files")->required()->check(CLI::ExistingFile);
-  app.add_flag("--allow-missing", allow_missing,
-               "a block whose results are missing states that it is not measured yet");
   try {
     app.parse(argc, argv);
-    using fivepipe::figures::Missing;
-    return fivepipe::figures::run(results, files,
-                                  allow_missing ? Missing::is_stated : Missing::fails);
+    return fivepipe::figures::run(results, files);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   } catch (const std::exception& error) {

@@ -5,8 +5,7 @@
 #include <fstream>
 #include <iterator>
 #include <set>
-
-#include "benchmarks/figures/numbers.h"
+#include <stdexcept>
 
 namespace fivepipe::figures {
 namespace {
@@ -27,7 +26,7 @@ json parsed(const std::filesystem::path& file) {
 
 double number(const json& object, const std::string& name, const std::string& path) {
   if (!object.is_object() || !object.contains(name) || !object[name].is_number())
-    throw MissingResult("the result lacks " + path + name);
+    throw std::runtime_error("the result lacks " + path + name);
   return object[name];
 }
 
@@ -60,8 +59,7 @@ Results::Results(const std::filesystem::path& folder) {
         throw std::runtime_error(fmt::format("{}: another machine: {} is {}, not {}", file.string(),
                                              key, value.dump(), machine_[key].dump()));
     }
-    const auto& results = results_[file.stem()] = suite.at("results").get<std::vector<json>>();
-    for (const json& result : results) has_times_ |= result.contains("time_ms");
+    results_[file.stem()] = suite.at("results").get<std::vector<json>>();
   }
   for (const auto& [name, text] : texts_)
     if (text.find(commit_) == std::string::npos)
@@ -71,7 +69,7 @@ Results::Results(const std::filesystem::path& folder) {
 
 const std::vector<json>& Results::all(const std::string& file) const {
   const auto found = results_.find(file);
-  if (found == results_.end()) throw MissingResult("no results " + file + ".json");
+  if (found == results_.end()) throw std::runtime_error("no results " + file + ".json");
   return found->second;
 }
 
@@ -83,12 +81,12 @@ const json* Results::find(const std::string& file, const std::string& name) cons
 
 const json& Results::at(const std::string& file, const std::string& name) const {
   if (const json* found = find(file, name)) return *found;
-  throw MissingResult(file + ".json has no result " + name);
+  throw std::runtime_error(file + ".json has no result " + name);
 }
 
 const std::string& Results::text(const std::string& file) const {
   const auto found = texts_.find(file);
-  if (found == texts_.end()) throw MissingResult("no text " + file + ".txt");
+  if (found == texts_.end()) throw std::runtime_error("no text " + file + ".txt");
   return found->second;
 }
 
@@ -103,13 +101,6 @@ std::string Results::gl_name() const {
   return renderer.substr(0, renderer.find_first_of(" ("));
 }
 
-std::string Results::time_text(const json& result) const {
-  return has_times_ ? short_number(time_ms(result)) : "-";
-}
-
-double number_of(const json& result, const char* name) {
-  return number(result, name, named(result));
-}
 double time_ms(const json& result, const char* statistic) {
   return number(result.value("time_ms", json::object()), statistic, named(result) + "time_ms.");
 }

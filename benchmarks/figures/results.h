@@ -3,7 +3,6 @@
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -11,19 +10,13 @@ namespace fivepipe::figures {
 
 using nlohmann::json;
 
-// No file, no result of a name, or no value in a result.
-struct MissingResult : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
-
 class Results {
  public:
   // Reads all .json and .txt files of the folder. Throws std::runtime_error that names the file and
   // the defect; also if the files do not all name one machine, one commit and build type Release.
   explicit Results(const std::filesystem::path& folder);
 
-  // Returns the result of a file ("hull"). Throws MissingResult if there is none, as all() and
-  // text() do if there is no file.
+  // Returns the result of a file ("hull"). Throws std::runtime_error if there is none.
   const json& at(const std::string& file, const std::string& name) const;
   const json* find(const std::string& file, const std::string& name) const;  // nullptr: none
   const std::vector<json>& all(const std::string& file) const;               // in their order
@@ -33,22 +26,15 @@ class Results {
   std::string machine() const;
   std::string gl_name() const;  // "llvmpipe", or the first word of the renderer
   bool has_gpu() const { return gl_name() != "llvmpipe"; }
-  // False for the results of `launch/figures --errors`.
-  bool has_times() const { return has_times_; }
-  // The best time of a result in ms, or "-" without times.
-  std::string time_text(const json& result) const;
 
  private:
   std::map<std::string, std::vector<json>> results_;
   std::map<std::string, std::string> texts_;
   json machine_;
   std::string commit_;
-  bool has_times_ = false;
 };
 
-// Values of a result. They throw MissingResult that names the value.
-double number_of(const json& result, const char* name);
-// The best, median, p95 or p99 time.
+// The best, median, p95 or p99 time of a result.
 double time_ms(const json& result, const char* statistic = "best");
 double error_of(const json& result, const char* name);
 double count_of(const json& result, const char* name);

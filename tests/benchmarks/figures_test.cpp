@@ -20,7 +20,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
-using ::testing::Not;
 
 const fs::path kRoot = FIVEPIPE_SOURCE_DIR;
 
@@ -74,10 +73,9 @@ TEST(Figures, DocumentsHoldWhatTheResultFilesGive) {
   const Results results(kRoot / "docs/benchmarks");
   for (const fs::path& file : documents()) {
     const std::string text = text_of(file);
-    EXPECT_EQ(with_figures(text, results, Missing::is_stated), text)
+    EXPECT_EQ(with_figures(text, results), text)
         << file << " differs from docs/benchmarks; run build/release/bin/fivepipe_figures "
-        << "docs/benchmarks README.md docs/*.md (with --allow-missing after launch/figures "
-        << "--errors)";
+        << "docs/benchmarks README.md docs/*.md";
   }
 }
 
@@ -149,8 +147,7 @@ json hull_result(const std::string& name, double best_ms, double error_mm) {
 }
 
 std::string block_text(const std::string& name, const Results& results) {
-  return with_figures("<!-- figures: " + name + " -->\n<!-- end of figures -->\n", results,
-                      Missing::fails);
+  return with_figures("<!-- figures: " + name + " -->\n<!-- end of figures -->\n", results);
 }
 
 std::string error_of_call(const std::function<void()>& call) {
@@ -178,16 +175,10 @@ TEST(Figures, UnknownAndOpenBlocksAreRefused) {
   ResultFolder folder;
   folder.add("hull", json::array());
   const Results results = folder.results();
-  for (const Missing missing : {Missing::fails, Missing::is_stated}) {
-    EXPECT_THAT(error_of_call([&] {
-                  with_figures("<!-- figures: hulls -->\n<!-- end of figures -->\n", results,
-                               missing);
-                }),
-                HasSubstr("no block of figures 'hulls'"));
-    EXPECT_THAT(
-        error_of_call([&] { with_figures("<!-- figures: machine -->\n", results, missing); }),
-        HasSubstr("machine is not closed"));
-  }
+  EXPECT_THAT(error_of_call([&] { block_text("hulls", results); }),
+              HasSubstr("no block of figures 'hulls'"));
+  EXPECT_THAT(error_of_call([&] { with_figures("<!-- figures: machine -->\n", results); }),
+              HasSubstr("machine is not closed"));
 }
 
 TEST(Figures, AnIndentedMarkerIsAnExample) {
@@ -197,15 +188,11 @@ TEST(Figures, AnIndentedMarkerIsAnExample) {
   EXPECT_EQ(without_blocks(example), example);
 }
 
-TEST(Figures, MissingResultsFailOrAreStated) {
+TEST(Figures, AMissingResultIsNamed) {
   ResultFolder folder;
   folder.add("hull", json::array());
-  const Results results = folder.results();
-  EXPECT_THAT(error_of_call([&] { block_text("pipeline", results); }),
+  EXPECT_THAT(error_of_call([&] { block_text("pipeline", folder.results()); }),
               HasSubstr("block 'pipeline': no results paper_tiles.json"));
-  EXPECT_EQ(with_figures("a\n<!-- figures: pipeline -->\nold\n<!-- end of figures -->\nb\n",
-                         results, Missing::is_stated),
-            "a\n<!-- figures: pipeline -->\n\nNot measured yet.\n\n<!-- end of figures -->\nb\n");
 }
 
 // The table of scenes omits none, and marks those where a baseline is faster than cpu.
@@ -227,6 +214,7 @@ TEST(Figures, ScenesWithFasterBaselinesAreListedInBold) {
 json detection(const std::string& name, int crossing, int missed, int wrong) {
   return {{"name", name},
           {"time_ms", {{"best", 1.5}}},
+          {"query_ms", {{"best", 1.5}}},
           {"error", {{"deepest_missed_mm", 3.0}}},
           {"counts",
            {{"triangles", 720},
@@ -245,20 +233,6 @@ TEST(Figures, MissesAreOfTheTrianglesThatTrulyCross) {
   const std::string table = block_text("detection errors", folder.results());
   EXPECT_THAT(table, HasSubstr("| curtain720, 98 collide |"));
   EXPECT_THAT(table, HasSubstr("| hull polygonised at 2 mm, FCL | 24 (3.0 mm); 7 |"));
-}
-
-TEST(Figures, ResultsWithoutTimesGiveTheErrors) {
-  json result = hull_result("cpu/hand4-near/640x480/2", 1, 0.5);
-  result.erase("time_ms");
-  ResultFolder folder;
-  folder.add("hull", json::array({result}));
-  const Results results = folder.results();
-  EXPECT_FALSE(results.has_times());
-  EXPECT_EQ(results.time_text(result), "-");
-  EXPECT_THAT(block_text("machine", results), HasSubstr("launch/figures --errors"));
-  EXPECT_THROW(block_text("hull scenes", results), std::runtime_error);
-  folder.add("hull", json::array({hull_result("cpu/hand4-near/640x480/2", 1, 0.5)}));
-  EXPECT_THAT(block_text("machine", folder.results()), Not(HasSubstr("--errors")));
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
-// A recording on a disk that takes less than arrives. tests/support/slow_disk.cpp delays the calls.
+// A recording on a disk that takes less than arrives. tests/support/programs/slow_disk.cpp
+// delays the calls.
 #include <gtest/gtest.h>
 
 #include <chrono>
