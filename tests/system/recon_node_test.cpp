@@ -81,6 +81,12 @@ Costs copied_costs(const bus::Sample<bus::topics::TileCosts>& sample) {
           {costs.begin(), costs.end()}};
 }
 
+// The first element of this frame, or the end.
+auto find_frame(const auto& list, std::uint64_t frame) {
+  return std::find_if(list.begin(), list.end(),
+                      [&](const auto& element) { return element.frame == frame; });
+}
+
 class ReconNode : public ScriptedCapture {
  protected:
   bus::Writer<bus::topics::ViewInfo> views_ = bus_.writer<bus::topics::ViewInfo>();
@@ -148,12 +154,17 @@ class ReconNode : public ScriptedCapture {
     ASSERT_TRUE(holds([&] { return drops_of(report(), "bad_colour") > before; })) << said();
   }
 
+  // DDS may deliver the trace and the costs of a frame before its tiles, so this waits for the
+  // tiles that the costs name. A frame without tiles has a trace without steps, and no costs.
   bool has_handled(std::uint64_t frame) {
     return holds([&] {
       tiles_.take();
       costs_.take();
-      return std::any_of(traces().begin(), traces().end(),
-                         [&](const TracedFrame& trace) { return trace.frame == frame; });
+      const auto trace = find_frame(traces(), frame);
+      if (trace == traces().end()) return false;
+      if (trace->steps.empty()) return true;
+      const auto costs = find_frame(costs_.all(), frame);
+      return costs != costs_.all().end() && tiles_of(frame).size() >= costs->tiles.size();
     });
   }
   std::vector<Tile> tiles_of(std::uint64_t frame) const {
