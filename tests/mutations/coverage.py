@@ -5,6 +5,7 @@ ran to a .gcda file (gcc/gcov-io.h of GCC 12; this module reads the records of f
 counters of their arcs, and skips the rest). `gcov` itself would take an hour for all programs.
 """
 
+import concurrent.futures
 import os
 import pathlib
 import shutil
@@ -16,6 +17,7 @@ import sandbox
 
 BINARY = sandbox.FOLDER / "build" / "coverage"
 COUNTERS = sandbox.FOLDER / "build" / "counters"  # one folder per test program
+AT_ONCE = 2  # test programs
 # Early inlining would leave no counters of small functions.
 FLAGS = "-O1 -fno-early-inlining -DNDEBUG --coverage -fprofile-update=atomic"
 _FUNCTION, _ARC_COUNTERS = 0x01000000, 0x01A10000
@@ -86,14 +88,32 @@ class Coverage:
 
     def programs(self, source, line):
         """Programs that execute the innermost function around the line (perhaps the function around
-        a lambda); None if no function is
-        around it, or if none executes it (perhaps the compiler evaluates it)."""
+        a lambda); None if no function is around it, or if none executes it (perhaps the compiler
+        evaluates it)."""
         around = [(lines, programs) for lines, programs in self.functions[source].items()
                   if lines[0] <= line <= lines[1]]
         if not around:
             return None
         first = max(lines[0] for lines, _ in around)
         return set().union(*(p for lines, p in around if lines[0] == first)) or None
+
+
+def _count(program):
+    """Runs a test program. Its counters get a folder only if it ran to its end."""
+    folder = COUNTERS / program
+    if folder.is_dir():
+        return
+    print(f"mutations: what {program} executes", flush=True)
+    partial = folder.with_suffix(".partial")
+    shutil.rmtree(partial, ignore_errors=True)
+    partial.mkdir(parents=True)
+    # A failed test is no reason to stop: under load, some rates are not held.
+    subprocess.run(
+        ["timeout", "300", BINARY / "bin" / program], cwd=BINARY,
+        env=sandbox.environment() | {"GCOV_PREFIX": str(partial)}, stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    partial.rename(folder)
 
 
 def measure(programs):
@@ -106,19 +126,6 @@ def measure(programs):
         env=environment, stdout=subprocess.DEVNULL,
     ).returncode or subprocess.run(["ninja", "-C", BINARY], env=environment).returncode:
         raise SystemExit("mutations: the build with --coverage failed")
-    for number, program in enumerate(programs, 1):
-        folder = COUNTERS / program
-        if folder.is_dir():
-            continue
-        print(f"mutations: what {program} executes ({number} of {len(programs)})", flush=True)
-        partial = folder.with_suffix(".partial")
-        shutil.rmtree(partial, ignore_errors=True)
-        partial.mkdir(parents=True)
-        # A failed test is no reason to stop: under load, some rates are not held.
-        subprocess.run(
-            ["timeout", "300", BINARY / "bin" / program], cwd=BINARY,
-            env=environment | {"GCOV_PREFIX": str(partial)}, stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-        )
-        partial.rename(folder)
+    with concurrent.futures.ThreadPoolExecutor(AT_ONCE) as pool:
+        list(pool.map(_count, programs))
     return Coverage()
