@@ -6,6 +6,7 @@ counters of their arcs, and skips the rest). `gcov` itself would take an hour fo
 """
 
 import concurrent.futures
+import hashlib
 import os
 import pathlib
 import shutil
@@ -18,6 +19,9 @@ import sandbox
 BINARY = sandbox.FOLDER / "build" / "coverage"
 COUNTERS = sandbox.FOLDER / "build" / "counters"  # one folder per test program
 AT_ONCE = 2  # test programs
+# Counters make some programs ten times slower. Those that do not end in time count as programs that
+# execute everything.
+TIMEOUT_S = 60
 # Early inlining would leave no counters of small functions.
 FLAGS = "-O1 -fno-early-inlining -DNDEBUG --coverage -fprofile-update=atomic"
 _FUNCTION, _ARC_COUNTERS = 0x01000000, 0x01A10000
@@ -69,12 +73,15 @@ def executed_in(gcda):
 
 
 class Coverage:
-    """Programs by source (relative to `root`) and line, from `counters`/PROGRAM/**/*.gcda."""
+    """Programs by source (relative to `root`) and line, from `counters`/PROGRAM/**/*.gcda. Only
+    programs that ended have a file `ended` in their folder."""
 
     def __init__(self, counters=COUNTERS, root=sandbox.FOLDER):
         self.functions = defaultdict(lambda: defaultdict(set))  # source, lines -> programs
+        folders = sorted(f for f in counters.iterdir() if f.suffix != ".partial")
+        self.unknown = {f.name for f in folders if not (f / "ended").is_file()}
         known = {}  # functions of each object file
-        for folder in sorted(counters.iterdir()):
+        for folder in folders:
             for gcda in folder.rglob("*.gcda"):
                 gcno = pathlib.Path("/", gcda.relative_to(folder)).with_suffix(".gcno")
                 if gcno not in known:
@@ -95,24 +102,30 @@ class Coverage:
         if not around:
             return None
         first = max(lines[0] for lines, _ in around)
-        return set().union(*(p for lines, p in around if lines[0] == first)) or None
+        executing = set().union(*(p for lines, p in around if lines[0] == first))
+        return executing | self.unknown if executing else None
 
 
 def _count(program):
-    """Runs a test program. Its counters get a folder only if it ran to its end."""
-    folder = COUNTERS / program
-    if folder.is_dir():
+    """Runs a test program, unless the same program ran before."""
+    folder, binary = COUNTERS / program, BINARY / "bin" / program
+    digest = hashlib.sha1(binary.read_bytes()).hexdigest()
+    if (folder / "program").is_file() and (folder / "program").read_text() == digest:
         return
     print(f"mutations: what {program} executes", flush=True)
     partial = folder.with_suffix(".partial")
-    shutil.rmtree(partial, ignore_errors=True)
+    for old in (partial, folder):
+        shutil.rmtree(old, ignore_errors=True)
     partial.mkdir(parents=True)
     # A failed test is no reason to stop: under load, some rates are not held.
-    subprocess.run(
-        ["timeout", "300", BINARY / "bin" / program], cwd=BINARY,
+    result = subprocess.run(
+        ["timeout", "--kill-after=10", str(TIMEOUT_S), binary], cwd=BINARY,
         env=sandbox.environment() | {"GCOV_PREFIX": str(partial)}, stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
     )
+    if result.returncode in (0, 1):  # GoogleTest's exit codes
+        (partial / "ended").touch()
+    (partial / "program").write_text(digest)
     partial.rename(folder)
 
 

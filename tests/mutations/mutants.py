@@ -149,11 +149,11 @@ def _conditions(code, rng):
 
 
 _STATEMENT = re.compile(
-    r"(?<=[;{}):]\n)[ \t]+(?:"
+    r"(?<=[;{}):])[ \t]*\n\s*(?:"  # code_only() leaves spaces where comments are
     r"(?:break|continue)(?=;)"
     r"|(?:\+\+|--)[\w.\->\[\]]+(?=;)"
     r"|[\w.:\->\[\]()*]+ (?:=|\+=|-=|\*=|/=|\|=|&=)(?=\s)"
-    r"|(?!return|if|for|while|switch|sizeof|static_assert|assert)[\w.:\->\[\]]+(?=\()"
+    r"|(?!(?:return|if|for|while|switch|sizeof|static_assert|assert)\b)[\w.:\->\[\]]+(?=\()"
     r")"
 )
 

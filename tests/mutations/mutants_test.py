@@ -95,6 +95,11 @@ class Operators(unittest.TestCase):
         self.only("dropped statement", "return b;")
         self.only("dropped statement", "int a = b;")
 
+    def test_dropped_statement_after_a_comment_and_a_blank_line(self):
+        text = "void f() {\n  a(b);  // why\n\n  // because\n  forget(c);\n}\n"
+        self.assertEqual(Scratch(text).results("dropped statement")[1],
+                         "void f() {\n  a(b);  // why\n\n  // because\n  ;\n}\n")
+
     def test_dropped_statement_spans_lines(self):
         text = "void f() {\n  a(b,\n    [] { c; });\n  d();\n}\n"
         self.assertEqual(Scratch(text).results("dropped statement")[0],
@@ -162,9 +167,11 @@ int main() {
             counters = folder / "counters"
             subprocess.run([folder / "a"], check=True,
                            env=os.environ | {"GCOV_PREFIX": str(counters / "a_test")})
+            (counters / "killed_test").mkdir()
+            (counters / "a_test" / "ended").touch()
             found = coverage.Coverage(counters, folder)
             executed = {line for line in range(1, 14) if found.programs("a.cpp", line)}
-            self.assertEqual(found.programs("a.cpp", 5), {"a_test"})
+            self.assertEqual(found.programs("a.cpp", 5), {"a_test", "killed_test"})
         self.assertEqual(executed, {4, 5, 6, 8, 11, 12, 13})
 
 

@@ -20,11 +20,18 @@ FOLDER = ROOT / "build" / "mutations"
 BINARY = FOLDER / "build" / "release"
 # A mutant of a header that almost every source includes takes minutes to build.
 MAX_COMPILATIONS = 25
-PROCESS_TESTS = re.compile(r"^(pipeline|launch|render_window|mcap_conformance)")
+# These start processes of the product.
+PROCESS_TESTS = re.compile(
+    r"^(pipeline|launch|render_window|mcap_conformance|hostile_peer|(capture|recon|sim|render)_node_)"
+)
 
 
 class DoesNotCompile(Exception):
     pass
+
+
+class TooManyCompilations(Exception):
+    """Raised before anything is built."""
 
 
 class SameObjectCode(Exception):
@@ -113,14 +120,20 @@ class Tests:
 
 @contextlib.contextmanager
 def mutated(mutant):
-    """The copy holds the mutant inside of the `with` block."""
+    """The copy holds the mutant inside of the `with` block. A mutant that was not built leaves no
+    trace: with a newer source, the next build would compile all that includes it."""
     path = FOLDER / mutant.file
-    original = path.read_text()
+    original, before = path.read_text(), path.stat()
     path.write_text(applied(mutant, original))
     try:
         yield
-    finally:
+    except TooManyCompilations:
         path.write_text(original)
+        os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
+        raise
+    finally:
+        if path.read_text() != original:
+            path.write_text(original)
 
 
 def plan():
