@@ -132,9 +132,9 @@ std::string collision_summary(const Results& results) {
     of += (of.empty() ? "" : " / ") + crossing_text(results, scene);
   head.insert(head.end(), {"missed of " + of, "false alarms"});
   MarkdownTable table(head);
-  const std::set<std::string> left_out = {"cpu eps0.5mm", "paper40 400", "fcl 4mm"};
+  const std::set<std::string> omitted = {"cpu eps0.5mm", "paper40 400", "fcl 4mm"};
   for (const DetectionRow& row : all_rows(results)) {
-    if (left_out.contains(row.method + " " + row.setting)) continue;
+    if (omitted.contains(row.method + " " + row.setting)) continue;
     std::vector<std::string> cells{row.text};
     std::string missed, wrong;
     for (const char* scene : kSummaryScenes) {
@@ -167,9 +167,9 @@ std::string facts(const Results& results) {
                   : count_text(n) + (n == 1 ? " triangle" : " triangles");
   };
   return wrapped(fmt::format(
-      "Over all scenes and settings, cpu and gl together miss {} and report {} falsely. At most {} "
-      "of a scene is undecided.",
-      triangles(missed), triangles(wrong), count_text(undecided) + " triangle"));
+      "Over all scenes and settings, cpu and gl together miss {} and report {} falsely. In each "
+      "scene they leave at most {} undecided.",
+      triangles(missed), triangles(wrong), triangles(undecided)));
 }
 
 std::string rates(const Results& results) {

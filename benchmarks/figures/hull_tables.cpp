@@ -90,7 +90,7 @@ std::string scenes_table(const Results& results, const std::function<bool(const 
       "cpu",
       "gl",
       "image-based visual hulls",
-      fmt::format("fastest with a mean error up to {:g} mm", kFairError_mm)};
+      fmt::format("fastest inexact method with a mean error up to {:g} mm", kFairError_mm)};
   if (with_view) head.insert(head.begin() + 1, "view");
   MarkdownTable table(head);
   for (const ViewResults& view : views(results)) {
@@ -158,20 +158,19 @@ std::string hull_summary(const Results& results) {
 }
 
 std::string hull_facts(const Results& results) {
-  double views = 0, wrong = 0, rays = 0, other = 0;
+  double measurements = 0, wrong = 0, rays = 0, other = 0;
   for (const json& r : results.all(kHull)) {
     const std::string method = parsed(r).method;
     if (method != "cpu" && method != "gl") continue;
-    ++views;
+    ++measurements;
     wrong += count_of(r, "wrong_hits") + count_of(r, "wrong_misses") + count_of(r, "wrong_pieces");
     rays += count_of(r, "reference_rays");
     other += count_of(r, "other_pixels");
   }
   return wrapped(
-      fmt::format("Over {} combinations of view and threads, cpu and gl are wrong on {} seeded "
-                  "rays by the exact "
-                  "reference. gl differs from cpu in {}.",
-                  count_text(views), of_text(wrong, rays),
+      fmt::format("In {} measurements (method, scene, view, threads), cpu and gl are wrong on {} "
+                  "seeded rays by the exact reference. gl differs from cpu in {}.",
+                  count_text(measurements), of_text(wrong, rays),
                   other == 0 ? "no pixel" : count_text(other) + " pixels"));
 }
 

@@ -1,4 +1,5 @@
 #include "common/base/readable_file.h"
+#include "tests/support/test_folder.h"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -11,10 +12,8 @@ namespace {
 
 class ReadableFile : public testing::Test {
  protected:
-  ~ReadableFile() override { std::filesystem::remove_all(folder_); }
-  const std::filesystem::path folder_ =
-      std::filesystem::temp_directory_path() / ("fivepipe_readable_" + std::to_string(getpid()));
-  const bool created_ = std::filesystem::create_directory(folder_);
+  const test::TestFolder test_folder_;
+  const std::filesystem::path folder_ = test_folder_.path;
 };
 
 TEST_F(ReadableFile, RegularFilesAndLinksToThemAreReadable) {

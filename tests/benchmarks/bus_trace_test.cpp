@@ -13,6 +13,7 @@
 #include "benchmarks/nodes/wire/rtps.h"
 #include "common/base/realtime.h"
 #include "common/pipeline/bus/topics.h"
+#include "tests/support/optional_package.h"
 
 namespace fivepipe::wire {
 namespace {
@@ -260,7 +261,7 @@ TEST(LoopbackTrace, StampsDatagramsBetweenTheClocksAroundTheirSending) {
       EXPECT_LE(seen[i].stamp_ns, after_ns[i]);
     }
   } catch (const std::system_error& error) {
-    if (error.code().value() == EPERM) GTEST_SKIP() << "needs CAP_NET_RAW";
+    if (error.code().value() == EPERM) FIVEPIPE_SKIP_WITHOUT_PACKAGE("needs CAP_NET_RAW");
     throw;
   }
 }

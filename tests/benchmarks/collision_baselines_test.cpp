@@ -9,7 +9,7 @@
 #include "benchmarks/collision/baselines/brute_force.h"
 #include "benchmarks/collision/baselines/hull_fcl.h"
 #include "benchmarks/collision/baselines/hull_polygons.h"
-#include "tests/support/hull_scenes.h"
+#include "tests/support/hull/scenes.h"
 #include "tests/support/optional_package.h"
 
 namespace fivepipe::baselines {

@@ -14,7 +14,7 @@
 #include "benchmarks/hull/baselines/image_based_hull.h"
 #include "benchmarks/hull/baselines/voxel_carving.h"
 #include "common/hull/oracle/reference.h"
-#include "tests/support/hull_scenes.h"
+#include "tests/support/hull/scenes.h"
 
 namespace fivepipe::baselines {
 namespace {

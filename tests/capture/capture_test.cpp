@@ -12,6 +12,7 @@
 #include "common/hull/cpu/cpu_hull.h"
 #include "common/hull/oracle/analytic.h"
 #include "tests/support/capture_rig.h"
+#include "tests/support/test_folder.h"
 
 namespace fivepipe::capture {
 namespace {
@@ -49,15 +50,14 @@ config::CaptureConfig synthetic_config(const config::Rig& rig) {
 // The files have three and five frames. When the first ends, both restart, so that a set never
 // combines different frames.
 TEST(Capture, FilesOfUnequalLengthRestartTogether) {
-  const std::filesystem::path folder =
-      std::filesystem::temp_directory_path() / ("fivepipe_loop_" + std::to_string(getpid()));
+  const test::TestFolder folder;
   config::Rig rig = table_rig();
   rig.cameras.pop_back();  // the camera on the viewer
   for (const int precomputed : {0, 7}) {
     config::CaptureConfig config;
     config.precomputed_frames = precomputed;
     for (std::size_t i = 0; i < 2; ++i) {
-      const std::filesystem::path of_camera = folder / rig.cameras[i].name;
+      const std::filesystem::path of_camera = folder.path / rig.cameras[i].name;
       std::filesystem::create_directories(of_camera);
       cv::imwrite((of_camera / "empty.png").string(),
                   cv::Mat(162, 240, CV_8UC3, cv::Scalar::all(60)));
@@ -78,7 +78,6 @@ TEST(Capture, FilesOfUnequalLengthRestartTogether) {
     }
     EXPECT_FALSE(capture.ended());
   }
-  std::filesystem::remove_all(folder);
 }
 
 // Pictures of 240x162 px for two cameras: frame k shows a square at 40 k px on grey.
@@ -94,8 +93,6 @@ class CapturePictures : public testing::Test {
                               (folder_ / camera.name / "empty.png").string(), 0};
     }
   }
-  ~CapturePictures() override { std::filesystem::remove_all(folder_); }
-
   static cv::Mat room() { return {162, 240, CV_8UC3, cv::Scalar::all(60)}; }
   void write(const std::string& camera, int frame) const {
     cv::Mat image = room();
@@ -105,8 +102,8 @@ class CapturePictures : public testing::Test {
 
   config::Rig rig_ = table_rig();
   config::CaptureConfig config_;
-  std::filesystem::path folder_ =
-      std::filesystem::temp_directory_path() / ("fivepipe_pictures_" + std::to_string(getpid()));
+  const test::TestFolder test_folder_;
+  const std::filesystem::path folder_ = test_folder_.path;
 };
 
 TEST_F(CapturePictures, AMissingPictureIsNamedAndTheOtherCamerasGoOn) {

@@ -8,6 +8,7 @@
 #include <opencv2/videoio.hpp>
 
 #include "tests/support/capture_rig.h"
+#include "tests/support/test_folder.h"
 
 namespace fivepipe::capture {
 namespace {
@@ -16,13 +17,6 @@ namespace fs = std::filesystem;
 
 class Sources : public ::testing::Test {
  protected:
-  Sources() {
-    std::string name = (fs::temp_directory_path() / "fivepipe_capture_XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
-    folder_ = name;
-  }
-  ~Sources() override { fs::remove_all(folder_); }
-
   // Frame f is a uniform image of level 20 f.
   static cv::Mat picture(int f, int width_px = 64, int height_px = 48) {
     return {height_px, width_px, CV_8UC3, cv::Scalar::all(20.0 * f)};
@@ -53,7 +47,8 @@ class Sources : public ::testing::Test {
     ADD_FAILURE() << "no SourceError";
     return {};
   }
-  fs::path folder_;
+  const test::TestFolder test_folder_;
+  const fs::path folder_ = test_folder_.path;
 };
 
 TEST_F(Sources, VideoPlaysToItsEnd) {

@@ -1,4 +1,5 @@
 #include "tests/fuzz/runner.h"
+#include "tests/support/test_folder.h"
 
 #include <fmt/format.h>
 #include <sys/mman.h>
@@ -120,18 +121,6 @@ std::string watch(pid_t child, const Progress& progress, const Limits& limits) {
   }
 }
 
-struct TemporaryFolder {
-  fs::path path;
-  TemporaryFolder() {
-    std::string name = (fs::temp_directory_path() / "fivepipe_fuzz_XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
-    path = name;
-  }
-  ~TemporaryFolder() { fs::remove_all(path); }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-};
-
 struct SharedProgress {
   void* memory =
       mmap(nullptr, sizeof(Progress), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
@@ -149,7 +138,7 @@ struct SharedProgress {
 
 Report run(const Target& target, double duration_s, std::uint32_t first_seed,
            const fs::path& keep_in, const Limits& limits) {
-  const TemporaryFolder folder;
+  const test::TestFolder folder;
   const SharedProgress shared;
   const auto end = Clock::now() + std::chrono::duration_cast<Clock::duration>(
                                       std::chrono::duration<double>(duration_s));

@@ -6,21 +6,16 @@
 #include <string>
 
 #include "tests/fuzz/target.h"
+#include "tests/support/sanitizer.h"
 
 namespace fivepipe::fuzz {
-
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-inline constexpr double kSlowdown = 5;  // of time and memory, by the sanitizers
-#else
-inline constexpr double kSlowdown = 1;
-#endif
 
 // Bounds for one input. The CPU time is that of the checking process alone, so that a busy machine
 // does not fail the test. The elapsed time ends an input that waits for ever.
 struct Limits {
-  double cpu_s = 2 * kSlowdown;
-  double elapsed_s = 60 * kSlowdown;
-  std::size_t memory_bytes = std::size_t(kSlowdown * (1 << 30));  // resident
+  double cpu_s = 2.0 * test::kSlowdown;
+  double elapsed_s = 60.0 * test::kSlowdown;
+  std::size_t memory_bytes = std::size_t{1} * test::kSlowdown << 30;  // resident
 };
 
 struct Report {

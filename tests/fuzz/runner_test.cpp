@@ -1,5 +1,6 @@
 // The fuzzer finds each kind of finding, and repeats it by its seed.
 #include "tests/fuzz/runner.h"
+#include "tests/support/test_folder.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -16,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kDuration_s = 60;  // a finding ends the run earlier
-constexpr Limits kLimits{0.5, 20, std::size_t(kSlowdown*(300 << 20))};
+constexpr Limits kLimits{0.5, 20, std::size_t{300} * test::kSlowdown << 20};
 
 std::vector<File> random_number(Random& random) {
   return {{"number", std::to_string(random() % 10)}};
@@ -30,13 +31,6 @@ int number_in(const fs::path& folder) {
 
 class FuzzRunner : public ::testing::Test {
  protected:
-  FuzzRunner() {
-    std::string name = (fs::temp_directory_path() / "fivepipe_fuzz_test_XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
-    folder_ = name;
-  }
-  ~FuzzRunner() override { fs::remove_all(folder_); }
-
   // Runs a target whose check does something wrong with one number of ten.
   Report run_with(Verdict (*check)(const fs::path&), double duration_s = kDuration_s) {
     const Report report =
@@ -51,7 +45,8 @@ class FuzzRunner : public ::testing::Test {
     return report;
   }
 
-  fs::path folder_;
+  const test::TestFolder test_folder_;
+  const fs::path folder_ = test_folder_.path;
 };
 
 TEST_F(FuzzRunner, CountsWhatIsAccepted) {

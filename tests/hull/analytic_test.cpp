@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "common/hull/oracle/analytic.h"
-#include "tests/support/hull_scenes.h"
+#include "tests/support/hull/scenes.h"
 
 namespace fivepipe::hull {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "tests/support/hull_backends.h"
+#include "tests/support/hull/backends.h"
 
 namespace fivepipe::hull {
 namespace {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "tests/support/hull_backends.h"
+#include "tests/support/hull/backends.h"
 
 namespace fivepipe::hull {
 namespace {

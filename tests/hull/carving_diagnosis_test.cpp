@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "common/hull/carving_diagnosis.h"
-#include "tests/support/hull_scenes.h"
+#include "tests/support/hull/scenes.h"
 
 namespace fivepipe::hull {
 namespace {

@@ -9,7 +9,7 @@
 #include <numbers>
 
 #include "common/hull/silhouette/coverage_hull.h"
-#include "tests/support/hull_scenes.h"
+#include "tests/support/hull/scenes.h"
 
 namespace fivepipe::hull {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "tests/support/hull_coverage.h"
+#include "tests/support/hull/coverage.h"
 
 namespace fivepipe::hull {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "common/hull/silhouette/coverage_hull.h"
 #include "common/hull/silhouette/thin_coverage.h"
-#include "tests/support/hull_scenes.h"
+#include "tests/support/hull/scenes.h"
 
 namespace fivepipe::hull {
 namespace {

@@ -8,7 +8,7 @@
 #include "common/hull/carving_diagnosis.h"
 #include "common/hull/oracle/reference.h"
 #include "common/hull/query/hull_query.h"
-#include "tests/support/hull_scenes.h"
+#include "tests/support/hull/scenes.h"
 
 namespace fivepipe::hull {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <cstdlib>
 
-#include "tests/support/hull_backends.h"
+#include "tests/support/hull/backends.h"
 
 namespace fivepipe::hull_bench {
 namespace {

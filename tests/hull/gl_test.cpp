@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "tests/support/hull_backends.h"
+#include "tests/support/hull/backends.h"
 
 namespace fivepipe::hull {
 namespace {

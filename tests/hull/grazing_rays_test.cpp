@@ -6,8 +6,8 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "tests/support/grazing_rays.h"
-#include "tests/support/hull_backends.h"
+#include "tests/support/hull/backends.h"
+#include "tests/support/hull/grazing_rays.h"
 
 namespace fivepipe::hull {
 namespace {

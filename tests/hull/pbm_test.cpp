@@ -5,15 +5,15 @@
 #include <fstream>
 
 #include "common/hull/pbm.h"
-#include "tests/support/hull_scenes.h"
+#include "tests/support/hull/scenes.h"
+#include "tests/support/test_folder.h"
 
 namespace fivepipe::hull {
 namespace {
 
 struct Pbm : ::testing::Test {
-  std::filesystem::path file = std::filesystem::temp_directory_path() /
-                               ("fivepipe_pbm_" + std::to_string(getpid()) + ".pbm");
-  ~Pbm() override { std::filesystem::remove(file); }
+  const test::TestFolder folder;
+  const std::filesystem::path file = folder.path / "map.pbm";
   std::string why_not(int width, int height) const {
     try {
       read_pbm(file, width, height);

@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "common/hull/oracle/reference.h"
-#include "tests/support/hull_queries.h"
+#include "tests/support/hull/queries.h"
 
 namespace fivepipe::hull {
 namespace {

@@ -7,7 +7,7 @@
 #include <thread>
 
 #include "common/hull/cpu/ray_walk.h"
-#include "tests/support/hull_queries.h"
+#include "tests/support/hull/queries.h"
 
 namespace fivepipe::hull {
 namespace {

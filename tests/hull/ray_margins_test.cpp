@@ -9,7 +9,7 @@
 
 #include "common/hull/cpu/step_simd-inl.h"
 #include "common/hull/cpu/tile_simd-inl.h"
-#include "tests/support/grazing_rays.h"
+#include "tests/support/hull/grazing_rays.h"
 
 namespace fivepipe::hull {
 namespace HWY_NAMESPACE {

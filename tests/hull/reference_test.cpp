@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "common/hull/oracle/reference.h"
-#include "tests/support/hull_scenes.h"
+#include "tests/support/hull/scenes.h"
 
 namespace fivepipe::hull {
 namespace {

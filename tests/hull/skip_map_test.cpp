@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "common/hull/cpu/skip_map.h"
-#include "tests/support/hull_scenes.h"
+#include "tests/support/hull/scenes.h"
 
 namespace fivepipe::hull {
 namespace {

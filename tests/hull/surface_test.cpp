@@ -9,7 +9,7 @@
 
 #include "common/hull/silhouette/contour.h"
 #include "common/hull/silhouette/hull_surface.h"
-#include "tests/support/hull_scenes.h"
+#include "tests/support/hull/scenes.h"
 
 namespace fivepipe::hull {
 namespace {

@@ -14,6 +14,7 @@
 
 #include "launch/supervise/claims.h"
 #include "launch/supervise/supervisor.h"
+#include "tests/support/test_folder.h"
 
 using namespace fivepipe;
 using namespace std::chrono_literals;
@@ -28,15 +29,9 @@ constexpr auto kTimeout = 30s;
 
 class SupervisorTest : public ::testing::Test {
  protected:
-  fs::path folder = make_folder();
+  const test::TestFolder test_folder;
+  const fs::path folder = test_folder.path;
   std::vector<std::string> events, lines;
-
-  ~SupervisorTest() override { fs::remove_all(folder); }
-
-  static fs::path make_folder() {
-    std::string pattern = fs::temp_directory_path() / "fivepipe-launch-XXXXXX";
-    return mkdtemp(pattern.data());
-  }
 
   launch::Program node(const std::string& name, const std::string& script) {
     return {name, {"/bin/sh", "-c", script}, {}, folder / "log" / (name + ".log")};

@@ -16,6 +16,7 @@
 #include "tests/support/deployments.h"
 #include "tests/support/process.h"
 #include "tests/support/test_domain.h"
+#include "tests/support/test_folder.h"
 
 namespace fivepipe::test {
 
@@ -27,19 +28,13 @@ class Up : public testing::Test {
   const std::vector<std::string> nodes_ = {"capture", "recon_a", "recon_b", "simulation",
                                            "rendering"};  // of demo.yaml
   const std::uint32_t domain_ = own_domain();
-  const std::filesystem::path folder_ = [] {
-    std::string pattern = std::filesystem::temp_directory_path() / "fivepipe-up-XXXXXX";
-    return std::filesystem::path(mkdtemp(pattern.data()));
-  }();
+  const TestFolder test_folder_;
+  const std::filesystem::path folder_ = test_folder_.path;
 
   // `up` finds the nodes in the folder of its own program.
   void SetUp() override {
     std::filesystem::copy_file(FIVEPIPE_BINARY_DIR "/fivepipe", folder_ / "fivepipe");
     write_nodes("echo pid $$ args \"$@\"\nexec sleep 1000\n");
-  }
-  ~Up() override {
-    started_.clear();
-    std::filesystem::remove_all(folder_);
   }
 
   void write_program(const std::string& name, const std::string& script) const {

@@ -9,7 +9,7 @@
 #include "common/pipeline/frames/tile_balancer.h"
 #include "recon_node/colour.h"
 #include "recon_node/reconstruct.h"
-#include "tests/support/hull_scenes.h"
+#include "tests/support/hull/scenes.h"
 
 namespace fivepipe::recon {
 namespace {

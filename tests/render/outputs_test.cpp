@@ -1,4 +1,5 @@
 #include "render_node/outputs.h"
+#include "tests/support/test_folder.h"
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -18,12 +19,8 @@ namespace fs = std::filesystem;
 
 class Outputs : public testing::Test {
  protected:
-  Outputs() {
-    std::string pattern = (fs::temp_directory_path() / "fivepipe_outputs_XXXXXX").string();
-    folder_ = mkdtemp(pattern.data());
-  }
-  ~Outputs() override { fs::remove_all(folder_); }
-  fs::path folder_;
+  const test::TestFolder test_folder_;
+  const fs::path folder_ = test_folder_.path;
 };
 
 const cv::Size kSize(160, 120);

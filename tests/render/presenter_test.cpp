@@ -1,4 +1,5 @@
 #include "render_node/presenter.h"
+#include "tests/support/test_folder.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -16,12 +17,9 @@ const cv::Size kSize(160, 120);
 class PresenterTest : public testing::Test {
  protected:
   PresenterTest() {
-    std::string pattern = (fs::temp_directory_path() / "fivepipe_presenter_XXXXXX").string();
-    folder_ = mkdtemp(pattern.data());
     viewer_.render_width_px = kSize.width;
     viewer_.render_height_px = kSize.height;
   }
-  ~PresenterTest() override { fs::remove_all(folder_); }
 
   // A grey image with a bright bar whose column encodes the number.
   static cv::Mat image(int number) {
@@ -49,7 +47,8 @@ class PresenterTest : public testing::Test {
     return names;
   }
 
-  fs::path folder_;
+  const test::TestFolder test_folder_;
+  const fs::path folder_ = test_folder_.path;
   config::Viewer viewer_;
 };
 

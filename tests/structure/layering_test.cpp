@@ -240,21 +240,6 @@ TEST(Layering, OraclesLinkOnlyDefinitions) {
       EXPECT_TRUE(allowed.contains(library)) << definitions << " links " << library;
 }
 
-// The truths of the benchmarks rest on the oracles alone.
-TEST(Layering, TruthsOfBenchmarksUseNoBackend) {
-  int truths = 0;
-  for (const Source& source : production()) {
-    if (!source.is_in("benchmarks") || !source.name.starts_with("truth.")) continue;
-    ++truths;
-    for (const std::string& include : source.includes)
-      for (const char* backend : {"/cpu/", "/gl/", "/paper/", "/query/", "/bvh.h", "/box_query.h",
-                                  "/proximity/", "/silhouette/"})
-        EXPECT_EQ(include.find(backend), std::string::npos)
-            << source.path << " includes " << include;
-  }
-  EXPECT_GT(truths, 2) << "the truths were not found";
-}
-
 TEST(Layering, MainsOnlyWire) {
   for (const Source& source : production())
     if (source.name == "main.cpp") {

@@ -3,7 +3,7 @@
 #pragma once
 #include "common/collision/response/response.h"
 #include "tests/support/collision_scene.h"
-#include "tests/support/hull_queries.h"
+#include "tests/support/hull/queries.h"
 
 namespace fivepipe::test {
 

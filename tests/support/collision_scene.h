@@ -8,7 +8,7 @@
 
 #include "common/collision/detection/paper/paper_detection.h"
 #include "common/gl/context.h"
-#include "tests/support/hull_scenes.h"
+#include "tests/support/hull/scenes.h"
 
 namespace fivepipe::test {
 

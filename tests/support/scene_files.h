@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "common/config/read_files.h"
+#include "tests/support/test_folder.h"
 
 namespace fivepipe::test {
 
@@ -30,13 +31,6 @@ inline config::Scene load_scene(const std::filesystem::path& file) {
 
 class SceneFiles : public ::testing::Test {
  protected:
-  SceneFiles() {
-    std::string name = (std::filesystem::temp_directory_path() / "fivepipe_scene_XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
-    folder_ = name;
-  }
-  ~SceneFiles() override { std::filesystem::remove_all(folder_); }
-
   // Writes a file and returns its path. Drops the line break with which a raw string R"( begins.
   std::filesystem::path write(const std::string& name, std::string text) {
     if (text.starts_with('\n')) text.erase(0, 1);
@@ -62,7 +56,8 @@ class SceneFiles : public ::testing::Test {
   }
 
  private:
-  std::filesystem::path folder_;
+  const test::TestFolder test_folder_;
+  const std::filesystem::path folder_ = test_folder_.path;
 };
 
 // True if one of the problems contains `part`.

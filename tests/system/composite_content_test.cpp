@@ -143,6 +143,7 @@ class CompositeContent : public RecordingTest {
   std::map<std::string, std::unique_ptr<capture::SyntheticImageSource>> sources_;  // by camera
   std::map<std::uint64_t, FrameMessages> frames_;  // the complete ones
   std::map<std::uint64_t, ComposedFrame> composed_;
+  int highlighted_pixels_ = 0;  // of all compared images
 
   CompositeContent() {
     for (const auto& [name, text] :
@@ -357,6 +358,7 @@ void CompositeContent::compare_reconstruction(std::uint64_t frame, const Composi
   EXPECT_EQ(wrong, 0) << "depths";
   EXPECT_GT(hits, 300);
   EXPECT_EQ(wrong_colours, 0) << "of " << hits;
+  EXPECT_EQ(messages["TileCosts"].size(), std::set<int>(owners.begin(), owners.end()).size());
   for (const Message& costs : messages["TileCosts"]) {
     std::set<int> of_worker;
     for (std::size_t tile = 0; tile < owners.size(); ++tile)
@@ -391,6 +393,7 @@ void CompositeContent::compare_image(const cv::Mat& image, const Composition& co
   EXPECT_GT(seen[Composition::Shown::object], 1000);
   EXPECT_GT(seen[Composition::Shown::background], 100);
   EXPECT_LT(undecided, image.rows * image.cols / 20);
+  highlighted_pixels_ += seen[Composition::Shown::highlighted_object];
 }
 
 std::map<std::uint64_t, cv::Mat> CompositeContent::replayed_images(
@@ -467,6 +470,7 @@ TEST_F(CompositeContent, EveryMessageAndImageMatchesAnIndependentComposition) {
       compare_image(image, compositions.at(frame));
     }
   }
+  EXPECT_GT(highlighted_pixels_, 50) << "no compared image shows a colliding object";
 }
 
 }  // namespace

@@ -23,6 +23,8 @@ constexpr double kFacetError_levels = 3;
 constexpr double kDepthRounding_m = 2e-4;
 // Relative error of a depth of the reconstruction.
 constexpr double kHullDepthError = 2e-6;
+// Half a level by rounding to 8 bits, and the shader's float.
+constexpr double kRounding_levels = 0.6;
 
 // The constants of the light and of the colours of the hull are those that render_node's and
 // recon_node's headers and shaders state.
@@ -245,7 +247,7 @@ std::optional<Composition::Pixel> Composition::composite(int u_px, int v_px) con
     if (!hit.object || depth_m < hit.depth_m) {
       // OpenGL interpolates between texels whose weight is rounding, and rounds again.
       ExpectedColour colour = hull_bgr(u_px, v_px);
-      colour.error_levels += 0.6;
+      colour.error_levels += kRounding_levels;
       return Pixel{Shown::hull, colour};
     }
   }
@@ -255,7 +257,7 @@ std::optional<Composition::Pixel> Composition::composite(int u_px, int v_px) con
     Vector3d bgr;
     for (int c = 0; c < 3; ++c)
       bgr[2 - c] = 255 * (0.8 + 0.4 * height) * deployment_.scene.background_rgb[std::size_t(c)];
-    return Pixel{Shown::background, {{bgr}, 0.6}};
+    return Pixel{Shown::background, {{bgr}, kRounding_levels}};
   }
   const bool is_sphere = std::holds_alternative<config::SphereShape>(hit.object->shape);
   const Vector3d towards_eye = (geometry::camera_center_world_m(eye_) - hit.p_world_m).normalized();

@@ -21,8 +21,8 @@ using Clock = std::chrono::steady_clock;
 
 constexpr const char* kUsage = R"(Usage: hostile_peer DOMAIN SECONDS RATE_HZ [TOPIC]
 
-Sends RATE_HZ messages per second: of TOPIC, such as ObjectPixelMap, or of all topics in turn.
-Prints the number of messages at the end.
+Sends SECONDS * RATE_HZ messages, at most RATE_HZ per second: of TOPIC, such as ObjectPixelMap, or of
+all topics in turn. Prints the number of messages at the end.
 )";
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
@@ -265,7 +265,7 @@ int run(std::uint32_t domain, double duration_s, double rate_hz, std::optional<s
     return start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(s));
   };
   std::uint64_t sent = 0;
-  for (; Clock::now() < time_of(duration_s); ++sent) {
+  for (; double(sent) < duration_s * rate_hz; ++sent) {
     peer.send(topic.value_or(sent % HostilePeer::topics()), sent);
     std::this_thread::sleep_until(time_of(double(sent + 1) / rate_hz));
   }

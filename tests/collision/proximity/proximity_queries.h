@@ -1,7 +1,7 @@
 // Queries and scenes for the tests of proximity.
 #pragma once
 #include "common/collision/proximity/proximity.h"
-#include "tests/support/hull_queries.h"
+#include "tests/support/hull/queries.h"
 
 namespace fivepipe::test {
 

@@ -4,7 +4,7 @@
 #include <iostream>
 
 #include "common/collision/response/hull_normal.h"
-#include "tests/support/hull_queries.h"
+#include "tests/support/hull/queries.h"
 
 namespace fivepipe::test {
 namespace {

@@ -4,7 +4,7 @@
 #include "common/collision/response/hull_normal.h"
 #include "common/collision/response/recovery.h"
 #include "common/hull/oracle/reference.h"
-#include "tests/support/hull_queries.h"
+#include "tests/support/hull/queries.h"
 
 namespace fivepipe::test {
 namespace {

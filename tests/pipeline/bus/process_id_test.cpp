@@ -10,6 +10,7 @@
 #include "common/pipeline/bus/profile.h"
 #include "tests/support/process.h"
 #include "tests/support/test_domain.h"
+#include "tests/support/test_folder.h"
 
 namespace fivepipe::bus {
 namespace {
@@ -96,10 +97,9 @@ TEST(ProcessId, StaysThatOfAProcessThatWasSilentForLongerThanItsLease) {
   const std::uint32_t domain = test::own_domain();
   Bus bus({domain});
   auto reader = bus.reader<topics::NodeStatus>();
-  const auto folder =
-      std::filesystem::temp_directory_path() / ("fivepipe_process_id_" + std::to_string(getpid()));
+  const test::TestFolder folder;
   const test::Program node({FIVEPIPE_BINARY_DIR "/status_writer", "sim", std::to_string(domain)},
-                           folder / "log");
+                           folder.path / "log");
   StatusWriters seen;
   ASSERT_TRUE(eventually(bus, kTimeout, [&] {
     seen.take(reader);
@@ -121,7 +121,6 @@ TEST(ProcessId, StaysThatOfAProcessThatWasSilentForLongerThanItsLease) {
   EXPECT_EQ(process->pid, std::uint32_t(node.pid()));
   EXPECT_EQ(process->host, base::host_name());
   EXPECT_NE(process->start_id, this_process().start_id);
-  std::filesystem::remove_all(folder);
 }
 
 }  // namespace

@@ -1,7 +1,5 @@
 // Synthetic recordings for tests of MCAP files.
 #pragma once
-#include <unistd.h>
-
 #include <filesystem>
 #include <fstream>
 #include <random>
@@ -11,20 +9,9 @@
 #include "common/recording/mcap/file_writer.h"
 #include "common/recording/mcap/format/chunk_builder.h"
 #include "common/recording/mcap/reader.h"
+#include "tests/support/test_folder.h"
 
 namespace fivepipe::test {
-
-// A temporary folder; the destructor removes it and its content.
-struct TestFolder {
-  std::filesystem::path path;
-  TestFolder() {
-    std::string name = (std::filesystem::temp_directory_path() / "fivepipe_mcap_XXXXXX").string();
-    path = mkdtemp(name.data());
-  }
-  ~TestFolder() { std::filesystem::remove_all(path); }
-  TestFolder(const TestFolder&) = delete;
-  TestFolder& operator=(const TestFolder&) = delete;
-};
 
 // A message that owns its payload.
 struct OwnMessage {

@@ -9,19 +9,11 @@ namespace {
 
 using namespace std::chrono_literals;
 
-std::filesystem::path new_folder() {
-  std::string name =
-      (std::filesystem::temp_directory_path() / "fivepipe_recording_XXXXXX").string();
-  return mkdtemp(name.data());
-}
-
 }  // namespace
 
 RecordingTest::RecordingTest(bool frequent_heartbeats)
     : domain_(own_domain()),
-      folder_(new_folder()),
       bus_({.domain = domain_, .frequent_heartbeats = frequent_heartbeats}) {}
-RecordingTest::~RecordingTest() { std::filesystem::remove_all(folder_); }
 
 std::filesystem::path RecordingTest::recorded(double duration_s, const std::string& deployment,
                                               const std::vector<std::string>& options) {

@@ -15,6 +15,7 @@
 #include "tests/support/deployments.h"
 #include "tests/support/process.h"
 #include "tests/support/test_domain.h"
+#include "tests/support/test_folder.h"
 
 namespace fivepipe::test {
 
@@ -28,10 +29,10 @@ inline constexpr std::chrono::seconds kStart{60};
 class RecordingTest : public testing::Test {
  protected:
   explicit RecordingTest(bool frequent_heartbeats = false);  // see BusOptions
-  ~RecordingTest() override;
 
   std::uint32_t domain_;
-  std::filesystem::path folder_;
+  const TestFolder test_folder_;
+  const std::filesystem::path folder_ = test_folder_.path;
   bus::Bus bus_;
 
   // Records the deployment from its start until `duration_s` after its first composited frame.

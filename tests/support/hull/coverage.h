@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "common/hull/silhouette/coverage_hull.h"
-#include "tests/support/hull_scenes.h"
+#include "tests/support/hull/scenes.h"
 
 namespace fivepipe::hull {
 

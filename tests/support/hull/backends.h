@@ -12,7 +12,7 @@
 #include "common/hull/gl/gl_hull.h"
 #include "common/hull/oracle/reference.h"
 #include "common/hull/paper/plane_sweep.h"
-#include "tests/support/hull_scenes.h"
+#include "tests/support/hull/scenes.h"
 
 namespace fivepipe::test {
 

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "common/hull/query/hull_query.h"
-#include "tests/support/hull_scenes.h"
+#include "tests/support/hull/scenes.h"
 
 namespace fivepipe::test {
 
