@@ -98,8 +98,7 @@ struct SerializedReader::Writers {
 };
 
 SerializedReader::SerializedReader(Bus& bus, const topics::Topic& topic)
-    : writers_(std::make_unique<Writers>()),
-      entity_(bus.make_reader(topic.name, topic.descriptor, topic.delivery, true)) {
+    : writers_(std::make_unique<Writers>()), entity_(bus.make_reader(topic, true)) {
   const std::unique_ptr<dds_listener_t, void (*)(dds_listener_t*)> listener(
       dds_create_listener(writers_.get()), dds_delete_listener);
   dds_lset_subscription_matched(listener.get(), Writers::matched);
@@ -150,10 +149,7 @@ std::size_t SerializedReader::take(const std::function<void(const SerializedSamp
         deliver(sample.data, SampleKind::data, infos[i], each);
         ++all;
       }
-      if (infos[i].instance_state == DDS_IST_NOT_ALIVE_NO_WRITERS)
-        entity_->key_limit->forget(infos[i].instance_handle);
-      else if (!infos[i].valid_data)
-        entity_->key_limit->accepts(infos[i].publication_handle, infos[i].instance_handle);
+      entity_->key_limit->update(infos[i]);
       if (infos[i].instance_state != DDS_IST_ALIVE)
         changes[infos[i].instance_handle] = {
             std::make_shared<Serdata>(infos[i].valid_data ? ddsi_serdata_to_untyped(sample.data)
@@ -181,9 +177,8 @@ int SerializedReader::writers() const { return detail::matched_writers(entity_->
 
 SerializedWriter::SerializedWriter(Bus& bus, const topics::Topic& topic, WriterHistory history)
     : topic_(topic.name),
-      entity_(bus.make_writer(
-          topic.name, topic.descriptor, topic.delivery,
-          history == WriterHistory::keep_all && topic.delivery != topics::Delivery::latched)),
+      entity_(bus.make_writer(topic, history == WriterHistory::keep_all &&
+                                         topic.delivery != topics::Delivery::latched)),
       type_(type_of(bus.participant(), topic)) {}
 
 SerializedWriter::~SerializedWriter() { ddsi_sertype_unref(type_); }

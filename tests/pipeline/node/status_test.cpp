@@ -92,7 +92,7 @@ TEST(NodeStatus, NamesTheSenderOfTooManyKeys) {
   auto writer = bus.writer<bus::topics::FrameTrace>();
   auto reader = bus.reader<bus::topics::FrameTrace>();
   ASSERT_TRUE(test::eventually(bus, 10s, [&] { return reader.writers() == 1; }));
-  constexpr std::uint64_t kKeys = bus::detail::KeyLimit::kMaxKeysPerWriter + 9;
+  constexpr std::uint64_t kKeys = bus::topics::kMaxKeys + 9;
   const CapturedLog log;
   const Reported last = reported(bus, [&](NodeStatusReporter&) {
     for (std::uint64_t key = 0; key < kKeys; ++key) {

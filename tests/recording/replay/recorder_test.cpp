@@ -58,9 +58,7 @@ TEST(Recorder, MessagesOfWritersWithoutAChannelAreLostAndTheReasonNamesAParticip
 
 // The limit is one of nodes that send a status, not of participants.
 TEST(Recorder, ComparesANodeThatJoinsAfterManyParticipants) {
-  const bus::topics::Topic topic{
-      bus::topics::FrameComposited::name, bus::topics::FrameComposited::type,
-      bus::topics::FrameComposited::descriptor, bus::topics::FrameComposited::delivery};
+  const auto topic = bus::topics::described<bus::topics::FrameComposited>();
   test::TestFolder folder;
   recording::RecordingWriter recording(folder.path / "many.mcap", "test", {});
   const std::uint32_t domain = test::own_domain();
