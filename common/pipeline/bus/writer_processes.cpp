@@ -13,7 +13,7 @@ std::optional<ProcessId> WriterProcesses::of(std::int32_t reader, std::uint64_t 
   const dds_guid_t participant = described->participant_key;
   dds_builtintopic_free_endpoint(described);
   const DiscoveredProcess found = process_of_participant(dds_get_participant(reader), participant);
-  // The next call asks again.
+  // Does not remember the writer, because the participant's data may arrive later.
   if (!found.discovered) return std::nullopt;
   known_.emplace(writer, found.process);
   by_age_.push_back(writer);

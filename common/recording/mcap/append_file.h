@@ -9,7 +9,7 @@
 namespace fivepipe::mcap {
 
 // A slow disk keeps a call waiting. The call tests this condition about every kPieceBytes, and
-// gives up when it returns true. An empty function never stops.
+// stops when it returns true. An empty function never stops.
 using StopCondition = std::function<bool()>;
 
 class AppendFile {
