@@ -12,7 +12,7 @@
 #include <system_error>
 #include <utility>
 
-#include "common/base/bounded_queue.h"
+#include "common/base/containers/bounded_queue.h"
 
 namespace fivepipe::base {
 namespace {

@@ -1,4 +1,4 @@
-#include "common/base/bounded_queue.h"
+#include "common/base/containers/bounded_queue.h"
 
 #include <gtest/gtest.h>
 

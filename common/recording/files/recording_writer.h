@@ -13,7 +13,7 @@
 #include <string>
 #include <thread>
 
-#include "common/base/bounded_queue.h"
+#include "common/base/containers/bounded_queue.h"
 #include "common/recording/mcap/file_writer.h"
 #include "common/recording/mcap/format/chunk_builder.h"
 
