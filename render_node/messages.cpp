@@ -1,6 +1,11 @@
 #include "render_node/messages.h"
 
+#include "common/pipeline/bus/topics.h"
+
 namespace fivepipe::render {
+
+// Otherwise a reader would refuse tiles of a valid view.
+static_assert(TileAssembler::kMaxTiles <= bus::topics::HullTile::max_keys);
 
 messages::Received<ReceivedTile> tile_from(const fivepipe_v1_HullTile& message,
                                            const config::Rig& rig) {

@@ -10,7 +10,7 @@
 #include <string>
 #include <thread>
 
-#include "common/base/bounded_queue.h"
+#include "common/base/containers/bounded_queue.h"
 
 namespace cv {
 class VideoWriter;

@@ -8,9 +8,6 @@
 namespace fivepipe::render {
 namespace {
 
-// A message with more tiles is invalid: no view needs as many.
-constexpr std::uint32_t kMaxTiles = 4096;
-
 // Accepted difference of two pose elements [m, or dimensionless]. All nodes use the same HeadPose,
 // but binaries of different compilers may compute its matrix differently. A micrometre is far below
 // a pixel at any distance.

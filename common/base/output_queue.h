@@ -1,12 +1,12 @@
-// Writes text to a file descriptor in its own thread, so that a stalled pager or a slow terminal
-// does not stall the caller.
+// Writes text to a file descriptor in its own thread, so that a stalled pager, a slow terminal or a
+// hung disk does not stall the caller.
 #pragma once
-#include <atomic>
+#include <chrono>
 #include <cstddef>
+#include <future>
+#include <memory>
 #include <string>
 #include <thread>
-
-#include "common/base/bounded_queue.h"
 
 namespace fivepipe::base {
 
@@ -17,7 +17,8 @@ class OutputQueue {
  public:
   static constexpr std::size_t kMaxQueuedBytes = std::size_t(16) << 20;
 
-  // Borrows the file descriptor. Ignores SIGPIPE in the whole process.
+  // Duplicates the file descriptor, and throws std::system_error if it cannot. Ignores SIGPIPE in
+  // the whole process.
   explicit OutputQueue(int file);
   ~OutputQueue();  // calls finish()
   OutputQueue(const OutputQueue&) = delete;
@@ -33,14 +34,14 @@ class OutputQueue {
   // Writes the queued text and stops the thread. Returns the errno of a failed write, or 0; a
   // reader that closed its end (EPIPE) is no failure.
   int finish();
+  // As finish(), but waits at most `timeout`. Then drops the queued text and returns ETIMEDOUT. The
+  // thread ends when its write() returns, and then closes its file descriptor.
+  int finish(std::chrono::nanoseconds timeout);
 
  private:
-  void write_until_closed();
-
-  int file_;
-  BoundedQueue<std::string> queue_{kMaxQueuedBytes};  // its cost is in bytes
-  std::atomic<bool> closed_{false};
-  std::atomic<int> error_{0};
+  struct State;
+  std::shared_ptr<State> state_;  // shared with the thread, which may outlive this object
+  std::future<void> ended_;       // of the thread
   std::thread thread_;
 };
 

@@ -35,7 +35,7 @@ std::string problems_text(const replay::RecordRequest& request,
       text += fmt::format("{} sent {} messages of {}, the recorder received {}\n", by.node, by.sent,
                           by.topic, by.received);
   if (incomplete > kMaxLines)
-    text += fmt::format("and {} more topics of nodes\n", incomplete - kMaxLines);
+    text += fmt::format("and {} more such lines\n", incomplete - kMaxLines);
   if (!result.unverified_nodes.empty()) {
     std::vector<std::string> nodes;
     for (const std::string& node : result.unverified_nodes) {

@@ -93,7 +93,9 @@ std::map<std::string, RecorderCounts> counts_from(
 
 // Reads the final counts, or the newest ones of a recording that was cut off.
 void read_counts(const recording::Recording& recording, RecordingInfo& info) {
+  const std::size_t unreadable_before = info.unreadable.size();
   auto counts = metadata_of(recording, recording::kCountsMetadata, info.unreadable);
+  info.final_counts_damaged = info.unreadable.size() > unreadable_before;
   if (counts.empty()) {
     counts = metadata_of(recording, recording::kCountsSoFarMetadata, info.unreadable);
     if (counts.empty()) return;

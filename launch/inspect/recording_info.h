@@ -47,9 +47,10 @@ struct RecordingInfo {
   std::map<std::string, std::string> header, settings;
   // By topic; nullopt if the recorder did not write them.
   std::optional<std::map<std::string, RecorderCounts>> counts;
-  // If the recorder did not end: CLOCK_REALTIME at which it wrote `counts`. Otherwise they are
-  // final.
+  // If the recorder did not end, or its final counts are damaged: CLOCK_REALTIME at which it wrote
+  // `counts`. Otherwise they are final.
   std::optional<std::int64_t> counts_stamp_ns;
+  bool final_counts_damaged = false;
   std::string loss_reason;  // why received messages were lost; empty if none were, or unknown
   std::vector<std::string> type_differences;  // from the types of this build
 

@@ -136,17 +136,27 @@ std::string by_topic_text(const RecordingInfo& info, std::uint64_t RecorderCount
   return wrapped("", by_topic);
 }
 
-// A recording that was cut off: messages that the recorder had received were in its memory.
-std::string cut_off_text(const RecordingInfo& info, const RecorderCounts& all) {
+// A recording without final counts. If it was cut off, messages that the recorder had received were
+// in its memory. `gaps`: in the sequence numbers, which also show messages that the recorder lost.
+std::string cut_off_text(const RecordingInfo& info, const RecorderCounts& all, std::uint64_t gaps) {
   const std::uint64_t kept = all.received - std::min(all.received, all.lost),
-                      not_in_file = kept - std::min(kept, info.messages);
+                      not_in_file = kept - std::min(kept, info.messages),
+                      not_in_gaps =
+                          not_in_file - std::min(not_in_file, gaps - std::min(gaps, all.lost));
+  const bool is_damaged = !info.damage.damage_reports.empty() || !info.unreadable.empty();
   std::string text;
-  if (not_in_file > 0)
-    text += line("LOST", std::to_string(not_in_file) + " of " + std::to_string(all.received) +
-                             " received messages are not in the file: they waited for the disk");
+  if (gaps > all.lost) text += missing_text(info, gaps);
+  if (not_in_gaps > 0)
+    text += line("LOST", std::to_string(not_in_gaps) + " of " + std::to_string(all.received) +
+                             " received messages are not in the file" +
+                             (info.final_counts_damaged ? ""
+                              : is_damaged ? ": they waited for the disk or are in damaged chunks"
+                                           : ": they waited for the disk"));
   return text + line("losses", (text.empty() && all.lost == 0 ? "none until " : "known until ") +
                                    base::local_date_and_time(*info.counts_stamp_ns) +
-                                   "; later ones are unknown, because the recorder did not end");
+                                   "; later ones are unknown, because the " +
+                                   (info.final_counts_damaged ? "final counts are damaged"
+                                                              : "recorder did not end"));
 }
 
 std::string losses_text(const RecordingInfo& info) {
@@ -177,7 +187,7 @@ std::string losses_text(const RecordingInfo& info) {
                          " received messages were dropped: " +
                          (info.loss_reason.empty() ? "the disk was too slow" : info.loss_reason)) +
         by_topic_text(info, &RecorderCounts::lost);
-  if (info.counts_stamp_ns) return text + cut_off_text(info, all);
+  if (info.counts_stamp_ns) return text + cut_off_text(info, all, gaps);
   if (gaps > all.lost) text += missing_text(info, gaps);
   return text.empty()
              ? line("losses", "none: " + std::to_string(all.received) + " received, all written")

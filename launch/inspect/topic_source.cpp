@@ -67,14 +67,14 @@ std::optional<recording::KeyChange> key_change_of(bus::SampleKind kind) {
 }
 
 const std::string& WriterNames::of(std::uint64_t writer) {
-  const auto [known, is_new] = known_.try_emplace(writer);
-  if (!is_new) return known->second;
+  if (const std::string* known = known_.find(writer)) return *known;
   const auto described = reader_.writer(writer);
-  if (!described) return known->second = "(gone)";
+  if (!described) return known_.set(writer, "(gone)");
+  std::string name;
   for (const bus::EndpointDescription& endpoint : bus_.endpoints())
-    if (endpoint.guid == described->guid) known->second = endpoint.participant;
-  if (known->second.empty()) known->second = "(" + described->participant_guid.substr(0, 8) + ")";
-  return known->second;
+    if (endpoint.guid == described->guid) name = endpoint.participant;
+  if (name.empty()) name = "(" + described->participant_guid.substr(0, 8) + ")";
+  return known_.set(writer, name);
 }
 
 }  // namespace fivepipe::launch

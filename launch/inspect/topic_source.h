@@ -2,11 +2,11 @@
 #pragma once
 #include <filesystem>
 #include <functional>
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "common/base/containers/bounded_map.h"
 #include "common/pipeline/bus/serialized.h"
 #include "common/recording/files/recording.h"
 #include "launch/inspect/topic_resolver.h"
@@ -39,13 +39,16 @@ class WriterNames {
  public:
   // Both arguments must outlive this object.
   WriterNames(bus::Bus& bus, const bus::SerializedReader& reader) : bus_(bus), reader_(reader) {}
-  // The writer's node; if it has no name, the first digits of its participant's GUID.
+  // Returns the writer's node; if it has no name, the first digits of its participant's GUID. The
+  // reference is valid until the next call.
   const std::string& of(std::uint64_t writer);
 
  private:
+  static constexpr std::size_t kMaxWriters = 4096;  // the oldest are forgotten
+
   bus::Bus& bus_;
   const bus::SerializedReader& reader_;
-  std::map<std::uint64_t, std::string> known_;
+  base::BoundedMap<std::uint64_t, std::string> known_{kMaxWriters};
 };
 
 }  // namespace fivepipe::launch

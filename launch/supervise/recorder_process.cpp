@@ -7,6 +7,7 @@
 #include <iostream>
 #include <stdexcept>
 
+#include "common/recording/replay/record_session.h"
 #include "common/recording/replay/recorder.h"
 #include "launch/supervise/interrupt.h"
 #include "launch/supervise/program_folder.h"
@@ -22,6 +23,7 @@ constexpr auto kStartTimeout = 10s;
 // After SIGTERM the recorder limits the time for which it waits for the disk, drops and counts what
 // the disk has not taken, and closes the file, in less than this time.
 constexpr std::chrono::milliseconds kRecorderGrace = 2s;
+static_assert(replay::kIndexTime < kRecorderGrace);
 
 std::vector<std::string> command_line(const std::vector<std::string>& arguments) {
   std::vector<std::string> words{program_folder() / "fivepipe", "record", "--name",

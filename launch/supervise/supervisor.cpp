@@ -48,14 +48,13 @@ bool is_expected_after_stop(const ProcessExit& exit) {
 // A thread writes the file, so that a slow disk does not delay the supervision.
 class Supervisor::LogFile {
  public:
-  explicit LogFile(const std::filesystem::path& path)
-      : file_(open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666)) {
-    if (file_ >= 0) queue_.emplace(file_);
+  explicit LogFile(const std::filesystem::path& path) {
+    const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    if (file < 0) return;
+    queue_.emplace(file);
+    close(file);
   }
-  ~LogFile() {
-    queue_.reset();
-    if (file_ >= 0) close(file_);
-  }
+  ~LogFile() { finish(Clock::now() + kLogTimeout); }
   LogFile(const LogFile&) = delete;
   LogFile& operator=(const LogFile&) = delete;
 
@@ -65,14 +64,28 @@ class Supervisor::LogFile {
     if (!queue_ || (!queue_->closed() && queue_->offer(line + '\n'))) return true;
     return std::exchange(incomplete_, true);
   }
+  // Returns false if the disk does not take the rest in time, and add() has not returned false.
+  bool finish(Clock::time_point until) {
+    if (!queue_ || queue_->finish(std::max(Clock::duration(0), until - Clock::now())) == 0)
+      return true;
+    return std::exchange(incomplete_, true);
+  }
 
  private:
-  int file_;
   bool incomplete_ = false;
   std::optional<base::OutputQueue> queue_;
 };
 
-Supervisor::~Supervisor() = default;
+Supervisor::~Supervisor() {
+  for (Supervised& node : nodes_) node.child.reset();
+  const auto until = Clock::now() + kLogTimeout;
+  for (Supervised& node : nodes_)
+    if (node.log && !node.log->finish(until)) report_incomplete_log(node);
+}
+
+void Supervisor::report_incomplete_log(const Supervised& node) const {
+  output_.event(node.program.name + ": its log is incomplete: the disk is full or too slow");
+}
 
 Supervisor::Supervisor(const std::vector<Program>& programs, RestartSettings settings,
                        SupervisorOutput output)
@@ -149,8 +162,7 @@ void Supervisor::poll_outputs(std::chrono::milliseconds wait) const {
 void Supervisor::forward_output(Supervised& node, bool flush) {
   for (const std::string& line : node.child->read_lines(flush)) {
     output_.line(node.program.name, line);
-    if (node.log && !node.log->add(line))
-      output_.event(node.program.name + ": its log is incomplete: the disk is full or too slow");
+    if (node.log && !node.log->add(line)) report_incomplete_log(node);
     node.last_lines.push_back(line);
     if (node.last_lines.size() > kFailureLogLines) node.last_lines.pop_front();
   }

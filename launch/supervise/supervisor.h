@@ -48,15 +48,21 @@ struct SupervisorOutput {
   std::function<void(const std::string& text)> event = [](auto&&) {};
 };
 
-// Call its functions from one thread, which must outlive the supervisor (see ChildProcess). The
-// destructor kills the processes that still run.
+// Call its functions from one thread, which must outlive the supervisor (see ChildProcess).
+//
+// No function waits for the disk of the logs, which may hang: each log has a queue and a thread. A
+// full queue drops lines. The constructor creates the logs and does wait for the disk.
 class Supervisor {
  public:
   using Clock = std::chrono::steady_clock;
+  // A disk that works takes the last lines within milliseconds.
+  static constexpr std::chrono::milliseconds kLogTimeout{300};
 
   Supervisor(const std::vector<Program>& programs, RestartSettings settings,
              SupervisorOutput output);
-  ~Supervisor();  // waits until the logs are written
+  // Kills the processes that still run, and waits at most kKillTimeout for each, and at most
+  // kLogTimeout until all logs are written. Then drops the rest of the logs and reports the event.
+  ~Supervisor();
 
   // Call when the node's process that started at this time [ns, CLOCK_REALTIME] has handled a
   // frame.
@@ -104,6 +110,7 @@ class Supervisor {
   void poll_outputs(std::chrono::milliseconds wait) const;
   void kill_remaining();
   void abandon(Supervised& node);
+  void report_incomplete_log(const Supervised& node) const;
 
   std::vector<Supervised> nodes_;
   SupervisorOutput output_;

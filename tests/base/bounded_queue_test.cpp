@@ -1,4 +1,4 @@
-#include "common/base/bounded_queue.h"
+#include "common/base/containers/bounded_queue.h"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,6 @@
 
 namespace fivepipe::base {
 namespace {
-
-using namespace std::chrono_literals;
 
 TEST(BoundedQueue, ReturnsItemsInTheOrderOfTheirPushes) {
   BoundedQueue<int> queue(3);
@@ -80,14 +78,12 @@ TEST(BoundedQueue, ClearReturnsQueuedItemsAndKeepsTheOneInProgress) {
   EXPECT_EQ(*dropped[0], 1);
   EXPECT_EQ(*dropped[1], 2);
   EXPECT_EQ(queue.cost(), 10u);
-  EXPECT_TRUE(queue.wait_until_empty(0ms));
+  EXPECT_EQ(queue.size(), 0u);
 }
 
-TEST(BoundedQueue, WaitsForEmptyFullAndClosed) {
+TEST(BoundedQueue, WaitsForFullAndClosed) {
   BoundedQueue<int> queue(2);
-  EXPECT_TRUE(queue.wait_until_empty(0ms));
   queue.push(1);
-  EXPECT_FALSE(queue.wait_until_empty(1ms));
   std::thread producer([&] { queue.push(2); });
   queue.wait_until_full_or_closed();
   EXPECT_EQ(queue.cost(), 2u);

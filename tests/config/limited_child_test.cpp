@@ -50,6 +50,20 @@ TEST(LimitedChild, ACrashEndsTheChildAlone) {
               "crashes (signal " + std::to_string(signal) + ")");
 }
 
+// Ctrl-C reaches all processes of the terminal. The caller decides what it ends.
+TEST(LimitedChild, AnInterruptDoesNotLookLikeACrash) {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    const ChildResult result = call_in_child(
+        [signal] {
+          kill(getpid(), signal);
+          return std::string("x");
+        },
+        kLimits);
+    EXPECT_EQ(result.failure, "");
+    EXPECT_EQ(result.bytes, "x");
+  }
+}
+
 TEST(LimitedChild, AnEndlessLoopEndsAtTheTimeLimit) {
   EXPECT_EQ(failure_of(add_for_ever), "takes too long");
 }

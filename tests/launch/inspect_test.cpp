@@ -1,13 +1,11 @@
 // The parts of `fivepipe info`, `ls`, `echo` and `hz`, without DDS and files.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
 #include <random>
 #include <set>
 
-#include "common/base/output_queue.h"
 #include "common/base/text_table.h"
 #include "common/base/timestamp_text.h"
 #include "launch/inspect/arrival_statistics.h"
@@ -311,46 +309,6 @@ TEST(TopicList, ShortensQosAndSkipsOwnEndpoints) {
   EXPECT_NE(topics_text(topics, false).find("b x2"), std::string::npos);
   EXPECT_EQ(nodes_text(topics, false),
             "node        writes  reads\n(01234567)  T       -\nb           T x2    T\n");
-}
-
-// Both ends of a pipe.
-struct Pipe {
-  int ends[2];
-  Pipe() { EXPECT_EQ(pipe(ends), 0); }
-  ~Pipe() {
-    close_reader();
-    close(ends[1]);
-  }
-  void close_reader() {
-    if (ends[0] >= 0) close(ends[0]);
-    ends[0] = -1;
-  }
-};
-
-TEST(OutputQueue, NeverBlocksOnStalledReader) {
-  Pipe pipe;
-  {
-    base::OutputQueue output(pipe.ends[1]);
-    EXPECT_FALSE(output.closed());
-    std::size_t taken = 0;
-    while (taken < 100 && output.offer(std::string(std::size_t(1) << 20, 'x'))) ++taken;
-    EXPECT_GE(taken, 16u);
-    EXPECT_LE(taken, 18u);
-    pipe.close_reader();
-    EXPECT_TRUE(output.closed());
-  }
-}
-
-TEST(OutputQueue, WritesEverythingBeforeItEnds) {
-  Pipe pipe;
-  {
-    base::OutputQueue output(pipe.ends[1]);
-    for (int i = 0; i < 1000; ++i) output.put(std::to_string(i) + "\n");
-  }
-  std::string expected, got(10'000, '\0');
-  for (int i = 0; i < 1000; ++i) expected += std::to_string(i) + "\n";
-  got.resize(std::size_t(read(pipe.ends[0], got.data(), got.size())));
-  EXPECT_EQ(got, expected);
 }
 
 }  // namespace

@@ -9,7 +9,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "common/pipeline/bus/key_limit.h"
+#include "common/pipeline/bus/topics.h"
 #include "common/pipeline/messages/wire_conversions.h"
 #include "common/pipeline/node/drop_counts.h"
 #include "common/pipeline/node/log_budget.h"
@@ -20,7 +20,6 @@ namespace fivepipe::test {
 namespace {
 
 using namespace std::chrono_literals;
-using bus::detail::KeyLimit;
 using Clock = std::chrono::steady_clock;
 using Milliseconds = std::chrono::milliseconds;
 
@@ -163,7 +162,7 @@ TEST_F(HostilePeer, DeploymentWorksOnAndNamesTheStranger) {
   const std::size_t lines_before = lines_of(deployed_.said());
   // Every topic has reached its maximum of keys: of 12 topics in turn, some with an invented name
   // in every second message only.
-  const auto tables_full = 12 * 2 * KeyLimit::kMaxKeysPerWriter * 1000ms / kRate_Hz;
+  const auto tables_full = 12 * 2 * bus::topics::kMaxKeys * 1000ms / kRate_Hz;
   std::map<std::string, double> memory_full;
   longest_gap_ = {};
   const auto start = Clock::now();
@@ -242,7 +241,7 @@ TEST_F(HostilePeer, InventedNamesDoNotFillTheMemory) {
   for (const char* node : {"recon_a", "recon_b", "simulation"})
     EXPECT_TRUE(watch_until(10s,
                             [&] {
-                              return drops_[node]["too_many_keys"] + KeyLimit::kMaxKeysPerWriter >
+                              return drops_[node]["too_many_keys"] + bus::topics::kMaxKeys >
                                      std::uint64_t(maps) / 3;
                             }))
         << node << ": " << testing::PrintToString(drops_[node]);

@@ -19,7 +19,7 @@ namespace fivepipe::config {
 namespace {
 
 // Exit codes, apart from those that a sanitizer uses.
-constexpr int kOutOfMemory = 101, kException = 102, kNotWritten = 103;
+constexpr int kOutOfMemory = 101, kException = 102, kNotWritten = 103, kOrphaned = 104;
 
 std::size_t own_address_space_bytes() {
   std::size_t pages = 0;
@@ -40,11 +40,13 @@ rlim_t soft_limit(__rlimit_resource resource) {
   return limit.rlim_cur;
 }
 
-// A crash ends the child at once, without the handlers of the caller or of a sanitizer.
+// A crash or a limit ends the child at once, without the handlers of the caller or of a sanitizer.
+// Ctrl-C does not end it, which would look like a crash: the caller decides what it interrupts, and
+// the child ends with the caller.
 void reset_signals() {
-  for (const int signal :
-       {SIGINT, SIGTERM, SIGABRT, SIGALRM, SIGBUS, SIGFPE, SIGILL, SIGPIPE, SIGSEGV, SIGXCPU})
+  for (const int signal : {SIGABRT, SIGALRM, SIGBUS, SIGFPE, SIGILL, SIGPIPE, SIGSEGV, SIGXCPU})
     std::signal(signal, SIG_DFL);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, SIG_IGN);
   sigset_t none;
   sigemptyset(&none);
   sigprocmask(SIG_SETMASK, &none, nullptr);
@@ -71,8 +73,9 @@ std::string read_all(int fd) {
 }
 
 [[noreturn]] void run_child(const std::function<std::string()>& function, const ChildLimits& limits,
-                            int result_fd) {
+                            pid_t parent, int result_fd) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (getppid() != parent) _exit(kOrphaned);  // the parent died before the prctl call
   reset_signals();
   if (const int null = open("/dev/null", O_WRONLY | O_CLOEXEC); null >= 0)
     dup2(null, STDERR_FILENO);
@@ -110,8 +113,8 @@ ChildResult call_in_child(const std::function<std::string()>& function, const Ch
   std::array<int, 2> pipe_fds{};
   if (pipe2(pipe_fds.data(), O_CLOEXEC) != 0)
     throw std::system_error(errno, std::generic_category(), "pipe");
-  const pid_t child = fork();
-  if (child == 0) run_child(function, limits, pipe_fds[1]);
+  const pid_t parent = getpid(), child = fork();
+  if (child == 0) run_child(function, limits, parent, pipe_fds[1]);
   const int fork_error = errno;
   close(pipe_fds[1]);
   std::string bytes = child < 0 ? "" : read_all(pipe_fds[0]);

@@ -8,7 +8,7 @@ namespace fivepipe::config {
 
 struct ChildLimits {
   unsigned cpu_s;            // CPU time
-  unsigned elapsed_s;        // at least cpu_s; ends a child that waits for ever
+  unsigned elapsed_s;        // at least cpu_s; ends a child that waits without end
   std::size_t memory_bytes;  // address space, in addition to that of the caller
 };
 
@@ -18,7 +18,8 @@ struct ChildResult {
 };
 
 // Calls `function` in a forked child and returns its result. A crash, an endless loop or too much
-// memory ends the child alone. This is no sandbox: the child has the rights of the caller.
+// memory ends the child alone. SIGINT, SIGTERM and SIGHUP do not end it, but the caller's end does.
+// This is no sandbox: the child has the rights of the caller.
 //
 // Of the caller's threads, the child has only the calling one, so `function` must not wait for
 // others. What it writes to stderr is dropped. Throws std::system_error if no child can be started.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <system_error>
 
 #include "common/base/readable_file.h"
 #include "common/config/mesh/mesh_import.h"
@@ -32,6 +33,9 @@ MeshOrReason read_mesh(const std::filesystem::path& file, double unit_m) {
   const std::string extension = mesh_extension(file);
   if (std::find(kFormats.begin(), kFormats.end(), extension) == kFormats.end())
     return {{}, "the file name must end in .gltf, .glb, .obj, .stl or .ply"};
+  std::error_code error;  // file_size() then returns the largest number
+  if (std::filesystem::file_size(file, error) > kMaxFileBytes)
+    return {{}, "the file is larger than 4 GiB"};
   ImportedMesh imported = import_mesh(file, extension);
   if (!imported.reason.empty()) return {{}, imported.reason};
   if (imported.triangles.empty()) return {{}, "the mesh has no triangles"};

@@ -10,11 +10,15 @@
 #include <assimp/Importer.hpp>
 #include <cmath>
 #include <cstring>
+#include <exception>
 #include <fstream>
 #include <memory>
+#include <new>
 #include <optional>
 #include <set>
 #include <sstream>
+#include <string_view>
+#include <type_traits>
 
 #include "common/base/readable_file.h"
 #include "common/config/mesh/limited_child.h"
@@ -45,8 +49,7 @@ class RegularFiles : public Assimp::DefaultIOSystem {
     if (*mode != 'r' || base::why_unreadable(file)) return nullptr;
     std::error_code error;
     const std::uintmax_t file_bytes = std::filesystem::file_size(file, error);
-    if (error) return nullptr;
-    if (opened_.insert(file).second) raise_own_limits(limits_for(file_bytes));
+    if (error || !is_within_limits(file, file_bytes)) return nullptr;
     auto content = std::make_unique<std::uint8_t[]>(file_bytes);
     std::ifstream in(file, std::ios::binary);
     if (!in.read(reinterpret_cast<char*>(content.get()), std::streamsize(file_bytes)))
@@ -55,7 +58,18 @@ class RegularFiles : public Assimp::DefaultIOSystem {
   }
 
  private:
+  bool is_within_limits(const char* file, std::uintmax_t file_bytes) {
+    if (file_bytes > kMaxFileBytes) return false;
+    if (opened_.contains(file)) return true;
+    if (file_bytes > kMaxFileBytes - opened_bytes_) return false;
+    opened_.insert(file);
+    opened_bytes_ += file_bytes;
+    raise_own_limits(limits_for(file_bytes));
+    return true;
+  }
+
   std::set<std::string> opened_;
+  std::uintmax_t opened_bytes_ = 0;  // at most kMaxFileBytes
 };
 
 // Assimp chooses an importer by the file's content if that of the extension refuses the file. Keeps
@@ -116,6 +130,18 @@ void append(ImportedMesh& mesh, const aiMesh& part) {
           {first + face.mIndices[0], first + face.mIndices[1], first + face.mIndices[2]});
 }
 
+// Assimp catches what an importer throws, and keeps only the text of what a later step throws.
+void throw_if_out_of_memory(const Assimp::Importer& importer) {
+  if (const std::exception_ptr exception = importer.GetException()) try {
+      std::rethrow_exception(exception);
+    } catch (const std::bad_alloc&) {
+      throw;
+    } catch (...) {
+    }
+  if (std::string_view(importer.GetErrorString()) == std::bad_alloc().what())
+    throw std::bad_alloc();
+}
+
 ImportedMesh import_here(const std::filesystem::path& file, const std::string& extension) {
   Assimp::Importer importer;
   keep_importers_of(extension, importer);
@@ -124,6 +150,7 @@ ImportedMesh import_here(const std::filesystem::path& file, const std::string& e
   if (scene != nullptr)
     if (const auto why = why_unusable(*scene)) return {{}, {}, *why};
   if (scene != nullptr) scene = simplified(importer);
+  if (scene == nullptr) throw_if_out_of_memory(importer);
   if (scene == nullptr)
     return {{}, {}, std::string("cannot read the mesh: ") + importer.GetErrorString()};
   ImportedMesh mesh;
@@ -142,13 +169,19 @@ ImportedMesh import_here(const std::filesystem::path& file, const std::string& e
 struct Sizes {
   std::uint64_t reason, vertices, triangles;
 };
+using Vertex = decltype(ImportedMesh::vertices)::value_type;
+using Triangle = decltype(ImportedMesh::triangles)::value_type;
+static_assert(std::is_trivially_copyable_v<Sizes> && std::is_trivially_copyable_v<Vertex> &&
+              std::is_trivially_copyable_v<Triangle>);
 
 std::string bytes_of(const ImportedMesh& mesh) {
   const Sizes sizes{mesh.reason.size(), mesh.vertices.size(), mesh.triangles.size()};
   std::string bytes(reinterpret_cast<const char*>(&sizes), sizeof sizes);
   bytes += mesh.reason;
-  bytes.append(reinterpret_cast<const char*>(mesh.vertices.data()), 12 * mesh.vertices.size());
-  bytes.append(reinterpret_cast<const char*>(mesh.triangles.data()), 12 * mesh.triangles.size());
+  bytes.append(reinterpret_cast<const char*>(mesh.vertices.data()),
+               sizeof(Vertex) * mesh.vertices.size());
+  bytes.append(reinterpret_cast<const char*>(mesh.triangles.data()),
+               sizeof(Triangle) * mesh.triangles.size());
   return bytes;
 }
 
@@ -158,16 +191,17 @@ std::optional<ImportedMesh> mesh_from(const std::string& bytes) {
   if (bytes.size() < sizeof sizes) return std::nullopt;
   std::memcpy(&sizes, bytes.data(), sizeof sizes);
   if (sizes.reason > bytes.size() || sizes.vertices > kMaxMeshElements ||
-      sizes.triangles > kMaxMeshElements ||
-      sizeof sizes + sizes.reason + 12 * (sizes.vertices + sizes.triangles) != bytes.size())
+      sizes.triangles > kMaxMeshElements)
     return std::nullopt;
-  ImportedMesh mesh{std::vector<std::array<float, 3>>(sizes.vertices),
-                    std::vector<std::array<std::uint32_t, 3>>(sizes.triangles),
+  const std::size_t vertices_at = sizeof sizes + sizes.reason,
+                    triangles_at = vertices_at + sizeof(Vertex) * sizes.vertices;
+  if (triangles_at + sizeof(Triangle) * sizes.triangles != bytes.size()) return std::nullopt;
+  ImportedMesh mesh{std::vector<Vertex>(sizes.vertices), std::vector<Triangle>(sizes.triangles),
                     bytes.substr(sizeof sizes, sizes.reason)};
-  const char* const vertices = bytes.data() + sizeof sizes + sizes.reason;
-  if (sizes.vertices > 0) std::memcpy(mesh.vertices.data(), vertices, 12 * sizes.vertices);
+  if (sizes.vertices > 0)
+    std::memcpy(mesh.vertices.data(), bytes.data() + vertices_at, triangles_at - vertices_at);
   if (sizes.triangles > 0)
-    std::memcpy(mesh.triangles.data(), vertices + 12 * sizes.vertices, 12 * sizes.triangles);
+    std::memcpy(mesh.triangles.data(), bytes.data() + triangles_at, bytes.size() - triangles_at);
   return mesh;
 }
 

@@ -26,5 +26,8 @@ inline constexpr std::size_t kImport_bytes = std::size_t(1) << 29;
 // A mesh with more vertices or triangles than this is refused. The fastest collision queries handle
 // 1e6 triangles in real time.
 inline constexpr std::size_t kMaxMeshElements = 10'000'000;
+// The files of a mesh may have this many bytes together, which bounds the limits of its import. A
+// text with kMaxMeshElements vertices, normals and triangles has less than 300 bytes for each.
+inline constexpr std::uintmax_t kMaxFileBytes = std::uintmax_t(4) << 30;
 
 }  // namespace fivepipe::config

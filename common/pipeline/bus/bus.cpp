@@ -5,7 +5,6 @@
 #include <array>
 #include <map>
 #include <mutex>
-#include <string_view>
 
 #include "common/pipeline/bus/checked.h"
 #include "common/pipeline/bus/discovery.h"
@@ -86,10 +85,7 @@ LoanedSamples take(Entity& reader) {
   for (std::int32_t i = 0; i < count; ++i) {
     taken.infos.push_back({infos[i].valid_data, infos[i].instance_state != DDS_IST_ALIVE,
                            infos[i].publication_handle, infos[i].source_timestamp});
-    if (infos[i].instance_state == DDS_IST_NOT_ALIVE_NO_WRITERS)
-      reader.key_limit->forget(infos[i].instance_handle);
-    else if (!infos[i].valid_data)
-      reader.key_limit->accepts(infos[i].publication_handle, infos[i].instance_handle);
+    reader.key_limit->update(infos[i]);
   }
   return taken;
 }
@@ -182,44 +178,38 @@ Bus::~Bus() {
   impl_->participant.reset();
 }
 
-std::shared_ptr<detail::Entity> Bus::make_reader(const char* name,
-                                                 const dds_topic_descriptor_t* descriptor,
-                                                 topics::Delivery delivery, bool keep_all) {
+std::shared_ptr<detail::Entity> Bus::make_reader(const topics::Topic& topic, bool keep_all) {
   const std::scoped_lock lock(impl_->mutex);
-  const Qos qos = qos_of(delivery, keep_all);
+  const Qos qos = qos_of(topic.delivery, keep_all);
   // The filter belongs to a topic entity and must be set before the reader exists.
-  const dds_entity_t topic =
-      checked(dds_create_topic(impl_->participant->handle, descriptor, name, nullptr, nullptr),
-              std::string("topic ") + name);
-  auto key_limit = std::make_unique<detail::KeyLimit>(
-      std::string_view(name) == topics::HullTile::name ? detail::KeyLimit::kMaxTileKeysPerWriter
-                                                       : detail::KeyLimit::kMaxKeysPerWriter);
+  const dds_entity_t filtered = checked(
+      dds_create_topic(impl_->participant->handle, topic.descriptor, topic.name, nullptr, nullptr),
+      std::string("topic ") + topic.name);
+  auto key_limit = std::make_unique<detail::KeyLimit>(topic.max_keys);
   dds_topic_filter filter{};
   filter.mode = DDS_TOPIC_FILTER_SAMPLEINFO_ARG;
   filter.f.sampleinfo_arg = is_key_accepted;
   filter.arg = key_limit.get();
-  checked(dds_set_topic_filter_extended(topic, &filter), "topic filter");
+  checked(dds_set_topic_filter_extended(filtered, &filter), "topic filter");
   auto entity = std::make_shared<detail::Entity>(
-      checked(dds_create_reader(impl_->participant->handle, topic, qos.get(), nullptr),
-              std::string("reader of ") + name),
+      checked(dds_create_reader(impl_->participant->handle, filtered, qos.get(), nullptr),
+              std::string("reader of ") + topic.name),
       std::move(key_limit));
   const std::int32_t condition =
       checked(dds_create_readcondition(entity->handle, DDS_ANY_STATE), "read condition");
   checked(dds_waitset_attach(impl_->waitset->handle, condition, 0), "waitset");
-  impl_->endpoints.push_back({entity, name, true, entity->written});
+  impl_->endpoints.push_back({entity, topic.name, true, entity->written});
   return entity;
 }
 
-std::shared_ptr<detail::Entity> Bus::make_writer(const char* name,
-                                                 const dds_topic_descriptor_t* descriptor,
-                                                 topics::Delivery delivery, bool keep_all) {
+std::shared_ptr<detail::Entity> Bus::make_writer(const topics::Topic& topic, bool keep_all) {
   const std::scoped_lock lock(impl_->mutex);
-  const Qos qos = qos_of(delivery, keep_all);
+  const Qos qos = qos_of(topic.delivery, keep_all);
   auto entity = std::make_shared<detail::Entity>(
-      checked(dds_create_writer(impl_->participant->handle, impl_->topic(name, descriptor),
-                                qos.get(), nullptr),
-              std::string("writer of ") + name));
-  impl_->endpoints.push_back({entity, name, false, entity->written});
+      checked(dds_create_writer(impl_->participant->handle,
+                                impl_->topic(topic.name, topic.descriptor), qos.get(), nullptr),
+              std::string("writer of ") + topic.name));
+  impl_->endpoints.push_back({entity, topic.name, false, entity->written});
   return entity;
 }
 

@@ -166,7 +166,8 @@ struct EndpointDescription {
 // Samples that the readers of a bus refused, because their writer uses too many keys.
 struct RefusedSamples {
   std::string topic;
-  std::optional<ProcessId> process;  // of the writer; see Reader::process()
+  // Of the writer; see Reader::process(). Also nullopt for writers beyond KeyLimit::kMaxWriters.
+  std::optional<ProcessId> process;
   std::uint64_t count = 0;
 };
 
@@ -181,11 +182,11 @@ class Bus {
 
   template <class Topic>
   Reader<Topic> reader() {
-    return Reader<Topic>(make_reader(Topic::name, Topic::descriptor, Topic::delivery));
+    return Reader<Topic>(make_reader(topics::described<Topic>()));
   }
   template <class Topic>
   Writer<Topic> writer() {
-    return Writer<Topic>(make_writer(Topic::name, Topic::descriptor, Topic::delivery));
+    return Writer<Topic>(make_writer(topics::described<Topic>()));
   }
 
   // Waits until a reader of this bus has a sample. Returns false after `timeout`.
@@ -213,12 +214,8 @@ class Bus {
   friend class SerializedReader;
   friend class SerializedWriter;
   struct Impl;
-  std::shared_ptr<detail::Entity> make_reader(const char* name,
-                                              const dds_topic_descriptor_t* descriptor,
-                                              topics::Delivery delivery, bool keep_all = false);
-  std::shared_ptr<detail::Entity> make_writer(const char* name,
-                                              const dds_topic_descriptor_t* descriptor,
-                                              topics::Delivery delivery, bool keep_all = false);
+  std::shared_ptr<detail::Entity> make_reader(const topics::Topic& topic, bool keep_all = false);
+  std::shared_ptr<detail::Entity> make_writer(const topics::Topic& topic, bool keep_all = false);
   std::int32_t participant() const;
   std::unique_ptr<Impl> impl_;
   std::vector<std::string> warnings_;

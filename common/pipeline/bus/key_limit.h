@@ -2,11 +2,12 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <map>
 #include <mutex>
 #include <unordered_map>
 #include <unordered_set>
+
+struct dds_sample_info;
 
 namespace fivepipe::bus::detail {
 
@@ -16,30 +17,34 @@ namespace fivepipe::bus::detail {
 // Thread-safe: DDS calls accepts() in its receive threads.
 class KeyLimit {
  public:
-  // More than a deployment has cameras, objects, viewers and nodes. HullTile has a key for each
-  // tile of a view (render_node/tile_assembler.cpp).
-  static constexpr std::size_t kMaxKeysPerWriter = 1024, kMaxTileKeysPerWriter = 4096;
-  // At most this many writers are remembered; then the oldest are forgotten.
+  // At most this many writers have keys of their own. Further ones share max_keys.
   static constexpr std::size_t kMaxWriters = 256;
+  // Is no handle of a writer; see take_refused().
+  static constexpr std::uint64_t kFurtherWriters = 0;
 
-  explicit KeyLimit(std::size_t max_keys = kMaxKeysPerWriter) : max_keys_(max_keys) {}
+  explicit KeyLimit(std::size_t max_keys) : max_keys_(max_keys) {}  // > 0
 
   // Returns whether the reader may keep a sample. Handles: of the writer's publication and of the
-  // key's instance. Counts refused samples. DDS does not ask for a key that is disposed without a
-  // sample: the bus calls this when it takes the change of state, so that such keys count, too. The
-  // reader keeps their instances (Cyclone DDS 0.10 has no call that removes one).
+  // key's instance. Counts refused samples.
   bool accepts(std::uint64_t writer, std::uint64_t instance);
   // Call when the key has no writer any more: the reader removes its instance.
   void forget(std::uint64_t instance);
-  // Returns the numbers of refused samples since the last call, by writer.
+  // Call for each sample or change of a key's state that is taken. DDS does not call the filter for
+  // a key that is disposed without a sample; this function counts such keys, too, because the
+  // reader keeps their instances (Cyclone DDS 0.10 has no call that removes one).
+  void update(const dds_sample_info& taken);
+  // Returns the numbers of refused samples since the last call, by writer: those of at most
+  // kMaxWriters writers, and those of further ones under kFurtherWriters.
   std::map<std::uint64_t, std::uint64_t> take_refused();
 
  private:
   using Keys = std::unordered_set<std::uint64_t>;
+  Keys& keys_of(std::uint64_t writer);
+
   const std::size_t max_keys_;
   std::mutex mutex_;
-  std::unordered_map<std::uint64_t, Keys> keys_of_writer_;
-  std::deque<std::uint64_t> writers_;  // the keys of keys_of_writer_, oldest first
+  std::unordered_map<std::uint64_t, Keys> keys_of_writer_;  // none is empty
+  Keys keys_of_further_writers_;
   std::map<std::uint64_t, std::uint64_t> refused_;
 };
 

@@ -8,9 +8,9 @@
 
 namespace fivepipe::bus {
 
-// Two processes never have equal identities, whatever their hosts, and also if the kernel reuses a
-// pid. A publication handle is no identity: DDS gives a process new handles after a silence longer
-// than the lease.
+// Identities of two processes differ, unless one forges the other's, whatever their hosts, and also
+// if the kernel reuses a pid. A publication handle is no identity: DDS gives a process new handles
+// after a silence longer than the lease.
 struct ProcessId {
   std::string host;            // as gethostname() returns it
   std::uint32_t pid = 0;       // in the PID namespace of the process
@@ -23,12 +23,14 @@ ProcessId this_process();
 
 // "fivepipe/1 pid=4711 start=0123456789abcdef host=alpha".
 std::string to_user_data(const ProcessId& process);
+// Parses the text of to_user_data(). Returns nullopt for any other text: the participant is of
+// another program.
+std::optional<ProcessId> from_user_data(std::string_view user_data);
+
 // "process 4711 on host alpha", or "a process without identity".
 inline std::string text_of(const std::optional<ProcessId>& process) {
   if (!process) return "a process without identity";
   return "process " + std::to_string(process->pid) + " on host " + process->host;
 }
-// Returns nullopt for any other text: the participant is of another program.
-std::optional<ProcessId> from_user_data(std::string_view user_data);
 
 }  // namespace fivepipe::bus

@@ -9,11 +9,12 @@
 
 #include <algorithm>
 #include <array>
-#include <deque>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <vector>
 
+#include "common/base/containers/bounded_map.h"
 #include "common/pipeline/bus/checked.h"
 #include "common/pipeline/bus/discovery.h"
 
@@ -74,8 +75,7 @@ struct SerializedReader::Writers {
   // The oldest descriptions are forgotten.
   static constexpr std::size_t kMaxDescribed = 4096;
   mutable std::mutex mutex;
-  std::map<std::uint64_t, WriterDescription> by_handle;
-  std::deque<std::uint64_t> by_age;  // the keys of by_handle
+  base::BoundedMap<std::uint64_t, WriterDescription> by_handle{kMaxDescribed};
 
   void add_writer(dds_entity_t reader, dds_instance_handle_t handle) {
     dds_builtintopic_endpoint_t* described = dds_get_matched_publication_data(reader, handle);
@@ -85,10 +85,7 @@ struct SerializedReader::Writers {
                                    detail::qos_text(described->qos)};
     dds_builtintopic_free_endpoint(described);
     const std::scoped_lock lock(mutex);
-    if (by_handle.insert_or_assign(handle, writer).second) by_age.push_back(handle);
-    if (by_age.size() <= kMaxDescribed) return;
-    by_handle.erase(by_age.front());
-    by_age.pop_front();
+    by_handle.set(handle, writer);
   }
   static void matched(dds_entity_t reader, dds_subscription_matched_status_t status,
                       void* writers) {
@@ -98,8 +95,7 @@ struct SerializedReader::Writers {
 };
 
 SerializedReader::SerializedReader(Bus& bus, const topics::Topic& topic)
-    : writers_(std::make_unique<Writers>()),
-      entity_(bus.make_reader(topic.name, topic.descriptor, topic.delivery, true)) {
+    : writers_(std::make_unique<Writers>()), entity_(bus.make_reader(topic, true)) {
   const std::unique_ptr<dds_listener_t, void (*)(dds_listener_t*)> listener(
       dds_create_listener(writers_.get()), dds_delete_listener);
   dds_lset_subscription_matched(listener.get(), Writers::matched);
@@ -150,10 +146,7 @@ std::size_t SerializedReader::take(const std::function<void(const SerializedSamp
         deliver(sample.data, SampleKind::data, infos[i], each);
         ++all;
       }
-      if (infos[i].instance_state == DDS_IST_NOT_ALIVE_NO_WRITERS)
-        entity_->key_limit->forget(infos[i].instance_handle);
-      else if (!infos[i].valid_data)
-        entity_->key_limit->accepts(infos[i].publication_handle, infos[i].instance_handle);
+      entity_->key_limit->update(infos[i]);
       if (infos[i].instance_state != DDS_IST_ALIVE)
         changes[infos[i].instance_handle] = {
             std::make_shared<Serdata>(infos[i].valid_data ? ddsi_serdata_to_untyped(sample.data)
@@ -173,17 +166,16 @@ std::size_t SerializedReader::take(const std::function<void(const SerializedSamp
 
 std::optional<WriterDescription> SerializedReader::writer(std::uint64_t handle) const {
   const std::scoped_lock lock(writers_->mutex);
-  const auto known = writers_->by_handle.find(handle);
-  return known == writers_->by_handle.end() ? std::nullopt : std::optional(known->second);
+  const WriterDescription* known = writers_->by_handle.find(handle);
+  return known ? std::optional(*known) : std::nullopt;
 }
 
 int SerializedReader::writers() const { return detail::matched_writers(entity_->handle); }
 
 SerializedWriter::SerializedWriter(Bus& bus, const topics::Topic& topic, WriterHistory history)
     : topic_(topic.name),
-      entity_(bus.make_writer(
-          topic.name, topic.descriptor, topic.delivery,
-          history == WriterHistory::keep_all && topic.delivery != topics::Delivery::latched)),
+      entity_(bus.make_writer(topic, history == WriterHistory::keep_all &&
+                                         topic.delivery != topics::Delivery::latched)),
       type_(type_of(bus.participant(), topic)) {}
 
 SerializedWriter::~SerializedWriter() { ddsi_sertype_unref(type_); }

@@ -1,5 +1,6 @@
-// The only place that lists each topic with its name, type and delivery.
+// The only place that lists each topic with its name, type, delivery and maximum keys.
 #pragma once
+#include <cstdint>
 #include <span>
 
 #include "fivepipe.h"
@@ -12,32 +13,38 @@ namespace fivepipe::bus::topics {
 // event: a longer history per key, so that a burst of small messages overwrites none.
 enum class Delivery { stream, latched, event };
 
-// The order is that in which the nodes write the messages of a frame. A replay sends the topics in
-// this order, so the message that completes a node's inputs follows its other inputs.
-#define FIVEPIPE_TOPICS(TOPIC)   \
-  TOPIC(ReplaySession, latched)  \
-  TOPIC(CameraInfo, latched)     \
-  TOPIC(ViewInfo, latched)       \
-  TOPIC(Command, event)          \
-  TOPIC(HeadPose, stream)        \
-  TOPIC(ObjectColour, stream)    \
-  TOPIC(ObjectPixelMap, stream)  \
-  TOPIC(CollisionResult, stream) \
-  TOPIC(VirtualState, stream)    \
-  TOPIC(HullComponents, stream)  \
-  TOPIC(TileCosts, event)        \
-  TOPIC(HullTile, stream)        \
-  TOPIC(FrameComposited, event)  \
-  TOPIC(FrameTrace, event)       \
-  TOPIC(NodeStatus, event)
+// A reader accepts at most this many keys from one writer (key_limit.h): more than a deployment has
+// cameras, objects, viewers and nodes. HullTile has a key for each tile of a view.
+inline constexpr std::uint32_t kMaxKeys = 1024, kMaxTiles = 4096;
 
-#define FIVEPIPE_TOPIC(NAME, DELIVERY)                                                      \
+// Columns: name, delivery, maximum keys. The order is that in which the nodes write the messages of
+// a frame. A replay sends the topics in this order, so the message that completes a node's inputs
+// follows its other inputs.
+#define FIVEPIPE_TOPICS(TOPIC)             \
+  TOPIC(ReplaySession, latched, kMaxKeys)  \
+  TOPIC(CameraInfo, latched, kMaxKeys)     \
+  TOPIC(ViewInfo, latched, kMaxKeys)       \
+  TOPIC(Command, event, kMaxKeys)          \
+  TOPIC(HeadPose, stream, kMaxKeys)        \
+  TOPIC(ObjectColour, stream, kMaxKeys)    \
+  TOPIC(ObjectPixelMap, stream, kMaxKeys)  \
+  TOPIC(CollisionResult, stream, kMaxKeys) \
+  TOPIC(VirtualState, stream, kMaxKeys)    \
+  TOPIC(HullComponents, stream, kMaxKeys)  \
+  TOPIC(TileCosts, event, kMaxKeys)        \
+  TOPIC(HullTile, stream, kMaxTiles)       \
+  TOPIC(FrameComposited, event, kMaxKeys)  \
+  TOPIC(FrameTrace, event, kMaxKeys)       \
+  TOPIC(NodeStatus, event, kMaxKeys)
+
+#define FIVEPIPE_TOPIC(NAME, DELIVERY, MAX_KEYS)                                            \
   struct NAME {                                                                             \
     using Message = fivepipe_v1_##NAME;                                                     \
     static constexpr const char* name = "fivepipe/v1/" #NAME;                               \
     static constexpr const char* type = "fivepipe::v1::" #NAME;                             \
     static constexpr const dds_topic_descriptor_t* descriptor = &fivepipe_v1_##NAME##_desc; \
     static constexpr Delivery delivery = Delivery::DELIVERY;                                \
+    static constexpr std::uint32_t max_keys = MAX_KEYS;                                     \
   };
 FIVEPIPE_TOPICS(FIVEPIPE_TOPIC)
 #undef FIVEPIPE_TOPIC
@@ -47,11 +54,15 @@ struct Topic {
   const char *name, *type;
   const dds_topic_descriptor_t* descriptor;
   Delivery delivery;
+  std::uint32_t max_keys;
 };
+template <class T>
+Topic described() {
+  return {T::name, T::type, T::descriptor, T::delivery, T::max_keys};
+}
 // Returns all topics in the order above. The span is valid until the program ends.
 inline std::span<const Topic> all() {
-#define FIVEPIPE_TOPIC(NAME, DELIVERY) \
-  Topic{NAME::name, NAME::type, NAME::descriptor, NAME::delivery},
+#define FIVEPIPE_TOPIC(NAME, DELIVERY, MAX_KEYS) described<NAME>(),
   static const Topic topics[] = {FIVEPIPE_TOPICS(FIVEPIPE_TOPIC)};
 #undef FIVEPIPE_TOPIC
   return topics;

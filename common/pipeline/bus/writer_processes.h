@@ -2,10 +2,9 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
-#include <deque>
-#include <map>
 #include <optional>
 
+#include "common/base/containers/bounded_map.h"
 #include "common/pipeline/bus/process_id.h"
 
 namespace fivepipe::bus::detail {
@@ -22,8 +21,7 @@ class WriterProcesses {
   std::optional<ProcessId> of(std::int32_t reader, std::uint64_t writer);
 
  private:
-  std::map<std::uint64_t, std::optional<ProcessId>> known_;
-  std::deque<std::uint64_t> by_age_;  // the keys of known_
+  base::BoundedMap<std::uint64_t, std::optional<ProcessId>> known_{kMaxWriters};
 };
 
 }  // namespace fivepipe::bus::detail

@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
-
 #include "common/base/realtime.h"
 #include "common/pipeline/messages/camera_messages.h"
 #include "common/pipeline/node/status_names.h"
@@ -23,7 +21,7 @@ void FrameSetReader::check_cameras() {
     if (!sample.valid()) continue;
     const CameraOfProcess sent{sample->camera, infos_.process(sample)};
     const std::string why = messages::model_mismatch(*sample, rig_);
-    std::erase(mismatched_, sent);
+    mismatched_.erase(sent);
     if (!messages::camera_index(rig_, sample->camera)) {
       status_.drop_from(sent.second, {"bad_camera_info", sent.first, why});
       continue;
@@ -32,8 +30,7 @@ void FrameSetReader::check_cameras() {
                        why.empty() ? "" : bus::text_of(sent.second) + ": " + why);
     if (why.empty()) continue;
     status_.refuse(sent.second, 1);
-    mismatched_.push_back(sent);
-    if (mismatched_.size() > kMaxMismatches) mismatched_.pop_front();
+    mismatched_.set(sent, {});
   }
 }
 
@@ -44,9 +41,7 @@ std::vector<frames::FrameSet> FrameSetReader::take() {
   const std::int64_t now_ns = base::now_realtime_ns();  // after the take: the node has the maps
   for (const auto& sample : samples) {
     if (!sample.valid()) continue;
-    if (!mismatched_.empty() &&
-        std::find(mismatched_.begin(), mismatched_.end(),
-                  CameraOfProcess{sample->camera, maps_.process(sample)}) != mismatched_.end()) {
+    if (!mismatched_.empty() && mismatched_.contains({sample->camera, maps_.process(sample)})) {
       status_.drop_from(maps_.process(sample),
                         {"bad_map", sample->camera, "published camera model differs from the rig"});
       continue;

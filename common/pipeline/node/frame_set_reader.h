@@ -2,12 +2,13 @@
 // counts bad and late maps. Drops the maps of a camera whose model, as the process publishes it
 // that also sends the maps, differs from the rig, and reports it as a diagnostic.
 #pragma once
-#include <deque>
 #include <optional>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
+#include "common/base/containers/bounded_map.h"
 #include "common/pipeline/bus/bus.h"
 #include "common/pipeline/frames/frame_set_assembler.h"
 #include "common/pipeline/node/status.h"
@@ -34,7 +35,7 @@ class FrameSetReader {
   bus::Reader<bus::topics::CameraInfo> infos_;
   bus::Reader<bus::topics::ObjectPixelMap> maps_;
   frames::FrameSetAssembler sets_;
-  std::deque<CameraOfProcess> mismatched_;
+  base::BoundedMap<CameraOfProcess, std::monostate> mismatched_{kMaxMismatches};
 };
 
 }  // namespace fivepipe::node

@@ -232,11 +232,26 @@ struct NodeStatusReporter::Impl {
     for (const auto& [topic, count] : not_sent) state.topics[topic].not_sent += count;
   }
 
+  void drop(const messages::BadMessage& bad, std::uint64_t n) {
+    if (n == 0) return;
+    const std::scoped_lock lock(mutex);
+    const auto& [counted, total] = state.drops.add(bad, n);
+    const Clock::time_point now = Clock::now();
+    Clock::time_point& logged = drop_logged[counted];
+    if (now - logged < kDropLogPeriod || !log_budget.take(now)) return;
+    logged = now;
+    spdlog::warn("dropped: {} ({} so far)", messages::text_of(counted), total);
+  }
+
+  void refuse(const std::optional<bus::ProcessId>& sender, std::uint64_t n) {
+    const std::scoped_lock lock(mutex);
+    state.refused.add(kRefusedFrom + bus::text_of(sender), n);
+  }
+
   void count_refused() {
     for (const bus::RefusedSamples& refused : bus.take_refused()) {
-      const std::scoped_lock lock(mutex);
-      state.drops.add({"too_many_keys", refused.topic, ""}, refused.count);
-      state.refused.add(kRefusedFrom + bus::text_of(refused.process), refused.count);
+      drop({"too_many_keys", refused.topic, ""}, refused.count);
+      refuse(refused.process, refused.count);
     }
   }
 
@@ -279,19 +294,11 @@ void NodeStatusReporter::count(const std::string& name, std::uint64_t n) {
 }
 
 void NodeStatusReporter::drop(const messages::BadMessage& bad, std::uint64_t n) {
-  if (n == 0) return;
-  const std::scoped_lock lock(impl_->mutex);
-  const auto& [counted, total] = impl_->state.drops.add(bad, n);
-  const Clock::time_point now = Clock::now();
-  Clock::time_point& logged = impl_->drop_logged[counted];
-  if (now - logged < kDropLogPeriod || !impl_->log_budget.take(now)) return;
-  logged = now;
-  spdlog::warn("dropped: {} ({} so far)", messages::text_of(counted), total);
+  impl_->drop(bad, n);
 }
 
 void NodeStatusReporter::refuse(const std::optional<bus::ProcessId>& sender, std::uint64_t n) {
-  const std::scoped_lock lock(impl_->mutex);
-  impl_->state.refused.add(kRefusedFrom + bus::text_of(sender), n);
+  impl_->refuse(sender, n);
 }
 
 void NodeStatusReporter::drop_from(const std::optional<bus::ProcessId>& sender,

@@ -6,7 +6,7 @@
 #include <optional>
 #include <thread>
 
-#include "common/base/bounded_queue.h"
+#include "common/base/containers/bounded_queue.h"
 #include "common/recording/files/frame_groups.h"
 
 namespace fivepipe::recording {

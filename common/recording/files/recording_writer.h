@@ -13,7 +13,7 @@
 #include <string>
 #include <thread>
 
-#include "common/base/bounded_queue.h"
+#include "common/base/containers/bounded_queue.h"
 #include "common/recording/mcap/file_writer.h"
 #include "common/recording/mcap/format/chunk_builder.h"
 
@@ -50,7 +50,7 @@ inline constexpr const char* kFullReason =
 struct FinishLimits {
   // Returns why the remaining messages are dropped now; empty: not yet.
   std::function<std::string()> why_drop;
-  // Returns whether to give up writing the index and waiting for the disk.
+  // Returns whether to stop writing the index and waiting for the disk.
   mcap::StopCondition is_over;
 };
 
@@ -100,7 +100,7 @@ class RecordingWriter {
   void add_sent(const std::string& topic, std::uint64_t sent, std::uint64_t missing);
   // Waits for the disk, writes the counts and the summary. No message may be added afterwards. When
   // the limits require it, drops the messages that are not written and counts them as lost, and
-  // then gives up writing the summary.
+  // then stops writing the summary.
   void finish(const FinishLimits& limits = {});
   // After finish(): whether the file has its summary, and whether the disk has confirmed all of it.
   bool is_finished() const { return is_finished_; }

@@ -85,15 +85,23 @@ bool AppendFile::append(ByteView bytes, const StopCondition& stop) {
   return true;
 }
 
+// Returns false if the file or the kernel does not support the call.
+bool AppendFile::sync_piece(std::uint64_t at) const {
+  if (sync_file_range(
+          file_, off_t(at), off_t(kPieceBytes),
+          SYNC_FILE_RANGE_WAIT_BEFORE | SYNC_FILE_RANGE_WRITE | SYNC_FILE_RANGE_WAIT_AFTER) == 0)
+    return true;
+  if (errno == ENOSYS || errno == EINVAL || errno == ESPIPE || errno == EOPNOTSUPP) return false;
+  // The kernel reports a failed write to one call only: fdatasync() would return 0 afterwards.
+  fail("cannot be synchronised with the disk");
+}
+
 bool AppendFile::sync(const StopCondition& stop) {
   // fdatasync() waits for everything at once. If the data are written before, piece by piece, a
-  // slow disk keeps it waiting for one piece at most. Not every file system has this call.
+  // slow disk keeps it waiting for one piece at most.
   for (; stop && synced_bytes_ < size_bytes_; synced_bytes_ += kPieceBytes) {
     if (stop()) return false;
-    if (sync_file_range(
-            file_, off_t(synced_bytes_), off_t(kPieceBytes),
-            SYNC_FILE_RANGE_WAIT_BEFORE | SYNC_FILE_RANGE_WRITE | SYNC_FILE_RANGE_WAIT_AFTER) != 0)
-      break;
+    if (!sync_piece(synced_bytes_)) break;
   }
   if (stop && stop()) return false;
   int result;

@@ -9,7 +9,7 @@
 namespace fivepipe::mcap {
 
 // A slow disk keeps a call waiting. The call tests this condition about every kPieceBytes, and
-// gives up when it returns true. An empty function never stops.
+// stops when it returns true. An empty function never stops.
 using StopCondition = std::function<bool()>;
 
 class AppendFile {
@@ -45,6 +45,7 @@ class AppendFile {
   [[noreturn]] void fail(const char* what) const;  // throws std::system_error with errno
   bool write_all(ByteView bytes, std::uint64_t at, const StopCondition& stop) const;
   void remove_after_end() const;
+  bool sync_piece(std::uint64_t at) const;
 
   std::filesystem::path path_;
   int file_;

@@ -31,7 +31,9 @@ void LossDetector::received(const std::string& name, const std::string& topic,
 LossDetector::Node* LossDetector::node_of(const std::string& name) {
   const auto known = nodes_.find(name);
   if (known != nodes_.end()) return &known->second;
-  return nodes_.size() < kMaxNodes ? &nodes_[name] : nullptr;
+  if (nodes_.size() < kMaxNodes) return &nodes_[name];
+  ignores_nodes_ = true;
+  return nullptr;
 }
 
 void LossDetector::add_status(const SentStatus& status) {
@@ -86,6 +88,7 @@ std::vector<SentByNode> LossDetector::compared() const {
 
 std::set<std::string> LossDetector::unverified_nodes(std::int64_t now_ns) const {
   std::set<std::string> names;
+  if (ignores_nodes_) names.insert(kFurtherNodes);
   for (const auto& [name, node] : nodes_) {
     const bool is_current =
         node.newest.final_report ||

@@ -33,10 +33,11 @@ struct SentByNode {
 // statuses by their source stamps, so messages in transit count correctly.
 //
 // Peers choose the names of their nodes, and their start stamps. The detector ignores further nodes
-// and further processes of a node, and forgets the oldest stamps.
+// (see unverified_nodes()) and further processes of a node, and forgets the oldest stamps.
 class LossDetector {
  public:
   static constexpr std::size_t kMaxNodes = 256, kMaxProcesses = 64, kMaxStamps = 1 << 16;
+  static constexpr const char* kFurtherNodes = "further nodes";
 
   explicit LossDetector(std::int64_t start_stamp_ns) : start_stamp_ns_(start_stamp_ns) {}
 
@@ -48,7 +49,8 @@ class LossDetector {
   // A node's count is as old as its last status, so `missing` is never too high.
   std::vector<SentByNode> compared() const;
   // Nodes whose messages were received but whose send counts are missing, arrived only once, or are
-  // too old although no process of the node exited cleanly.
+  // too old although no process of the node exited cleanly. Contains kFurtherNodes if there were
+  // more than kMaxNodes nodes.
   std::set<std::string> unverified_nodes(std::int64_t now_ns) const;
 
  private:
@@ -70,6 +72,7 @@ class LossDetector {
 
   std::int64_t start_stamp_ns_;
   std::map<std::string, Node> nodes_;
+  bool ignores_nodes_ = false;
 };
 
 }  // namespace fivepipe::replay

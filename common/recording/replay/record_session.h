@@ -30,7 +30,9 @@ struct RecordRequest {
   double duration_s = 0;                   // 0: no limit
 };
 
-// From the first signal. `fivepipe up` waits 2 s for its recorder.
+// Times from the first signal. After kWriteTime the recorder drops the messages that are not on the
+// disk. After kIndexTime it stops writing the index. Both are shorter than kRecorderGrace, for
+// which `fivepipe up` waits.
 inline constexpr std::chrono::milliseconds kWriteTime{1000}, kIndexTime{1300};
 
 struct RecordResult {

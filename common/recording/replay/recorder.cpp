@@ -196,13 +196,17 @@ std::vector<SentByNode> Recorder::compared() const {
 
 // A peer can publish statuses of nodes that do not exist, and losses of them.
 bool Recorder::is_participant(const std::string& node) {
-  if (participants_.contains(node)) return true;
+  if (reporting_.contains(node)) return true;
   const auto now = std::chrono::steady_clock::now();
-  if (participants_read_ && now - *participants_read_ < kDiscoveryPeriod) return false;
-  participants_read_ = now;
-  for (const bus::EndpointDescription& endpoint : bus_.endpoints())
-    if (participants_.size() < LossDetector::kMaxNodes) participants_.insert(endpoint.participant);
-  return participants_.contains(node);
+  if (!participants_read_ || now - *participants_read_ >= kDiscoveryPeriod) {
+    participants_read_ = now;
+    participants_.clear();
+    for (const bus::EndpointDescription& endpoint : bus_.endpoints())
+      participants_.insert(endpoint.participant);
+  }
+  if (!participants_.contains(node)) return false;
+  if (reporting_.size() < LossDetector::kMaxNodes) reporting_.insert(node);
+  return true;
 }
 
 bool Recorder::is_recorded(const std::string& topic) const {

@@ -63,7 +63,9 @@ class Recorder {
   bus::Reader<bus::topics::NodeStatus> statuses_;
   // By GUID; remembers the names of processes that have ended.
   std::map<std::string, std::string> node_of_participant_;
-  std::set<std::string> participants_;  // also of processes that have ended
+  // Names: of the participants that discovery found last, and of those that sent a status, which
+  // may have ended since.
+  std::set<std::string> participants_, reporting_;
   std::optional<std::chrono::steady_clock::time_point> participants_read_;
   LossDetector loss_detector_;
   std::map<std::string, std::size_t> channels_of_participant_;  // by name

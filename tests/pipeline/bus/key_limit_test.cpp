@@ -16,9 +16,8 @@ using namespace std::chrono_literals;
 using detail::KeyLimit;
 
 TEST(KeyLimit, RefusesOnlyFurtherKeysOfTheSameWriter) {
-  KeyLimit limit;
-  for (std::uint64_t key = 0; key < KeyLimit::kMaxKeysPerWriter; ++key)
-    ASSERT_TRUE(limit.accepts(1, key));
+  KeyLimit limit(topics::kMaxKeys);
+  for (std::uint64_t key = 0; key < topics::kMaxKeys; ++key) ASSERT_TRUE(limit.accepts(1, key));
   for (int i = 0; i < 3; ++i) EXPECT_FALSE(limit.accepts(1, 1'000'000));
   EXPECT_TRUE(limit.accepts(1, 7)) << "a known key";
   EXPECT_TRUE(limit.accepts(2, 1'000'000)) << "another writer";
@@ -28,22 +27,49 @@ TEST(KeyLimit, RefusesOnlyFurtherKeysOfTheSameWriter) {
 
 // Otherwise a replay that plays a recording again and again would use up its keys.
 TEST(KeyLimit, AForgottenKeyLeavesSpaceForAnother) {
-  KeyLimit limit;
-  for (std::uint64_t key = 0; key < 3 * KeyLimit::kMaxKeysPerWriter; ++key) {
+  KeyLimit limit(topics::kMaxKeys);
+  for (std::uint64_t key = 0; key < 3 * topics::kMaxKeys; ++key) {
     ASSERT_TRUE(limit.accepts(1, key)) << key;
     limit.forget(key);
   }
 }
 
 TEST(KeyLimit, RemembersABoundedNumberOfWriters) {
-  KeyLimit limit;
-  for (std::uint64_t writer = 0; writer <= KeyLimit::kMaxWriters; ++writer)
-    for (std::uint64_t key = 0; key <= KeyLimit::kMaxKeysPerWriter; ++key)
-      limit.accepts(writer, key);
-  EXPECT_EQ(limit.take_refused().size(), KeyLimit::kMaxWriters);
+  KeyLimit limit(topics::kMaxKeys);
+  for (std::uint64_t writer = 1; writer <= 2 * KeyLimit::kMaxWriters; ++writer)
+    for (std::uint64_t key = 0; key <= topics::kMaxKeys; ++key)
+      limit.accepts(writer, key + (writer << 32));
+  const auto refused = limit.take_refused();
+  EXPECT_EQ(refused.size(), KeyLimit::kMaxWriters + 1);
+  // The further writers share the keys of one.
+  EXPECT_EQ(refused.at(KeyLimit::kFurtherWriters),
+            KeyLimit::kMaxWriters * (topics::kMaxKeys + 1) - topics::kMaxKeys);
 }
 
-// A reader receives the samples of kMaxKeysPerWriter keys, and the bus names the process of the
+// A limit that forgets writers would accept every key of writers that take turns.
+TEST(KeyLimit, WritersThatTakeTurnsDoNotExceedIt) {
+  constexpr std::size_t kMaxKeys = 8, kTurns = 3000;
+  KeyLimit limit(kMaxKeys);
+  std::size_t accepted = 0;
+  std::uint64_t key = 0;
+  for (std::size_t turn = 0; turn < kTurns; ++turn)
+    for (std::uint64_t writer = 1; writer <= KeyLimit::kMaxWriters + 1; ++writer)
+      accepted += limit.accepts(writer, ++key);
+  EXPECT_LE(accepted, (KeyLimit::kMaxWriters + 1) * kMaxKeys);
+}
+
+// Otherwise writers that are gone would leave no place for later ones.
+TEST(KeyLimit, AWriterWithoutKeysLeavesItsPlaceToAnother) {
+  constexpr std::uint64_t kMaxKeys = 2, kKeys = KeyLimit::kMaxWriters * kMaxKeys;
+  KeyLimit limit(kMaxKeys);
+  for (std::uint64_t round = 0; round < 3; ++round) {
+    for (std::uint64_t key = 0; key < kKeys; ++key)
+      ASSERT_TRUE(limit.accepts(1 + round * KeyLimit::kMaxWriters + key / kMaxKeys, key)) << key;
+    for (std::uint64_t key = 0; key < kKeys; ++key) limit.forget(key);
+  }
+}
+
+// A reader receives the samples of kMaxKeys keys, and the bus names the process of the
 // writer that uses more.
 TEST(BusKeyLimit, ReaderRefusesFurtherKeysAndNamesTheProcess) {
   Bus bus({test::own_domain()});
@@ -65,17 +91,34 @@ TEST(BusKeyLimit, ReaderRefusesFurtherKeysAndNamesTheProcess) {
     take();
   };
   constexpr std::size_t kTooMany = 10;
-  for (std::size_t key = 0; key < KeyLimit::kMaxKeysPerWriter + kTooMany; ++key) write(writer, key);
-  EXPECT_EQ(received, KeyLimit::kMaxKeysPerWriter);
+  for (std::size_t key = 0; key < topics::kMaxKeys + kTooMany; ++key) write(writer, key);
+  EXPECT_EQ(received, topics::kMaxKeys);
   write(writer, 5);
-  EXPECT_EQ(received, KeyLimit::kMaxKeysPerWriter + 1) << "a known key";
+  EXPECT_EQ(received, topics::kMaxKeys + 1) << "a known key";
   write(other, 1'000'000);
-  EXPECT_EQ(received, KeyLimit::kMaxKeysPerWriter + 2) << "another writer";
+  EXPECT_EQ(received, topics::kMaxKeys + 2) << "another writer";
   const auto refused = bus.take_refused();
   ASSERT_EQ(refused.size(), 1u);
   EXPECT_EQ(refused[0].topic, topics::FrameTrace::name);
   EXPECT_EQ(refused[0].process, this_process());
   EXPECT_EQ(refused[0].count, kTooMany);
+}
+
+// Each tile of a view is a key.
+TEST(BusKeyLimit, AReaderAcceptsTheTilesOfALargeView) {
+  Bus bus({test::own_domain()});
+  auto reader = bus.reader<topics::HullTile>();
+  auto writer = bus.writer<topics::HullTile>();
+  ASSERT_TRUE(test::eventually(bus, 10s, [&] { return reader.writers() == 1; }));
+  for (std::uint32_t tile = 0; tile <= topics::kMaxTiles; ++tile) {
+    fivepipe_v1_HullTile message{};
+    message.tile = tile;
+    writer.write(message);
+    reader.take();
+  }
+  const auto refused = bus.take_refused();
+  ASSERT_EQ(refused.size(), 1u);
+  EXPECT_EQ(refused[0].count, 1u);
 }
 
 // A FrameComposited message, or its key alone, in little-endian CDR.
@@ -103,9 +146,7 @@ class BusKeyLimitOfBothReaders : public ::testing::Test {
   }
 
   Bus bus_{{test::own_domain()}};
-  const topics::Topic topic_{topics::FrameComposited::name, topics::FrameComposited::type,
-                             topics::FrameComposited::descriptor,
-                             topics::FrameComposited::delivery};
+  const topics::Topic topic_ = topics::described<topics::FrameComposited>();
   Reader<topics::FrameComposited> typed_ = bus_.reader<topics::FrameComposited>();
   SerializedReader serialized_{bus_, topic_};
   SerializedWriter writer_{bus_, topic_, WriterHistory::topic};
@@ -114,7 +155,7 @@ class BusKeyLimitOfBothReaders : public ::testing::Test {
 // A replay that plays a recording again and again registers and unregisters its keys each time.
 TEST_F(BusKeyLimitOfBothReaders, AnUnregisteredKeyLeavesSpaceForAnother) {
   ASSERT_TRUE(is_connected());
-  for (std::size_t key = 0; key < 2 * KeyLimit::kMaxKeysPerWriter; ++key) {
+  for (std::size_t key = 0; key < 2 * topics::kMaxKeys; ++key) {
     const std::string viewer = "viewer_" + std::to_string(key);
     const auto data = composited_cdr(viewer, false), only_key = composited_cdr(viewer, true);
     ASSERT_TRUE(writer_.write({SampleKind::data, 0, 1, data}));
@@ -130,7 +171,7 @@ TEST_F(BusKeyLimitOfBothReaders, AnUnregisteredKeyLeavesSpaceForAnother) {
 TEST_F(BusKeyLimitOfBothReaders, DisposingFurtherKeysIsCountedAndNamesTheProcess) {
   ASSERT_TRUE(is_connected());
   constexpr std::size_t kTooMany = 10;
-  for (std::size_t key = 0; key < KeyLimit::kMaxKeysPerWriter + kTooMany; ++key) {
+  for (std::size_t key = 0; key < topics::kMaxKeys + kTooMany; ++key) {
     const auto only_key = composited_cdr("viewer_" + std::to_string(key), true);
     ASSERT_TRUE(writer_.write({SampleKind::disposed, 0, 1, only_key}));
     for (const auto& sample : typed_.take()) EXPECT_FALSE(sample.valid());

@@ -1,8 +1,11 @@
 #include "common/pipeline/node/status.h"
 
 #include <gtest/gtest.h>
+#include <spdlog/sinks/ostream_sink.h>
+#include <spdlog/spdlog.h>
 
 #include <map>
+#include <sstream>
 
 #include "common/pipeline/messages/wire_conversions.h"
 #include "common/pipeline/node/drop_counts.h"
@@ -18,6 +21,24 @@ using namespace std::chrono_literals;
 struct Reported {
   std::map<std::string, std::uint64_t> counts;
   std::map<messages::BadMessage, std::uint64_t> drops;
+};
+
+// Receives what the process logs, instead of the default logger.
+class CapturedLog {
+ public:
+  CapturedLog() {
+    spdlog::set_default_logger(std::make_shared<spdlog::logger>(
+        "captured", std::make_shared<spdlog::sinks::ostream_sink_mt>(text_)));
+  }
+  ~CapturedLog() { spdlog::set_default_logger(before_); }
+  CapturedLog(const CapturedLog&) = delete;
+  CapturedLog& operator=(const CapturedLog&) = delete;
+  // Call it when no thread logs.
+  std::string text() const { return text_.str(); }
+
+ private:
+  std::ostringstream text_;
+  std::shared_ptr<spdlog::logger> before_ = spdlog::default_logger();
 };
 
 // Returns the final report of a node.
@@ -71,7 +92,8 @@ TEST(NodeStatus, NamesTheSenderOfTooManyKeys) {
   auto writer = bus.writer<bus::topics::FrameTrace>();
   auto reader = bus.reader<bus::topics::FrameTrace>();
   ASSERT_TRUE(test::eventually(bus, 10s, [&] { return reader.writers() == 1; }));
-  constexpr std::uint64_t kKeys = bus::detail::KeyLimit::kMaxKeysPerWriter + 9;
+  constexpr std::uint64_t kKeys = bus::topics::kMaxKeys + 9;
+  const CapturedLog log;
   const Reported last = reported(bus, [&](NodeStatusReporter&) {
     for (std::uint64_t key = 0; key < kKeys; ++key) {
       fivepipe_v1_FrameTrace trace{};
@@ -80,8 +102,12 @@ TEST(NodeStatus, NamesTheSenderOfTooManyKeys) {
       reader.take();
     }
   });
-  EXPECT_EQ(last.drops.at({"too_many_keys", bus::topics::FrameTrace::name, ""}), 9u);
+  const std::string topic = bus::topics::FrameTrace::name;
+  EXPECT_EQ(last.drops.at({"too_many_keys", topic, ""}), 9u);
   EXPECT_EQ(last.counts.at(kRefusedFrom + bus::text_of(bus::this_process())), 9u);
+  EXPECT_NE(log.text().find("dropped: " + messages::text_of({"too_many_keys", topic, ""})),
+            std::string::npos)
+      << log.text();
 }
 
 TEST(NodeStatus, IsBoundedForInventedNamesAndSenders) {

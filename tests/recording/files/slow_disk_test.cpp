@@ -1,5 +1,5 @@
-// A recording on a disk that takes less than arrives. tests/support/programs/slow_disk.cpp
-// delays the calls.
+// A recording on a disk that takes less than arrives, or fails.
+// tests/support/programs/slow_disk.cpp replaces the calls.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -34,6 +34,7 @@ class SlowDisk : public testing::Test {
   ~SlowDisk() override {
     unsetenv("FIVEPIPE_TEST_WRITE_SPEED");
     unsetenv("FIVEPIPE_TEST_SYNC_SPEED");
+    unsetenv("FIVEPIPE_TEST_SYNC_ERROR");
   }
   static void slow_down(const char* variable) {
     setenv(variable, std::to_string(kDisk_bytes_s).c_str(), 1);
@@ -129,6 +130,17 @@ TEST_F(SlowDisk, AFileThatIsCutOffHasTheNewestCounts) {
   EXPECT_GT(std::stoll(counts.at(kCountsStampKey)), kStart_ns);
   EXPECT_LT(messages_in(recording), kMessages / 2);
   writer.finish(limits(Clock::now(), Clock::now() + 1s));
+}
+
+// The call that reports a failed write resets the error, so a later fdatasync() returns 0.
+TEST_F(SlowDisk, AFailedWriteOfTheDisksCacheIsReported) {
+  setenv("FIVEPIPE_TEST_SYNC_ERROR", "1", 1);
+  RecordingWriter writer(path_, "tests", kUncompressed);
+  add_messages(writer);
+  writer.finish();
+  EXPECT_NE(writer.failure().find("cannot be synchronised with the disk"), std::string::npos)
+      << writer.failure();
+  EXPECT_FALSE(writer.is_synced());
 }
 
 TEST_F(SlowDisk, CountsSoFarAreRecordedPeriodically) {

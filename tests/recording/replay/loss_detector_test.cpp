@@ -133,6 +133,14 @@ TEST_F(LossDetectorTest, InventedNodesAndProcessesAreIgnored) {
   EXPECT_EQ(starts.compared().at(0).sent, LossDetector::kMaxProcesses);
 }
 
+TEST_F(LossDetectorTest, ListsThatFurtherNodesAreNotCompared) {
+  for (std::size_t i = 0; i < LossDetector::kMaxNodes; ++i)
+    loss_detector_.received("node_" + std::to_string(i), kTopic, stamp(1));
+  EXPECT_FALSE(loss_detector_.unverified_nodes(stamp(1)).contains(LossDetector::kFurtherNodes));
+  loss_detector_.received("one more", kTopic, stamp(1));
+  EXPECT_TRUE(loss_detector_.unverified_nodes(stamp(1)).contains(LossDetector::kFurtherNodes));
+}
+
 // A process that ran before sends one status and then messages only.
 TEST_F(LossDetectorTest, StampsOfLateProcessAreBounded) {
   run(-10, -10, 0, false);

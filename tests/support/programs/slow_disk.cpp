@@ -1,12 +1,15 @@
-// A slow disk for tests: delays the calls by which fivepipe writes a recording. Linked into a test
-// or preloaded into a program (LD_PRELOAD). The environment sets the speed in bytes per second:
-// FIVEPIPE_TEST_WRITE_SPEED of pwrite(), as of a disk whose cache is full, FIVEPIPE_TEST_SYNC_SPEED
-// of sync_file_range() and fdatasync(). Without a variable there is no delay.
+// A slow or failing disk for tests: replaces the calls by which fivepipe writes a recording. Linked
+// into a test or preloaded into a program (LD_PRELOAD). The environment sets the speed in bytes per
+// second: FIVEPIPE_TEST_WRITE_SPEED of pwrite(), as of a disk whose cache is full,
+// FIVEPIPE_TEST_SYNC_SPEED of sync_file_range() and fdatasync(). Without a variable there is no
+// delay. If FIVEPIPE_TEST_SYNC_ERROR is set, the first sync_file_range() fails with EIO. As in the
+// kernel, only the call that reports the error fails, and later ones succeed.
 #include <sys/syscall.h>
 #include <sys/types.h>
 #include <unistd.h>
 
 #include <atomic>
+#include <cerrno>
 #include <cstdint>
 #include <cstdlib>
 #include <ctime>
@@ -14,6 +17,7 @@
 namespace {
 
 std::atomic<std::int64_t> unsynced_bytes = 0;
+std::atomic<bool> sync_error_reported = false;
 
 void wait_for(const char* speed_variable, std::int64_t bytes) {
   const char* text = std::getenv(speed_variable);
@@ -36,6 +40,10 @@ extern "C" ssize_t pwrite(int file, const void* bytes, std::size_t size, off_t a
 extern "C" int sync_file_range(int file, off64_t at, off64_t size, unsigned flags) {
   unsynced_bytes -= size;
   wait_for("FIVEPIPE_TEST_SYNC_SPEED", size);
+  if (std::getenv("FIVEPIPE_TEST_SYNC_ERROR") && !sync_error_reported.exchange(true)) {
+    errno = EIO;
+    return -1;
+  }
   return int(syscall(SYS_sync_file_range, file, at, size, flags));
 }
 

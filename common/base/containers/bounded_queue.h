@@ -1,6 +1,5 @@
 // A queue from any number of producer threads to one consumer thread, bounded by a cost.
 #pragma once
-#include <chrono>
 #include <condition_variable>
 #include <cstddef>
 #include <deque>
@@ -84,11 +83,6 @@ class BoundedQueue {
   void wait_until_full_or_closed() const {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [this] { return closed_ || cost_ >= max_cost_; });
-  }
-  // Waits until the consumer has taken every item, at most `timeout`. Returns whether it has.
-  bool wait_until_empty(std::chrono::milliseconds timeout) const {
-    std::unique_lock lock(mutex_);
-    return changed_.wait_for(lock, timeout, [this] { return queue_.empty(); });
   }
 
  private:

@@ -1,0 +1,94 @@
+// The losses that `fivepipe info` states of damaged files. info_command_test.cpp tests the command.
+#include "launch/inspect/recording_info.h"
+
+#include <gtest/gtest.h>
+
+#include "common/recording/files/format.h"
+#include "tests/support/recording/mcap_files.h"
+
+namespace fivepipe::launch {
+namespace {
+
+constexpr std::uint64_t kStart_ns = 1'700'000'000'000'000'000;
+const std::string kTopic = "fivepipe/v1/Thing";
+
+// Ten chunks of ten messages each, and the counts of the recorder, which had received 130 messages
+// and dropped 10 of them in the middle.
+class LossesOfDamagedRecordings : public testing::Test {
+ protected:
+  void write(bool finishes) {
+    mcap::FileWriter writer(file_, mcap::Compression::none, "");
+    mcap::ChunkBuilder builder;
+    const mcap::Id schema = builder.add_schema({"Thing", recording::kSchemaEncoding, kIdl});
+    const mcap::Id channel =
+        builder.add_channel({schema, kTopic, recording::kMessageEncoding, {{"node", "n"}}});
+    const mcap::Bytes payload(8);
+    for (std::uint32_t i = 0; i < 100; ++i) {
+      builder.add({channel, i < 50 ? i : i + 10, kStart_ns + i, kStart_ns + i, payload});
+      if (i % 10 < 9) continue;
+      chunk_bytes_.push_back(writer.bytes_written());
+      writer.write(builder.take());
+    }
+    std::map<std::string, std::string> counts{
+        {kTopic + " received", "130"},
+        {kTopic + " written", "100"},
+        {kTopic + " lost", "10"},
+        {recording::kCountsStampKey, std::to_string(kStart_ns)}};
+    writer.add(mcap::Metadata{recording::kCountsSoFarMetadata, counts});
+    if (!finishes) return;
+    counts_byte_ = writer.bytes_written();
+    writer.add(mcap::Metadata{recording::kCountsMetadata, counts});
+    writer.finish();
+  }
+  void damage(std::uint64_t byte) {
+    mcap::Bytes bytes = test::file_bytes(file_);
+    bytes.at(byte) ^= std::byte(0x55);
+    test::write_file(file_, bytes);
+  }
+  std::string info(bool reads_all = true) const {
+    return text_of(inspect(recording::Recording(file_), reads_all));
+  }
+
+  static constexpr const char* kIdl = "struct Thing { unsigned long long n; };";
+  const test::TestFolder folder_;
+  const std::filesystem::path file_ = folder_.path / "damaged.mcap";
+  std::vector<std::uint64_t> chunk_bytes_;
+  std::uint64_t counts_byte_ = 0;
+};
+
+bool holds(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+TEST_F(LossesOfDamagedRecordings, MessagesOfADamagedChunkDidNotWaitForTheDisk) {
+  write(false);
+  EXPECT_TRUE(holds(info(),
+                    "20 of 130 received messages are not in the file: they waited for the "
+                    "disk\n"))
+      << info();
+  damage(chunk_bytes_[3] + 100);
+  damage(chunk_bytes_[5] + 100);
+  const std::string text = info();
+  EXPECT_TRUE(holds(text, "DAMAGED")) << text;
+  EXPECT_TRUE(holds(text, "30 messages missing, according to gaps in the sequence numbers"))
+      << text;
+  EXPECT_TRUE(holds(text,
+                    "20 of 130 received messages are not in the file: they waited for the "
+                    "disk or are in damaged chunks\n"))
+      << text;
+  EXPECT_TRUE(holds(text, "because the recorder did not end")) << text;
+}
+
+TEST_F(LossesOfDamagedRecordings, ADamagedRecordOfTheFinalCountsIsNamed) {
+  write(true);
+  EXPECT_FALSE(holds(info(), "later ones are unknown")) << info();
+  constexpr std::uint64_t kRecordHeaderBytes = 9;
+  damage(counts_byte_ + kRecordHeaderBytes + 1);  // length of the name
+  const std::string text = info();
+  EXPECT_TRUE(holds(text, "20 of 130 received messages are not in the file\n")) << text;
+  EXPECT_TRUE(holds(text, "known until 2023-11-1")) << text;
+  EXPECT_TRUE(holds(text, "later ones are unknown, because the final counts are damaged")) << text;
+}
+
+}  // namespace
+}  // namespace fivepipe::launch
