@@ -79,7 +79,7 @@ TEST(LimitedChild, WaitingForEverEndsAtTheTimeLimit) {
 // A sanitizer's allocator ends the process instead of throwing std::bad_alloc.
 TEST(LimitedChild, MemoryIsLimited) {
   const auto allocate = [] { return std::string(2 * kMemory_bytes, 'x').substr(0, 1); };
-  if (kHasSanitizer)
+  if (test::kHasSanitizer)
     EXPECT_NE(failure_of(allocate), "");
   else
     EXPECT_EQ(failure_of(allocate), "needs too much memory");
