@@ -221,13 +221,14 @@ class DeploymentRun {
 
   // Prints the status line periodically, and at once when rendering has stopped.
   void print_progress() {
-    const bool stalled =
-        newest_composited_seen_ && base::seconds_since(*newest_composited_seen_) > kMaxFrameGap_s;
+    const bool stalled = newest_composited_seen_ && base::seconds_since(*newest_composited_seen_) >
+                                                        max_frame_gap_s(deployment_.frame_rate_hz);
     const bool was_stalled = std::exchange(rendering_stalled_, stalled);
     if (Clock::now() < next_progress_ && (was_stalled || !stalled)) return;
     while (next_progress_ <= Clock::now()) next_progress_ += kProgressPeriod;
     Progress progress;
     progress.elapsed_s = base::seconds_since(started_);
+    progress.frame_rate_hz = deployment_.frame_rate_hz;
     progress.composited = frames_composited(statuses_);
     for (const config::Node& node : deployment_.nodes) {
       if (config::program_of(node) == "render_node") progress.render_nodes.push_back(node.name);
