@@ -149,6 +149,23 @@ TEST(Report, IsBoundedForInventedDrops) {
   EXPECT_LT(std::count(table.begin(), table.end(), '\n'), 150);
 }
 
+TEST(Report, APeersTextNeitherControlsTheTerminalNorFillsTheTable) {
+  auto input = ten_seconds();
+  auto peer = status("sim", 99, 200 * s);
+  for (int i = 0; i < 250; ++i) {
+    const std::string name = "\x1b[2J" + std::to_string(i);
+    peer.drops["bad_map: " + name] = peer.empty_cameras[name] = 1;
+    peer.counts["refused from " + name] = 1;
+    peer.collisions[name].frames = 1;
+  }
+  input.statuses.add(peer, 111 * s);
+  const std::string table = launch::table_of(launch::report_from(input));
+  for (const char c : table) EXPECT_TRUE(c >= ' ' || c == '\n') << int(c);
+  EXPECT_LT(std::count(table.begin(), table.end(), '\n'), 4 * 66 + 20);
+  EXPECT_NE(table.find("collided: 188 more\n"), std::string::npos) << table;  // of 252
+  EXPECT_NE(table.find("hull empty: 188 more\n"), std::string::npos) << table;
+}
+
 // Otherwise rare reasons would vanish among many subjects of others.
 TEST(Report, KeepsTheSumOfEachReason) {
   auto input = ten_seconds();

@@ -16,6 +16,7 @@
 #include <thread>
 
 #include "common/base/realtime.h"
+#include "common/base/text_table.h"
 #include "common/base/version.h"
 #include "common/pipeline/messages/wire_conversions.h"
 #include "common/pipeline/node/drop_counts.h"
@@ -286,7 +287,7 @@ void NodeStatusReporter::drop(const messages::BadMessage& bad, std::uint64_t n) 
   Clock::time_point& logged = impl_->drop_logged[counted];
   if (now - logged < kDropLogPeriod || !impl_->log_budget.take(now)) return;
   logged = now;
-  spdlog::warn("dropped: {} ({} so far)", messages::text_of(counted), total);
+  spdlog::warn("dropped: {} ({} so far)", base::printable(messages::text_of(counted)), total);
 }
 
 void NodeStatusReporter::refuse(const std::optional<bus::ProcessId>& sender, std::uint64_t n) {
@@ -351,7 +352,7 @@ void NodeStatusReporter::diagnostic(const std::string& subject, const std::strin
   std::string& current = impl_->state.diagnostics[subject];
   // No message causes the lines about the start.
   if (current != text && (subject == kStart || impl_->log_budget.take(Clock::now())))
-    spdlog::info("{}: {}", subject, text);
+    spdlog::info("{}: {}", subject, base::printable(text));
   current = text;
 }
 

@@ -1,8 +1,11 @@
 #include "common/pipeline/node/status.h"
 
 #include <gtest/gtest.h>
+#include <spdlog/sinks/ostream_sink.h>
+#include <spdlog/spdlog.h>
 
 #include <map>
+#include <sstream>
 
 #include "common/pipeline/messages/wire_conversions.h"
 #include "common/pipeline/node/drop_counts.h"
@@ -82,6 +85,22 @@ TEST(NodeStatus, NamesTheSenderOfTooManyKeys) {
   });
   EXPECT_EQ(last.drops.at({"too_many_keys", bus::topics::FrameTrace::name, ""}), 9u);
   EXPECT_EQ(last.counts.at(kRefusedFrom + bus::text_of(bus::this_process())), 9u);
+}
+
+TEST(NodeStatus, APeersTextCannotControlTheTerminal) {
+  bus::Bus bus({test::own_domain()});
+  std::ostringstream log;
+  const auto logger = spdlog::default_logger();
+  spdlog::set_default_logger(std::make_shared<spdlog::logger>(
+      "test", std::make_shared<spdlog::sinks::ostream_sink_mt>(log)));
+  reported(bus, [&](NodeStatusReporter& status) {
+    status.drop({"bad_camera_info", "\x1b[2J", "unknown camera \x1b[2J"});
+    status.diagnostic("camera left", "process 12 on host \x1b[2J: another model");
+  });
+  spdlog::set_default_logger(logger);
+  EXPECT_NE(log.str().find("bad_camera_info: ?[2J"), std::string::npos) << log.str();
+  EXPECT_NE(log.str().find("camera left: process 12 on host ?[2J"), std::string::npos) << log.str();
+  EXPECT_EQ(log.str().find('\x1b'), std::string::npos);
 }
 
 TEST(NodeStatus, IsBoundedForInventedNamesAndSenders) {
