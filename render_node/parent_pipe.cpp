@@ -85,7 +85,7 @@ class ParentPipe {
   void take_states() {
     for (const auto& sample : states_.take()) {
       if (!sample.valid()) continue;
-      auto poses = poses_from(*sample);
+      auto poses = poses_from(*sample, node_.deployment.scene);
       if (const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&poses))
         node_.status.drop_from(states_.process(sample), *bad);
       else
@@ -94,7 +94,7 @@ class ParentPipe {
     }
   }
 
-  // Drops and counts the poses that draw() would ignore. Otherwise the kept states of a stranger
+  // Drops and counts the poses that the renderer cannot draw. Otherwise the kept states of a peer
   // could fill the memory.
   std::vector<ObjectPose> drawable(std::vector<ObjectPose> poses,
                                    const bus::Sample<bus::topics::VirtualState>& sample) {
