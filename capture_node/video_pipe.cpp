@@ -51,10 +51,7 @@ class VideoPipe {
   void run() {
     Pacing pacing(deployment_.frame_rate_hz, config_.max_frames_in_flight, Pacing::Clock::now());
     while (node::running() && !capture_.ended()) {
-      for (const auto& sample : composited_.take())
-        if (sample.valid() && deployment_.viewer.name == sample->viewer &&
-            sample->frame <= messages::kMaxFrame)
-          pacing.composited(sample->frame, Pacing::Clock::now());
+      take_composited(pacing);
       take_tile_costs();
       const auto now = Pacing::Clock::now();
       if (const auto frame = pacing.next(now, composited_.writers() > 0)) {
@@ -82,6 +79,17 @@ class VideoPipe {
   // with each process.
   bool is_of_this_run(std::uint64_t frame) const {
     return published_ && frame <= *published_ && *published_ - frame < kCostHistoryFrames;
+  }
+
+  void take_composited(Pacing& pacing) {
+    for (const auto& sample : composited_.take()) {
+      if (!sample.valid() || deployment_.viewer.name != sample->viewer) continue;
+      if (const auto why = messages::why_implausible(sample->frame, sample->composited_stamp_ns))
+        node_.status.drop_from(composited_.process(sample),
+                               {"bad_composited", sample->viewer, *why});
+      else
+        pacing.composited(sample->frame, Pacing::Clock::now());
+    }
   }
 
   void take_tile_costs() {

@@ -314,7 +314,7 @@ json report_from(const ReportInput& input) {
           ? base::difference_s(input.stop_stamp_ns, *input.first_composited_stamp_ns)
           : 0;
 
-  std::map<std::string, std::uint64_t> dropped;
+  std::map<std::string, std::uint64_t> dropped = input.drops;
   json nodes = json::object();
   for (const ProgramHistory& program : input.programs) {
     const auto found = processes.find(program.name);

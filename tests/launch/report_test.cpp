@@ -78,6 +78,15 @@ TEST(Report, CountsFramesOverAllProcessesOfANode) {
   EXPECT_EQ(report["nodes"]["recon_b"]["counts"]["frame_sets_complete"], 285);
 }
 
+TEST(Report, CountsTheDropsOfUp) {
+  auto input = ten_seconds();
+  input.drops["bad_composited: viewer: timestamp before 1970 or after 2200"] = 5;
+  EXPECT_EQ(
+      launch::report_from(input)["frames"]["dropped"]
+                                ["bad_composited: viewer: timestamp before 1970 or after 2200"],
+      5);
+}
+
 TEST(Report, FrameRateIsMeasuredFromTheFirstCompositedFrame) {
   EXPECT_DOUBLE_EQ(launch::report_from(ten_seconds())["frame_rate_hz"].get<double>(), 285 / 9.5);
   EXPECT_DOUBLE_EQ(launch::report_from(ten_seconds())["duration_s"].get<double>(), 10);

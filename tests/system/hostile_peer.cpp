@@ -193,7 +193,7 @@ class HostilePeer {
   void send_status() {
     fivepipe_v1_NodeStatus status{};
     messages::set_text(status.node, invented());
-    status.start_stamp_ns = coin() ? INT64_MIN : INT64_MAX;
+    status.start_stamp_ns = coin() ? 1 : INT64_MAX;
     status.has_handled_frame = true;
     status.frame_rate_hz = status.cpu_s = status.memory_mb = kNaN;
     std::vector<fivepipe_v1_DropCount> drops(random_() % 20);

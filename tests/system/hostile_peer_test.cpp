@@ -204,8 +204,9 @@ TEST_F(HostilePeer, DeploymentWorksOnAndNamesTheStranger) {
   const auto offender = report["refused_from"].items().begin();
   EXPECT_EQ(offender.key().substr(0, name.size()), name);
   EXPECT_GT(offender.value().get<int>(), attack_s() * kRate_Hz / 4);
-  for (const char* reason : {"bad_map", "bad_colour", "bad_camera_info", "bad_head_pose",
-                             "bad_view", "bad_tile", "bad_state", "bad_collision"})
+  for (const char* reason :
+       {"bad_map", "bad_colour", "bad_camera_info", "bad_head_pose", "bad_view", "bad_tile",
+        "bad_state", "bad_collision", "bad_composited"})
     EXPECT_GT(dropped(report["frames"]["dropped"], reason), 0u) << reason << '\n'
                                                                 << report["frames"].dump(1);
   EXPECT_EQ(report["duplicate_nodes"], nlohmann::json::array());
@@ -257,8 +258,8 @@ TEST_F(HostilePeer, InventedNamesDoNotFillTheMemory) {
 // Standard output is no terminal, so that `top` appends each update to the previous one.
 TEST_F(HostilePeer, TopShowsTheNodesAndTheStrangerInABoundedText) {
   // The table of at most 50 nodes with its head, 200 lines about them, 20 about duplicates and the
-  // numbers of further nodes and lines; of at most 1,000 bytes each.
-  constexpr std::size_t kMaxLines = 50 + 1 + 200 + 20 + 2, kMaxBytes = 1000 * kMaxLines;
+  // numbers of further nodes and lines and of ignored statuses; of at most 1,000 bytes each.
+  constexpr std::size_t kMaxLines = 50 + 1 + 200 + 20 + 3, kMaxBytes = 1000 * kMaxLines;
   const auto stranger = this->stranger(60, kRate_Hz);
   ASSERT_TRUE(watch_until(20s, [&] { return drops_["recon_a"]["bad_map"] >= 100; }));
   const auto top = fivepipe("top", {"top"});
