@@ -41,7 +41,7 @@ class VideoPipe {
         capture_(
             deployment_.rig, deployment_.viewer, config_, deployment_.frame_rate_hz,
             [this](std::string_view what, double fraction) { report_progress(what, fraction); }) {
-    node_.status.diagnostic(node::kStart, "");
+    node_.status.start_progress("");
     for (const config::RigCamera& camera : deployment_.rig.cameras)
       if (config_.sources.contains(camera.name))
         infos_.write(messages::camera_info_message(camera));
@@ -105,8 +105,7 @@ class VideoPipe {
     const int percent = int(100 * fraction);
     if (percent / 10 == reported_percent_ / 10 && percent != 100) return;
     reported_percent_ = percent;
-    node_.status.diagnostic(node::kStart,
-                            std::string(what) + ", " + std::to_string(percent) + " %");
+    node_.status.start_progress(std::string(what) + ", " + std::to_string(percent) + " %");
   }
 
   void publish(std::int64_t frame) {

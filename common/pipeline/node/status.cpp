@@ -14,6 +14,7 @@
 #include <map>
 #include <mutex>
 #include <thread>
+#include <utility>
 
 #include "common/base/realtime.h"
 #include "common/base/text_table.h"
@@ -226,6 +227,15 @@ struct NodeStatusReporter::Impl {
     }
   }
 
+  // Returns whether there is a new text. Call with `mutex` locked.
+  bool set_diagnostic(const std::string& subject, const std::string& text) {
+    if (text.empty()) {
+      state.diagnostics.erase(subject);
+      return false;
+    }
+    return std::exchange(state.diagnostics[subject], text) != text;
+  }
+
   void collect_sent() {
     const auto not_sent = bus.take_not_sent(), sent = bus.sent();
     const std::scoped_lock lock(mutex);
@@ -345,15 +355,13 @@ void NodeStatusReporter::set_gl_renderer(const std::string& renderer) {
 
 void NodeStatusReporter::diagnostic(const std::string& subject, const std::string& text) {
   const std::scoped_lock lock(impl_->mutex);
-  if (text.empty()) {
-    impl_->state.diagnostics.erase(subject);
-    return;
-  }
-  std::string& current = impl_->state.diagnostics[subject];
-  // No message causes the lines about the start.
-  if (current != text && (subject == kStart || impl_->log_budget.take(Clock::now())))
+  if (impl_->set_diagnostic(subject, text) && impl_->log_budget.take(Clock::now()))
     spdlog::info("{}: {}", subject, base::printable(text));
-  current = text;
+}
+
+void NodeStatusReporter::start_progress(const std::string& text) {
+  const std::scoped_lock lock(impl_->mutex);
+  if (impl_->set_diagnostic(kStart, text)) spdlog::info("{}: {}", kStart, text);
 }
 
 std::string empty_hull_text(const std::vector<std::string>& cameras) {

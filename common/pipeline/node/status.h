@@ -60,6 +60,9 @@ class NodeStatusReporter {
   // Sets the diagnostic for this subject until the next call for it. An empty text removes it. The
   // subjects must be bounded: names of the configuration, not of messages.
   void diagnostic(const std::string& subject, const std::string& text);
+  // Sets the diagnostic about the preparation before the first frame. An empty text removes it.
+  // Logs each text without a limit: no message causes it.
+  void start_progress(const std::string& text);
 
  private:
   struct Impl;
