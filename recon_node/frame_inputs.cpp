@@ -1,4 +1,4 @@
-#include "recon_node/messages_by_frame.h"
+#include "recon_node/frame_inputs.h"
 
 #include <utility>
 
@@ -36,12 +36,6 @@ void FrameInputs::reset() {
   poses_.clear();
   colours_.clear();
   restart_detector_ = {};
-}
-
-std::size_t FrameInputs::kept_colours() const {
-  std::size_t kept = 0;
-  for (const auto& entry : colours_) kept += entry.value.size();
-  return kept;
 }
 
 }  // namespace fivepipe::recon
