@@ -63,7 +63,7 @@ class TileAssembler {
  public:
   static constexpr std::size_t kMaxOpenFrames = 4;
   // If the tiles of this many frames in a row are older than the last complete frame, that frame's
-  // number counts as wrong, for example that of a stranger, and the assembler resets. A reader
+  // number counts as wrong, for example that of a peer, and the assembler resets. A reader
   // holds 8 samples per tile (bus.cpp), so a busy node takes the tiles of at most 8 late frames in
   // a row.
   static constexpr std::uint32_t kMaxLateFrames = 16;

@@ -306,8 +306,8 @@ TEST(NodeMessages, StateHowManyStatusesAreIgnored) {
 TEST(LiveStatus, IsBoundedForInventedNodesAndDropsAndShowsRealNodesFirst) {
   launch::StatusRegistry registry;
   for (std::uint32_t node = 0; node < 250; ++node) {
-    const bus::ProcessId stranger{"alpha", 1000 + node / 60, 1};  // publishes many nodes
-    auto invented = status("invented_" + std::to_string(node), stranger, 1 * s);
+    const bus::ProcessId peer{"alpha", 1000 + node / 60, 1};  // publishes many nodes
+    auto invented = status("invented_" + std::to_string(node), peer, 1 * s);
     for (int i = 0; i < 60; ++i) {
       const std::string name = "invented_" + std::to_string(i);
       invented.drops[name] = 1;

@@ -140,13 +140,13 @@ TEST(Report, IsBoundedForInventedDrops) {
   auto input = ten_seconds();
   constexpr int kProcesses = 60, kDrops = 250;
   for (int process = 0; process < kProcesses; ++process) {
-    auto stranger = status("sim", std::uint32_t(1000 + process), (200 + process) * s);
+    auto peer = status("sim", std::uint32_t(1000 + process), (200 + process) * s);
     for (int i = 0; i < kDrops; ++i) {
       const std::string invented = std::to_string(process) + "_" + std::to_string(i);
-      stranger.drops["bad_map: invented_" + invented] = 2;
-      stranger.counts["invented_" + invented] = 2;
+      peer.drops["bad_map: invented_" + invented] = 2;
+      peer.counts["invented_" + invented] = 2;
     }
-    input.statuses.add(stranger, 111 * s);
+    input.statuses.add(peer, 111 * s);
   }
   const auto report = launch::report_from(input);
   EXPECT_LT(report.dump(2).size(), 50'000u);

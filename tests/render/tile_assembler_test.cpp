@@ -168,14 +168,14 @@ TEST(TileAssembler, AFrameHasNoColourIfOneTileHasNone) {
   EXPECT_TRUE(hull->bgr.empty());
 }
 
-// Otherwise a stranger's tiles with a frame number near 2^64 would displace all others for ever.
+// Otherwise a peer's tiles with a frame number near 2^64 would displace all others for ever.
 TEST(TileAssembler, WrongFrameNumbersDoNotKeepFramesFromCompleting) {
   TileAssembler tiles = sets();
   for (std::uint64_t frame = 1; frame < 50; ++frame) {
     for (const std::uint64_t wrong : {UINT64_MAX - 2 * frame, UINT64_MAX - 1000 + 2 * frame}) {
-      Message stranger = message(frame, 1);
-      stranger.tile.frame = wrong;
-      EXPECT_FALSE(tiles.add(stranger.get()));
+      Message peer = message(frame, 1);
+      peer.tile.frame = wrong;
+      EXPECT_FALSE(tiles.add(peer.get()));
     }
     for (std::uint32_t i = 0; i < 3; ++i) EXPECT_FALSE(add(tiles, frame, i)) << frame;
     EXPECT_TRUE(add(tiles, frame, 3)) << frame;
@@ -188,10 +188,10 @@ TEST(TileAssembler, WrongFrameNumbersDoNotKeepFramesFromCompleting) {
 TEST(TileAssembler, RecoversFromACompleteFrameWithAWrongNumber) {
   TileAssembler tiles = sets();
   for (std::uint32_t i = 0; i < 4; ++i) {
-    Message stranger = message(1, i);
-    stranger.tile.frame = UINT64_MAX;
-    stranger.tile.capture_stamp_ns = INT64_MAX;
-    EXPECT_EQ(tiles.add(stranger.get()).has_value(), i == 3);
+    Message peer = message(1, i);
+    peer.tile.frame = UINT64_MAX;
+    peer.tile.capture_stamp_ns = INT64_MAX;
+    EXPECT_EQ(tiles.add(peer.get()).has_value(), i == 3);
   }
   std::uint64_t frame = 2;
   const auto completes = [&] {

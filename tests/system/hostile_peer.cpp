@@ -1,4 +1,4 @@
-// A stranger in a deployment's domain: sends every message type with invented names, wrong sizes,
+// A peer in a deployment's domain: sends every message type with invented names, wrong sizes,
 // extreme stamps and frame numbers, and NaN. The nodes must drop all of it. It sends no valid
 // message and claims no node's name.
 #include <array>
