@@ -11,11 +11,11 @@ void FrameInputs::add(messages::FramePose pose) {
     poses_.clear();
     colours_.clear();
   }
-  poses_.get_or_add(pose.frame) = std::move(pose);
+  poses_.get_or_add(pose.frame).value = std::move(pose);
 }
 
 bool FrameInputs::add(messages::CameraColour colour) {
-  ColourOfCamera& of_frame = colours_.get_or_add(colour.frame);
+  ColourOfCamera& of_frame = colours_.get_or_add(colour.frame).value;
   const std::size_t camera = colour.camera;
   return of_frame.insert_or_assign(camera, std::move(colour)).second;
 }

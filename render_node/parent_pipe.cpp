@@ -117,10 +117,10 @@ class ParentPipe {
         continue;
       }
       std::get<ReceivedTile>(tile).received_ns = now_ns;
-      const std::uint64_t rejected_before = tile_assembler_.counts().rejected_tiles;
-      auto hull = tile_assembler_.add(std::get<ReceivedTile>(tile));
-      if (tile_assembler_.counts().rejected_tiles > rejected_before)
-        node_.status.refuse(tiles_.process(sample), 1);
+      auto added = tile_assembler_.add(std::get<ReceivedTile>(tile));
+      if (const RefusedTile* refused = std::get_if<RefusedTile>(&added))
+        node_.status.drop_from(tiles_.process(sample), {"bad_tile", "", refused->reason});
+      HullFrame* const hull = std::get_if<HullFrame>(&added);
       if (!hull) continue;
       if (pending_ && replay_.lossless()) {
         after_pending_.push_back(std::move(*hull));  // waits for the states of the frames before it
@@ -187,8 +187,6 @@ class ParentPipe {
     node_.status.drop("incomplete_hull", counts.incomplete - reported_.incomplete);
     node_.status.drop("late_tile", counts.late - reported_.late);
     node_.status.drop("repeated_tile", counts.duplicate - reported_.duplicate);
-    for (const auto& [reason, n] : counts.rejected)
-      node_.status.drop({"bad_tile", "", reason}, n - reported_.rejected[reason]);
     node_.status.drop("video_frame", presenter_.video_frames_dropped() - reported_video_drops_);
     reported_video_drops_ = presenter_.video_frames_dropped();
     reported_ = counts;
