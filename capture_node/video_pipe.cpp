@@ -41,7 +41,7 @@ class VideoPipe {
         capture_(
             deployment_.rig, deployment_.viewer, config_, deployment_.frame_rate_hz,
             [this](std::string_view what, double fraction) { report_progress(what, fraction); }) {
-    node_.status.diagnostic(node::kStart, "");
+    node_.status.start_progress("");
     for (const config::RigCamera& camera : deployment_.rig.cameras)
       if (config_.sources.contains(camera.name))
         infos_.write(messages::camera_info_message(camera));
@@ -51,10 +51,7 @@ class VideoPipe {
   void run() {
     Pacing pacing(deployment_.frame_rate_hz, config_.max_frames_in_flight, Pacing::Clock::now());
     while (node::running() && !capture_.ended()) {
-      for (const auto& sample : composited_.take())
-        if (sample.valid() && deployment_.viewer.name == sample->viewer &&
-            sample->frame <= messages::kMaxFrame)
-          pacing.composited(sample->frame, Pacing::Clock::now());
+      take_composited(pacing);
       take_tile_costs();
       const auto now = Pacing::Clock::now();
       if (const auto frame = pacing.next(now, composited_.writers() > 0)) {
@@ -84,6 +81,17 @@ class VideoPipe {
     return published_ && frame <= *published_ && *published_ - frame < kCostHistoryFrames;
   }
 
+  void take_composited(Pacing& pacing) {
+    for (const auto& sample : composited_.take()) {
+      if (!sample.valid() || deployment_.viewer.name != sample->viewer) continue;
+      if (const auto why = messages::why_implausible(sample->frame, sample->composited_stamp_ns))
+        node_.status.drop_from(composited_.process(sample),
+                               {"bad_composited", sample->viewer, *why});
+      else
+        pacing.composited(sample->frame, Pacing::Clock::now());
+    }
+  }
+
   void take_tile_costs() {
     for (const auto& sample : tile_costs_.take())
       if (sample.valid() && tile_balancer_ && deployment_.viewer.name == sample->viewer &&
@@ -97,8 +105,7 @@ class VideoPipe {
     const int percent = int(100 * fraction);
     if (percent / 10 == reported_percent_ / 10 && percent != 100) return;
     reported_percent_ = percent;
-    node_.status.diagnostic(node::kStart,
-                            std::string(what) + ", " + std::to_string(percent) + " %");
+    node_.status.start_progress(std::string(what) + ", " + std::to_string(percent) + " %");
   }
 
   void publish(std::int64_t frame) {

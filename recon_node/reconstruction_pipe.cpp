@@ -10,8 +10,8 @@
 #include "common/pipeline/node/frame_set_reader.h"
 #include "common/pipeline/node/frame_trace.h"
 #include "common/pipeline/node/replay_monitor.h"
+#include "recon_node/frame_inputs.h"
 #include "recon_node/messages.h"
-#include "recon_node/messages_by_frame.h"
 
 namespace fivepipe::recon {
 namespace {

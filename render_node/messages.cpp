@@ -44,11 +44,15 @@ messages::Received<Highlight> highlight_from(const fivepipe_v1_CollisionResult& 
                        !messages::span_of(message.first_contact).empty()};
 }
 
-messages::Received<std::vector<ObjectPose>> poses_from(const fivepipe_v1_VirtualState& message) {
+messages::Received<std::vector<ObjectPose>> poses_from(const fivepipe_v1_VirtualState& message,
+                                                       const config::Scene& scene) {
   if (const auto why = messages::why_implausible(message.frame, message.capture_stamp_ns))
     return messages::BadMessage{"bad_state", "", *why};
+  const auto objects = messages::span_of(message.objects);
+  if (objects.size() > scene.objects.size())
+    return messages::BadMessage{"bad_state", "", "more objects than the scene has"};
   std::vector<ObjectPose> poses;
-  for (const fivepipe_v1_ObjectState& object : messages::span_of(message.objects)) {
+  for (const fivepipe_v1_ObjectState& object : objects) {
     const auto pose = messages::from_wire(object.world_from_object);
     if (!pose)
       return messages::BadMessage{"bad_state", object.object,

@@ -20,9 +20,10 @@ namespace fivepipe::render {
 messages::Received<ReceivedTile> tile_from(const fivepipe_v1_HullTile& message,
                                            const config::Rig& rig);
 
-// Converts the poses of all objects. Also returns BadMessage if a pose is not finite or not a
-// rotation; Renderer validates everything else.
-messages::Received<std::vector<ObjectPose>> poses_from(const fivepipe_v1_VirtualState& message);
+// Converts the poses of all objects. Also returns BadMessage if there are more than the scene has,
+// or a pose is not finite or not a rotation; Renderer validates everything else.
+messages::Received<std::vector<ObjectPose>> poses_from(const fivepipe_v1_VirtualState& message,
+                                                       const config::Scene& scene);
 
 // What render_node takes from a CollisionResult: whether to highlight the object.
 struct Highlight {

@@ -85,7 +85,7 @@ class ParentPipe {
   void take_states() {
     for (const auto& sample : states_.take()) {
       if (!sample.valid()) continue;
-      auto poses = poses_from(*sample);
+      auto poses = poses_from(*sample, node_.deployment.scene);
       if (const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&poses))
         node_.status.drop_from(states_.process(sample), *bad);
       else
@@ -94,7 +94,7 @@ class ParentPipe {
     }
   }
 
-  // Drops and counts the poses that draw() would ignore. Otherwise the kept states of a stranger
+  // Drops and counts the poses that the renderer cannot draw. Otherwise the kept states of a peer
   // could fill the memory.
   std::vector<ObjectPose> drawable(std::vector<ObjectPose> poses,
                                    const bus::Sample<bus::topics::VirtualState>& sample) {
@@ -117,10 +117,10 @@ class ParentPipe {
         continue;
       }
       std::get<ReceivedTile>(tile).received_ns = now_ns;
-      const std::uint64_t rejected_before = tile_assembler_.counts().rejected_tiles;
-      auto hull = tile_assembler_.add(std::get<ReceivedTile>(tile));
-      if (tile_assembler_.counts().rejected_tiles > rejected_before)
-        node_.status.refuse(tiles_.process(sample), 1);
+      auto added = tile_assembler_.add(std::get<ReceivedTile>(tile));
+      if (const RefusedTile* refused = std::get_if<RefusedTile>(&added))
+        node_.status.drop_from(tiles_.process(sample), {"bad_tile", "", refused->reason});
+      HullFrame* const hull = std::get_if<HullFrame>(&added);
       if (!hull) continue;
       if (pending_ && replay_.lossless()) {
         after_pending_.push_back(std::move(*hull));  // waits for the states of the frames before it
@@ -187,8 +187,6 @@ class ParentPipe {
     node_.status.drop("incomplete_hull", counts.incomplete - reported_.incomplete);
     node_.status.drop("late_tile", counts.late - reported_.late);
     node_.status.drop("repeated_tile", counts.duplicate - reported_.duplicate);
-    for (const auto& [reason, n] : counts.rejected)
-      node_.status.drop({"bad_tile", "", reason}, n - reported_.rejected[reason]);
     node_.status.drop("video_frame", presenter_.video_frames_dropped() - reported_video_drops_);
     reported_video_drops_ = presenter_.video_frames_dropped();
     reported_ = counts;

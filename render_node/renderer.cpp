@@ -1,6 +1,7 @@
 #include "render_node/renderer.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
@@ -121,14 +122,12 @@ Renderer::Renderer(const config::Scene& scene, const config::Viewer& viewer)
   }
 }
 
-std::vector<std::string> Renderer::draw(const HullFrame& hull, std::span<const ObjectPose> poses,
-                                        const std::set<std::string>& colliding) {
-  std::vector<std::string> refused;
-  for (const ObjectPose& pose : poses)
-    if (auto reason = why_undrawable(pose))
-      refused.push_back(pose.object + ": " + *reason);
-    else
-      set_pose(pose);
+void Renderer::draw(const HullFrame& hull, std::span<const ObjectPose> poses,
+                    const std::set<std::string>& colliding) {
+  for (const ObjectPose& pose : poses) {
+    assert(!why_undrawable(pose));
+    set_pose(pose);
+  }
 
   framebuffer_.bind();
   glDisable(GL_BLEND);
@@ -142,7 +141,6 @@ std::vector<std::string> Renderer::draw(const HullFrame& hull, std::span<const O
   if (!hull.depth_m.empty() && !hull.covered.empty()) draw_hull(hull);
   draw_objects(hull.eye_from_world, colliding);
   draw_background();
-  return refused;
 }
 
 std::optional<std::string> Renderer::why_undrawable(const ObjectPose& pose) const {

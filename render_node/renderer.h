@@ -32,14 +32,13 @@ class Renderer {
 
   // Draws one frame as seen from hull.eye_from_world. An object without a pose in `poses` keeps its
   // last pose. Colliding objects are tinted red. Virtual and real surfaces occlude each other per
-  // pixel; at equal depth the virtual surface is visible.
-  // Ignores an invalid pose and returns one line for each: unknown object, wrong number of vertices
+  // pixel; at equal depth the virtual surface is visible. The poses must be drawable.
+  void draw(const HullFrame& hull, std::span<const ObjectPose> poses,
+            const std::set<std::string>& colliding);
+
+  // Returns why draw() cannot draw the pose, or nullopt: unknown object, wrong number of vertices
   // or warmth values, a non-finite pose or vertex, or warmth for an object without `warmth` in the
   // scene.
-  std::vector<std::string> draw(const HullFrame& hull, std::span<const ObjectPose> poses,
-                                const std::set<std::string>& colliding);
-
-  // Returns why draw() would ignore the pose, or nullopt.
   std::optional<std::string> why_undrawable(const ObjectPose& pose) const;
 
   // Waits until the GPU has finished the last frame.

@@ -46,17 +46,11 @@ TileAssembler::TileAssembler(const geometry::Pinhole& recon, double near_m, doub
                              std::size_t max_open_frames)
     : recon_(recon), near_m_(float(near_m)), far_m_(float(far_m)), open_(max_open_frames) {}
 
-std::optional<HullFrame> TileAssembler::add(const ReceivedTile& tile) {
-  if (const auto reason = why_refused(tile)) {
-    reject(*reason);
-    return {};
-  }
+AddedTile TileAssembler::add(const ReceivedTile& tile) {
+  if (auto reason = why_refused(tile)) return RefusedTile{std::move(*reason)};
   if (is_late(tile)) return {};
   OpenFrame& open = open_for(tile);
-  if (const auto reason = why_inconsistent(tile, open)) {
-    reject(*reason);
-    return {};
-  }
+  if (auto reason = why_inconsistent(tile, open)) return RefusedTile{std::move(*reason)};
   if (!open.rects[tile.tile].empty()) {
     ++counts_.duplicate;
     return {};
@@ -80,16 +74,10 @@ std::optional<HullFrame> TileAssembler::add(const ReceivedTile& tile) {
                                  tile.empty_cameras.end());
   if (open.tiles_here < open.rects.size()) return {};
   if (open.area_px != std::size_t(recon_.width_px) * std::size_t(recon_.height_px)) {
-    reject("tiles leave gaps in the view");
     open_.take(tile.frame);
-    return {};
+    return RefusedTile{"tiles leave gaps in the view"};
   }
   return completed(tile.frame);
-}
-
-void TileAssembler::reject(const std::string& reason) {
-  ++counts_.rejected[reason];
-  ++counts_.rejected_tiles;
 }
 
 // Returns why the tile is invalid by itself, or nullopt.
@@ -164,9 +152,8 @@ bool TileAssembler::is_late(const ReceivedTile& tile) {
 // Returns the open frame of the tile and opens it if needed.
 TileAssembler::OpenFrame& TileAssembler::open_for(const ReceivedTile& tile) {
   if (OpenFrame* const found = open_.find(tile.frame)) return *found;
-  const std::uint64_t displaced_before = open_.displaced();
-  OpenFrame& open = open_.get_or_add(tile.frame);
-  counts_.incomplete += open_.displaced() - displaced_before;
+  const auto& [open, displaced] = open_.get_or_add(tile.frame);
+  counts_.incomplete += displaced;
   open.hull = {tile.frame,
                tile.capture_stamp_ns,
                tile.received_ns,
@@ -183,7 +170,7 @@ TileAssembler::OpenFrame& TileAssembler::open_for(const ReceivedTile& tile) {
   return open;
 }
 
-std::optional<HullFrame> TileAssembler::completed(std::uint64_t frame) {
+HullFrame TileAssembler::completed(std::uint64_t frame) {
   OpenFrame open = *open_.take(frame);
   counts_.incomplete += open_.erase_up_to(frame);
   last_complete_ = {frame, open.hull.capture_stamp_ns};

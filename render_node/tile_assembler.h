@@ -1,10 +1,10 @@
 // Assembles the tiles of one view, which the reconstruction nodes send, into whole frames.
 #pragma once
 #include <cstdint>
-#include <map>
 #include <optional>
 #include <span>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "common/geometry/camera.h"
@@ -52,10 +52,16 @@ struct TileCounts {
   // Tiles received twice, because a restarted node sends its frame again. The assembler keeps the
   // first one.
   std::uint64_t duplicate = 0;
-  std::uint64_t restarts = 0;                     // times the source restarted its frame count
-  std::map<std::string, std::uint64_t> rejected;  // invalid tiles by reason
-  std::uint64_t rejected_tiles = 0;               // sum of `rejected`
+  std::uint64_t restarts = 0;  // times the source restarted its frame count
 };
+
+// A tile that is invalid, or contradicts the other tiles of its frame.
+struct RefusedTile {
+  std::string reason;
+};
+// HullFrame: the tile completed the frame. monostate: the frame lacks tiles, or the tile is late or
+// a duplicate.
+using AddedTile = std::variant<std::monostate, HullFrame, RefusedTile>;
 
 // Assembles several frames at a time. A complete frame drops all older open frames. If a tile of a
 // new frame arrives while max_open_frames are open, the one that was opened first is dropped.
@@ -65,7 +71,7 @@ class TileAssembler {
   // A message with more tiles is invalid: no view needs as many.
   static constexpr std::uint32_t kMaxTiles = 4096;
   // If the tiles of this many frames in a row are older than the last complete frame, that frame's
-  // number counts as wrong, for example that of a stranger, and the assembler resets. A reader
+  // number counts as wrong, for example that of a peer, and the assembler resets. A reader
   // holds 8 samples per tile (bus.cpp), so a busy node takes the tiles of at most 8 late frames in
   // a row.
   static constexpr std::uint32_t kMaxLateFrames = 16;
@@ -74,8 +80,7 @@ class TileAssembler {
   TileAssembler(const geometry::Pinhole& recon, double near_m, double far_m,
                 std::size_t max_open_frames = kMaxOpenFrames);
 
-  // Adds a tile. Returns the frame if this tile completes it.
-  std::optional<HullFrame> add(const ReceivedTile& tile);
+  AddedTile add(const ReceivedTile& tile);
 
   // Drops the open frames and accepts any frame number next. Call when a replay starts.
   void reset();
@@ -96,13 +101,12 @@ class TileAssembler {
     std::int64_t capture_stamp_ns;
   };
 
-  void reject(const std::string& reason);
   std::optional<std::string> why_refused(const ReceivedTile& tile) const;
   std::optional<std::string> why_inconsistent(const ReceivedTile& tile,
                                               const OpenFrame& open) const;
   bool is_late(const ReceivedTile& tile);
   OpenFrame& open_for(const ReceivedTile& tile);
-  std::optional<HullFrame> completed(std::uint64_t frame);
+  HullFrame completed(std::uint64_t frame);
 
   geometry::Pinhole recon_;
   float near_m_, far_m_;

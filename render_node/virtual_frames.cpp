@@ -5,7 +5,7 @@ namespace fivepipe::render {
 // Returns nullptr for a displaced frame: it has already been composited or dropped.
 VirtualFrame* VirtualFrames::at(std::uint64_t frame, std::int64_t capture_stamp_ns) {
   if (restart_detector_.is_restart(frame, capture_stamp_ns)) frames_.clear();
-  return frames_.was_displaced(frame) ? nullptr : &frames_.get_or_add(frame);
+  return frames_.was_displaced(frame) ? nullptr : &frames_.get_or_add(frame).value;
 }
 
 void VirtualFrames::add_collision(std::uint64_t frame, std::int64_t capture_stamp_ns,

@@ -140,7 +140,7 @@ std::unique_ptr<Frames> open_frames(const config::RigCamera& camera, const std::
     if (files.empty()) fail(SourceFault::not_found, "no file matches this pattern");
     for (const auto& [index, path] : files)
       if (const auto why = base::why_unreadable(path))
-        fail(SourceFault::not_found, path.filename().string() + ' ' + *why);
+        fail(SourceFault::not_found, path.filename().string() + ": " + *why);
     frames = std::make_unique<SequenceFrames>(std::move(files));
   } else if (const auto why = base::why_unreadable(file)) {
     fail(SourceFault::not_found, *why);

@@ -18,6 +18,7 @@
 #include "common/base/realtime.h"
 #include "common/base/timing.h"
 #include "common/base/version.h"
+#include "common/pipeline/messages/bad_message.h"
 #include "common/pipeline/messages/wire_conversions.h"
 #include "launch/supervise/interrupt.h"
 #include "launch/supervise/program_folder.h"
@@ -155,14 +156,7 @@ class DeploymentRun {
       if (const ProcessStatus* newest = statuses_.newest(node.name);
           newest && newest->has_handled_frame)
         supervisor_.mark_healthy(node.name, newest->start_stamp_ns);
-    for (const auto& frame : composited_in_.take())
-      if (frame.valid() && deployment_.viewer.name == frame->viewer &&
-          !messages::why_implausible(frame->frame, frame->composited_stamp_ns)) {
-        newest_composited_seen_ = Clock::now();
-        if (first_composited_seen_) continue;
-        first_composited_stamp_ns_ = frame->composited_stamp_ns;
-        first_composited_seen_ = newest_composited_seen_;
-      }
+    take_composited();
     for (const std::string& problem : bus_.problems()) spdlog::error("{}", problem);
     for (const DuplicateNode& duplicate : statuses_.duplicates())
       if (reported_duplicates_.insert(duplicate.node).second)
@@ -170,6 +164,20 @@ class DeploymentRun {
             "{}. Their frames mix: another deployment runs in domain {}; stop it or choose another "
             "--domain",
             text_of(duplicate), settings_.domain);
+  }
+
+  void take_composited() {
+    for (const auto& frame : composited_in_.take()) {
+      if (!frame.valid() || deployment_.viewer.name != frame->viewer) continue;
+      if (const auto why = messages::why_implausible(frame->frame, frame->composited_stamp_ns)) {
+        ++drops_[messages::text_of({"bad_composited", frame->viewer, *why})];
+        continue;
+      }
+      newest_composited_seen_ = Clock::now();
+      if (first_composited_seen_) continue;
+      first_composited_stamp_ns_ = frame->composited_stamp_ns;
+      first_composited_seen_ = newest_composited_seen_;
+    }
   }
 
   bool all_exited_cleanly(const std::string& program) const {
@@ -221,13 +229,14 @@ class DeploymentRun {
 
   // Prints the status line periodically, and at once when rendering has stopped.
   void print_progress() {
-    const bool stalled =
-        newest_composited_seen_ && base::seconds_since(*newest_composited_seen_) > kMaxFrameGap_s;
+    const bool stalled = newest_composited_seen_ && base::seconds_since(*newest_composited_seen_) >
+                                                        max_frame_gap_s(deployment_.frame_rate_hz);
     const bool was_stalled = std::exchange(rendering_stalled_, stalled);
     if (Clock::now() < next_progress_ && (was_stalled || !stalled)) return;
     while (next_progress_ <= Clock::now()) next_progress_ += kProgressPeriod;
     Progress progress;
     progress.elapsed_s = base::seconds_since(started_);
+    progress.frame_rate_hz = deployment_.frame_rate_hz;
     progress.composited = frames_composited(statuses_);
     for (const config::Node& node : deployment_.nodes) {
       if (config::program_of(node) == "render_node") progress.render_nodes.push_back(node.name);
@@ -287,6 +296,7 @@ class DeploymentRun {
                         is_recording_complete(),
                         recorder_ended_after_s_};
     input.statuses = statuses_;
+    input.drops = drops_;
     return input;
   }
 
@@ -327,6 +337,7 @@ class DeploymentRun {
   bus::Reader<bus::topics::NodeStatus> statuses_in_;
   bus::Reader<bus::topics::FrameComposited> composited_in_;
   StatusRegistry statuses_;
+  std::map<std::string, std::uint64_t> drops_;
   std::unique_ptr<RecorderProcess> recorder_;  // starts before the first node
   std::optional<ProcessExit> recorder_end_;
   std::optional<double> recorder_ended_after_s_;  // if it ended before the deployment

@@ -237,20 +237,40 @@ std::string latency_line(const json& latency) {
       latency["max"].get<double>());
 }
 
+// Returns one line per element of `elements`, at most kMaxShownCounts, and one about the remaining
+// ones.
+template <class LineOf>
+std::string lines_of(const json& elements, const char* heading, const LineOf& line_of) {
+  std::string lines;
+  std::size_t shown = 0;
+  for (const auto& [key, element] : elements.items()) {
+    if (shown == kMaxShownCounts) break;
+    lines += fmt::format("{}: {}\n", heading, base::printable(line_of(key, element)));
+    ++shown;
+  }
+  return elements.size() == shown
+             ? lines
+             : lines + fmt::format("{}: {} more\n", heading, elements.size() - shown);
+}
+
+// Other processes state the names of objects and cameras, and the texts of drops.
 std::string events_of(const json& report) {
   std::string lines;
   for (const auto& [reason, count] : report["frames"]["dropped"].items())
-    lines += fmt::format("  dropped: {} {}\n", count.get<std::uint64_t>(), reason);
+    lines += fmt::format("  dropped: {} {}\n", count.get<std::uint64_t>(), base::printable(reason));
   for (const auto& [process, count] : report["refused_from"].items())
-    lines += fmt::format("  refused: {} messages from {}\n", count.get<std::uint64_t>(), process);
-  lines += latency_line(report["latency_ms"]);
-  for (const auto& [object, count] : report["collisions"].items())
-    lines +=
-        fmt::format("collided: {}, {} frames, {} points\n", object,
-                    count["frames"].get<std::uint64_t>(), count["points"].get<std::uint64_t>());
-  for (const json& camera : report["empty_cameras"])
-    lines += fmt::format("hull empty: camera {} saw no object pixel\n", camera.get<std::string>());
-  return lines;
+    lines += fmt::format("  refused: {} messages from {}\n", count.get<std::uint64_t>(),
+                         base::printable(process));
+  return lines + latency_line(report["latency_ms"]) +
+         lines_of(report["collisions"], "collided",
+                  [](const std::string& object, const json& count) {
+                    return fmt::format("{}, {} frames, {} points", object,
+                                       count["frames"].get<std::uint64_t>(),
+                                       count["points"].get<std::uint64_t>());
+                  }) +
+         lines_of(report["empty_cameras"], "hull empty", [](const auto&, const json& camera) {
+           return fmt::format("camera {} saw no object pixel", camera.get<std::string>());
+         });
 }
 
 std::string nodes_table(const json& nodes) {
@@ -294,7 +314,7 @@ json report_from(const ReportInput& input) {
           ? base::difference_s(input.stop_stamp_ns, *input.first_composited_stamp_ns)
           : 0;
 
-  std::map<std::string, std::uint64_t> dropped;
+  std::map<std::string, std::uint64_t> dropped = input.drops;
   json nodes = json::object();
   for (const ProgramHistory& program : input.programs) {
     const auto found = processes.find(program.name);

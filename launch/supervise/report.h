@@ -2,6 +2,7 @@
 // Pure.
 #pragma once
 #include <cstdint>
+#include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
@@ -32,16 +33,17 @@ struct ReportInput {
   std::optional<std::int64_t> first_composited_stamp_ns;
   std::string ended_by;  // "duration", "SIGINT", "recon_a cannot start: ..."
   std::vector<ProgramHistory> programs;
-  std::optional<RecorderHistory> recorder;  // nullopt: nothing was to be recorded
-  StatusRegistry statuses;                  // of the programs and of the recorder
+  std::optional<RecorderHistory> recorder;     // nullopt: nothing was to be recorded
+  StatusRegistry statuses;                     // of the programs and of the recorder
+  std::map<std::string, std::uint64_t> drops;  // of `fivepipe up`, by text_of(BadMessage)
 };
 
 // frames.captured: of the busiest capture_node. frames.complete, frames.composited: of the slowest
-// recon_node and render_node. frames.dropped: summed over all nodes, so that a set that two nodes
-// miss counts twice. frame_rate_hz: frames composited after the first one, divided by the time from
-// the first one to the stop. latency_ms: of the slowest render_node; null if no frame was
-// composited. Counts of a restarted node are sums over its processes; its latencies are those of
-// the process that handled the most frames.
+// recon_node and render_node. frames.dropped: summed over all nodes and `fivepipe up`, so that a
+// set that two nodes miss counts twice. frame_rate_hz: frames composited after the first one,
+// divided by the time from the first one to the stop. latency_ms: of the slowest render_node; null
+// if no frame was composited. Counts of a restarted node are sums over its processes; its latencies
+// are those of the process that handled the most frames.
 nlohmann::json report_from(const ReportInput& input);
 
 // Formats a report for people.

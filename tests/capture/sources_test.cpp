@@ -103,7 +103,7 @@ TEST_F(Sources, PipesAreRefused) {
                                          problem_of([&] { read_background(camera(), file); })}) {
       EXPECT_EQ(problem.fault, SourceFault::not_found);
       EXPECT_NE(problem.what.find(file), std::string::npos) << problem.what;
-      EXPECT_NE(problem.what.find("is a pipe, not a file"), std::string::npos) << problem.what;
+      EXPECT_NE(problem.what.find(": is a pipe, not a file"), std::string::npos) << problem.what;
     }
   }
 }

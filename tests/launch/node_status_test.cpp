@@ -34,8 +34,10 @@ TEST(StatusRegistry, DetectsDuplicateNodes) {
   registry.add(status("sim", kFirst, 1 * s), 13 * s);
   ASSERT_EQ(registry.duplicates().size(), 1u);
   EXPECT_EQ(launch::text_of(registry.duplicates()[0]),
-            "two processes publish as node 'sim': process 12 on host alpha, process 34 on host "
+            "2 processes publish as node 'sim': process 12 on host alpha, process 34 on host "
             "alpha");
+  registry.add(status("sim", bus::ProcessId{"beta", 12, 1}, 8 * s), 14 * s);
+  EXPECT_TRUE(contains(launch::text_of(registry.duplicates().at(0)), "3 processes publish as"));
 }
 
 TEST(StatusRegistry, RestartIsNotADuplicate) {
@@ -104,12 +106,60 @@ TEST(StatusRegistry, BoundsNodesAndKeepsTheTotalsOfManyProcesses) {
   EXPECT_EQ(drops, 1u * processes);
   EXPECT_EQ(sent, 2u * processes);
   EXPECT_EQ(collided, 3u * processes);
+  registry.add(status("sim", bus::ProcessId{"alpha", std::uint32_t(processes), 1}, processes * s),
+               200 * s);
   for (std::size_t i = 0; i < 2 * launch::StatusRegistry::kMaxNodes; ++i)
     registry.add(
         status("invented" + std::to_string(i), bus::ProcessId{"alpha", std::uint32_t(i), 1}, s),
         200 * s);
   EXPECT_EQ(registry.processes().size(), launch::StatusRegistry::kMaxNodes);
   EXPECT_TRUE(registry.newest("sim"));
+}
+
+TEST(StatusRegistry, TheTotalsOfProcessesWithInventedNamesAreBounded) {
+  launch::StatusRegistry registry;
+  constexpr int kProcesses = 1000, kNames = 200;
+  for (int process = 0; process < kProcesses; ++process) {
+    auto one = status("sim", kFirst, process);
+    for (int i = 0; i < kNames; ++i) {
+      const std::string name = std::to_string(process) + "_" + std::to_string(i);
+      one.counts[name] = one.drops[name] = one.empty_cameras[name] = 1;
+      one.topics[name].sent = one.collisions[name].frames = one.latencies[name].count = 1;
+    }
+    registry.add(one, process);
+  }
+  std::uint64_t counted = 0;
+  for (const auto& process : registry.processes().at("sim")) {
+    EXPECT_LE(process.counts.size(), launch::kMaxStatusEntries + 1);
+    EXPECT_LE(process.drops.size(), launch::kMaxStatusEntries + 1);
+    EXPECT_LE(process.empty_cameras.size(), launch::kMaxStatusEntries + 1);
+    EXPECT_LE(process.topics.size(), launch::kMaxStatusEntries + 1);
+    EXPECT_LE(process.collisions.size(), launch::kMaxStatusEntries + 1);
+    EXPECT_LE(process.latencies.size(), launch::kMaxStatusEntries + 1);
+    for (const auto& [name, count] : process.counts) counted += count;
+  }
+  EXPECT_EQ(counted, std::uint64_t(kProcesses * kNames));
+}
+
+TEST(StatusRegistry, EndedAndSilentNodesLeaveSpaceForOthers) {
+  constexpr int kNodes = int(launch::StatusRegistry::kMaxNodes);
+  for (const bool ended : {false, true}) {
+    launch::StatusRegistry registry;
+    for (int i = 0; i < kNodes; ++i) {
+      auto one =
+          status("node_" + std::to_string(i), bus::ProcessId{"alpha", std::uint32_t(i), 1}, s);
+      one.final_report = ended;
+      registry.add(one, 10 * s + i);
+    }
+    registry.add(status("early", kSecond, s), 11 * s);
+    EXPECT_EQ(registry.newest("early") != nullptr, ended) << "all nodes are active";
+    EXPECT_EQ(registry.ignored(), ended ? 0u : 1u);
+    registry.add(status("sim", kSecond, s), 13 * s);
+    EXPECT_TRUE(registry.newest("sim"));
+    EXPECT_FALSE(registry.newest("node_0")) << "has the oldest status";
+    EXPECT_TRUE(registry.newest("node_" + std::to_string(kNodes - 1)));
+    EXPECT_EQ(registry.processes().size(), launch::StatusRegistry::kMaxNodes);
+  }
 }
 
 TEST(StatusRegistry, InventedNodesOfOneProcessLeaveSpaceForThoseOfOthers) {
@@ -179,6 +229,27 @@ TEST(ProgressLine, RepeatsNoRateOnceRenderingHasStopped) {
             "12 s: no frame composited yet");
 }
 
+TEST(ProgressLine, ASlowDeploymentIsNotStalledBetweenItsFrames) {
+  Running running;
+  running.progress.frame_rate_hz = 0.1;
+  running.progress.newest_frame_age_s = 10;
+  EXPECT_TRUE(contains(launch::progress_line(running.progress, running.registry, 10 * s), "now "));
+  running.progress.newest_frame_age_s = 31;
+  EXPECT_TRUE(contains(launch::progress_line(running.progress, running.registry, 10 * s),
+                       "no frame for 31 s"));
+  EXPECT_DOUBLE_EQ(launch::max_frame_gap_s(1000), 2);
+}
+
+TEST(ProgressLine, AnEndedNodeIsNotSilent) {
+  Running running;
+  auto sim = status("sim", kSecond, s), render = status("render", kFirst, s);
+  sim.final_report = true;
+  running.registry.add(sim, 11 * s);
+  running.registry.add(render, 20 * s);
+  EXPECT_EQ(launch::progress_line(running.progress, running.registry, 20 * s),
+            "12 s: 240 frames composited, now 0.0 frames/s");
+}
+
 TEST(ProgressLine, NamesNodesWithoutRecentStatus) {
   Running running;
   running.progress.expected.push_back("recon_a");
@@ -224,12 +295,19 @@ TEST(NodesTable, APeersTextCannotControlTheTerminal) {
     for (const char c : text) EXPECT_TRUE(c >= ' ' || c == '\n') << text;
 }
 
+TEST(NodeMessages, StateHowManyStatusesAreIgnored) {
+  Running running;
+  EXPECT_FALSE(contains(launch::node_messages(running.registry), "ignored"));
+  running.registry.ignore();
+  EXPECT_TRUE(contains(launch::node_messages(running.registry), "ignored 1 status message:"));
+}
+
 // `fivepipe top` prints this each second.
 TEST(LiveStatus, IsBoundedForInventedNodesAndDropsAndShowsRealNodesFirst) {
   launch::StatusRegistry registry;
   for (std::uint32_t node = 0; node < 250; ++node) {
-    const bus::ProcessId stranger{"alpha", 1000 + node / 60, 1};  // publishes many nodes
-    auto invented = status("invented_" + std::to_string(node), stranger, 1 * s);
+    const bus::ProcessId peer{"alpha", 1000 + node / 60, 1};  // publishes many nodes
+    auto invented = status("invented_" + std::to_string(node), peer, 1 * s);
     for (int i = 0; i < 60; ++i) {
       const std::string name = "invented_" + std::to_string(i);
       invented.drops[name] = 1;
@@ -256,11 +334,11 @@ TEST(LiveStatus, IsBoundedForInventedNodesAndDropsAndShowsRealNodesFirst) {
   };
   EXPECT_LE(lines(table), 1 + 50 + 1);
   EXPECT_LT(table.size(), 100'000u);
-  EXPECT_LE(lines(messages), 200 + 1 + 20);
+  EXPECT_LE(lines(messages), 200 + 1 + 20 + 1);
   EXPECT_LT(messages.size(), 50'000u);
   EXPECT_TRUE(contains(table, "more nodes"));
   EXPECT_TRUE(contains(messages, "more lines"));
-  EXPECT_TRUE(contains(messages, "two processes publish as node"));
+  EXPECT_TRUE(contains(messages, "2 processes publish as node"));
   EXPECT_TRUE(contains(table, "\nsim ")) << table;
   EXPECT_TRUE(contains(messages, "sim: refused 7 messages from process 1000 on host alpha\n"));
 }

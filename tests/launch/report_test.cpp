@@ -78,6 +78,15 @@ TEST(Report, CountsFramesOverAllProcessesOfANode) {
   EXPECT_EQ(report["nodes"]["recon_b"]["counts"]["frame_sets_complete"], 285);
 }
 
+TEST(Report, CountsTheDropsOfUp) {
+  auto input = ten_seconds();
+  input.drops["bad_composited: viewer: timestamp before 1970 or after 2200"] = 5;
+  EXPECT_EQ(
+      launch::report_from(input)["frames"]["dropped"]
+                                ["bad_composited: viewer: timestamp before 1970 or after 2200"],
+      5);
+}
+
 TEST(Report, FrameRateIsMeasuredFromTheFirstCompositedFrame) {
   EXPECT_DOUBLE_EQ(launch::report_from(ten_seconds())["frame_rate_hz"].get<double>(), 285 / 9.5);
   EXPECT_DOUBLE_EQ(launch::report_from(ten_seconds())["duration_s"].get<double>(), 10);
@@ -131,13 +140,13 @@ TEST(Report, IsBoundedForInventedDrops) {
   auto input = ten_seconds();
   constexpr int kProcesses = 60, kDrops = 250;
   for (int process = 0; process < kProcesses; ++process) {
-    auto stranger = status("sim", std::uint32_t(1000 + process), (200 + process) * s);
+    auto peer = status("sim", std::uint32_t(1000 + process), (200 + process) * s);
     for (int i = 0; i < kDrops; ++i) {
       const std::string invented = std::to_string(process) + "_" + std::to_string(i);
-      stranger.drops["bad_map: invented_" + invented] = 2;
-      stranger.counts["invented_" + invented] = 2;
+      peer.drops["bad_map: invented_" + invented] = 2;
+      peer.counts["invented_" + invented] = 2;
     }
-    input.statuses.add(stranger, 111 * s);
+    input.statuses.add(peer, 111 * s);
   }
   const auto report = launch::report_from(input);
   EXPECT_LT(report.dump(2).size(), 50'000u);
@@ -147,6 +156,23 @@ TEST(Report, IsBoundedForInventedDrops) {
   EXPECT_GE(drops, std::uint64_t(2 * kProcesses * kDrops)) << "the others count together";
   const std::string table = launch::table_of(report);
   EXPECT_LT(std::count(table.begin(), table.end(), '\n'), 150);
+}
+
+TEST(Report, APeersTextNeitherControlsTheTerminalNorFillsTheTable) {
+  auto input = ten_seconds();
+  auto peer = status("sim", 99, 200 * s);
+  for (int i = 0; i < 250; ++i) {
+    const std::string name = "\x1b[2J" + std::to_string(i);
+    peer.drops["bad_map: " + name] = peer.empty_cameras[name] = 1;
+    peer.counts["refused from " + name] = 1;
+    peer.collisions[name].frames = 1;
+  }
+  input.statuses.add(peer, 111 * s);
+  const std::string table = launch::table_of(launch::report_from(input));
+  for (const char c : table) EXPECT_TRUE(c >= ' ' || c == '\n') << int(c);
+  EXPECT_LT(std::count(table.begin(), table.end(), '\n'), 4 * 66 + 20);
+  EXPECT_NE(table.find("collided: 188 more\n"), std::string::npos) << table;  // of 252
+  EXPECT_NE(table.find("hull empty: 188 more\n"), std::string::npos) << table;
 }
 
 // Otherwise rare reasons would vanish among many subjects of others.

@@ -296,7 +296,7 @@ TEST_F(Up, ASecondProcessOfANodeIsReportedWithItsPid) {
   ASSERT_TRUE(all_nodes_run()) << up.said();
   const Program other({FIVEPIPE_BINARY_DIR "/status_writer", "recon_a", std::to_string(domain_)},
                       folder_ / "other.said");
-  ASSERT_TRUE(says(up, "two processes publish as node 'recon_a'")) << up.said();
+  ASSERT_TRUE(says(up, "2 processes publish as node 'recon_a'")) << up.said();
   for (const pid_t pid : {other.pid(), pid_of("recon_a")})
     EXPECT_NE(up.said().find("process " + std::to_string(pid) + " on host "), std::string::npos)
         << up.said();

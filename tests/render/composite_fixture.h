@@ -51,7 +51,7 @@ class Composite : public testing::Test {
   cv::Mat image(const config::Scene& scene, const HullFrame& hull,
                 const std::set<std::string>& colliding = {}) const {
     Renderer renderer(scene, viewer_);
-    EXPECT_TRUE(renderer.draw(hull, {}, colliding).empty());
+    renderer.draw(hull, {}, colliding);
     return renderer.image_bgr();
   }
 };

@@ -14,21 +14,34 @@ struct Inputs {
   fivepipe_v1_CollisionResult collision{};
   std::vector<char[33]> empty_cameras{1};
   config::Rig rig;
+  config::Scene scene;
+  std::vector<fivepipe_v1_ObjectState> objects{1};
 
   Inputs() {
     tile.eye_from_world = messages::to_wire(Eigen::Isometry3d::Identity());
     rig.cameras.emplace_back().name = "left";
     messages::set_text(empty_cameras[0], "left");
     messages::borrow(tile.empty_cameras, empty_cameras);
+    scene.objects.emplace_back().name = "ball";
+    set_objects(1);
     set(3, kStamp_ns);
   }
   void set(std::uint64_t frame, std::int64_t stamp_ns) {
     tile.frame = state.frame = collision.frame = frame;
     tile.capture_stamp_ns = state.capture_stamp_ns = collision.capture_stamp_ns = stamp_ns;
   }
+  // Copies of one object.
+  void set_objects(std::size_t count) {
+    objects.resize(count);
+    for (fivepipe_v1_ObjectState& object : objects) {
+      messages::set_text(object.object, "ball");
+      object.world_from_object = messages::to_wire(Eigen::Isometry3d::Identity());
+    }
+    messages::borrow(state.objects, objects);
+  }
   bool tile_is_valid() const { return std::holds_alternative<ReceivedTile>(tile_from(tile, rig)); }
   bool state_is_valid() const {
-    return std::holds_alternative<std::vector<ObjectPose>>(poses_from(state));
+    return std::holds_alternative<std::vector<ObjectPose>>(poses_from(state, scene));
   }
   bool collision_is_valid() const {
     return std::holds_alternative<Highlight>(highlight_from(collision));
@@ -52,6 +65,16 @@ TEST(RenderMessages, ATileWithAnUnknownEmptyCameraIsRefused) {
   Inputs inputs;
   messages::set_text(inputs.empty_cameras[0], "invented");
   EXPECT_FALSE(inputs.tile_is_valid());
+}
+
+// Otherwise a state could repeat an object any number of times, and the kept states fill the
+// memory.
+TEST(RenderMessages, AStateWithMoreObjectsThanTheSceneIsRefused) {
+  Inputs inputs;
+  inputs.set_objects(1000);
+  EXPECT_FALSE(inputs.state_is_valid());
+  inputs.set_objects(0);
+  EXPECT_TRUE(inputs.state_is_valid());
 }
 
 TEST(RenderMessages, ObjectsThatCollideOrMetTheHullAreHighlighted) {

@@ -126,7 +126,7 @@ TEST_F(Shading, DeformedVerticesMoveAndGetNewNormals) {
     for (const Eigen::Vector3d& v : config::mesh_of(curtain).vertices_m)
       pose.vertices_m.insert(pose.vertices_m.end(),
                              {float(v.x()), float(slope * v.x()), float(v.z())});
-    EXPECT_TRUE(renderer.draw(empty_hull_, std::vector{pose}, {}).empty());
+    renderer.draw(empty_hull_, std::vector{pose}, {});
   };
   bend(1);
   const int away = brightness(renderer.image_bgr().at<cv::Vec3b>(240, 320));
@@ -147,35 +147,35 @@ TEST_F(Shading, AnObjectGlowsWhereItIsWarm) {
   ObjectPose pose{"plate", warmed.world_from_object, {}, {}};
   for (const Eigen::Vector3d& v : config::mesh_of(warmed).vertices_m)
     pose.warmth.push_back(v.x() > 0 ? 1.0f : 0.0f);
-  EXPECT_TRUE(renderer.draw(empty_hull_, std::vector{pose}, {}).empty());
+  renderer.draw(empty_hull_, std::vector{pose}, {});
   const cv::Mat drawn = renderer.image_bgr();
   const cv::Vec3b cold = drawn.at<cv::Vec3b>(240, 220), warm = drawn.at<cv::Vec3b>(240, 420);
   EXPECT_EQ(cold, unwarmed.at<cv::Vec3b>(240, 220));
   EXPECT_GT(warm[2], 2 * warm[0]);
   EXPECT_GT(warm[2], cold[2] + 50);
-  EXPECT_TRUE(renderer.draw(empty_hull_, {}, {}).empty());
+  renderer.draw(empty_hull_, {}, {});
   EXPECT_EQ(cv::norm(drawn, renderer.image_bgr(), cv::NORM_INF), 0)
       << "the warmth changed without a pose";
 }
 
-TEST_F(Shading, InvalidWarmthIsReportedAndIgnored) {
+TEST_F(Shading, InvalidWarmthIsUndrawable) {
   config::SceneObject warmed =
       test::object("plate", config::BoxShape{{0.6, 0.001, 0.6}}, {0, 1, 0}, {0.3, 0.4, 0.6});
   warmed.warming = config::Warming{};
-  Renderer renderer(scene_of({warmed, test::object("cold", config::BoxShape{{0.1, 0.1, 0.1}},
-                                                   {0, 2, 0}, {0.5, 0.5, 0.5})}),
-                    viewer_);
-  std::vector<ObjectPose> bad(4,
-                              {"plate", warmed.world_from_object, {}, std::vector<float>(8, 0.5f)});
+  const Renderer renderer(scene_of({warmed, test::object("cold", config::BoxShape{{0.1, 0.1, 0.1}},
+                                                         {0, 2, 0}, {0.5, 0.5, 0.5})}),
+                          viewer_);
+  const ObjectPose good{"plate", warmed.world_from_object, {}, std::vector<float>(8, 0.5f)};
+  EXPECT_EQ(renderer.why_undrawable(good), std::nullopt);
+  std::vector<ObjectPose> bad(4, good);
   bad[0].warmth.pop_back();
   bad[1].warmth[3] = std::numeric_limits<float>::quiet_NaN();
   bad[2].object = "cold";
   bad[3].warmth[7] = 1.01f;
-  EXPECT_EQ(renderer.draw(empty_hull_, bad, {}),
-            (std::vector<std::string>{"plate: 7 values of warmth for a mesh of 8 vertices",
-                                      "plate: warmth outside 0 .. 1",
-                                      "cold: warmth for an object without warmth in the scene",
-                                      "plate: warmth outside 0 .. 1"}));
+  EXPECT_EQ(renderer.why_undrawable(bad[0]), "7 values of warmth for a mesh of 8 vertices");
+  EXPECT_EQ(renderer.why_undrawable(bad[1]), "warmth outside 0 .. 1");
+  EXPECT_EQ(renderer.why_undrawable(bad[2]), "warmth for an object without warmth in the scene");
+  EXPECT_EQ(renderer.why_undrawable(bad[3]), "warmth outside 0 .. 1");
 }
 
 }  // namespace

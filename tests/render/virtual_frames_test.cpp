@@ -51,7 +51,7 @@ TEST(VirtualFrames, StayBoundedAndKeepTheNewest) {
   EXPECT_TRUE(frames.has(100 - VirtualFrames::kMaxFrames));
 }
 
-// Otherwise a stranger's frame numbers near 2^64 would fill the table and refuse all others.
+// Otherwise a peer's frame numbers near 2^64 would fill the table and refuse all others.
 TEST(VirtualFrames, WrongFrameNumbersDoNotKeepStatesOut) {
   VirtualFrames frames;
   std::uint64_t wrong = UINT64_MAX - 10'000;

@@ -61,10 +61,12 @@ const std::vector<Source>& production() {
 std::string top_of(const std::string& path) { return path.substr(0, path.find('/')); }
 bool is_node(const std::string& path) { return top_of(path).ends_with("_node"); }
 
-// The parts of a node that connect its pure library to the bus.
+// The parts of a node that connect its pure library to the bus. recon_node's frame_inputs.* keeps
+// converted messages.
 bool is_wiring(const Source& source) {
   return is_node(source.path) &&
          (source.name == "main.cpp" || source.name.starts_with("messages") ||
+          source.name.starts_with("frame_inputs.") ||
           source.name.find("_pipe.") != std::string::npos);
 }
 

@@ -213,10 +213,11 @@ class CaptureNode : public ScriptedPeer {
       ASSERT_EQ(colour.bgr[i], square.bgr[i % 3]) << colour.camera << " " << colour.frame;
   }
   // Reports that the frame is composited.
-  void send_composited(std::uint64_t frame) {
+  void send_composited(std::uint64_t frame, std::int64_t composited_stamp_ns = 0) {
     fivepipe_v1_FrameComposited message{};
     messages::set_text(message.viewer, "left_eye");
     message.frame = frame;
+    message.composited_stamp_ns = composited_stamp_ns;
     composited_->write(message);
   }
   // The costs of two of the four tiles, those of the worker in a round-robin assignment.
@@ -413,6 +414,15 @@ TEST_F(CaptureNode, KeepsAtMostTheConfiguredFramesInFlight) {
   EXPECT_EQ(early, 0);
   EXPECT_EQ(drops_of(report, "pipeline_busy") + report.counts.at(node::kFramesCaptured),
             poses.back().frame + 1);
+}
+
+TEST_F(CaptureNode, RefusesCompositesWithAnImpossibleStamp) {
+  write_pictures(20);
+  composited_.emplace(bus_.writer<bus::topics::FrameComposited>());
+  start_with(1000, "    max_frames_in_flight: 2\n    precomputed_frames: 20\n", "", false);
+  ASSERT_TRUE(has_frames(2)) << said();
+  send_composited(poses_.all().front().frame, -1);
+  EXPECT_TRUE(holds([&] { return drops_of(report(), "bad_composited") == 1; })) << said();
 }
 
 TEST_F(CaptureNode, GoesOnWithoutCompositesAfterHalfASecond) {

@@ -1,4 +1,4 @@
-// A stranger in a deployment's domain: sends every message type with invented names, wrong sizes,
+// A peer in a deployment's domain: sends every message type with invented names, wrong sizes,
 // extreme stamps and frame numbers, and NaN. The nodes must drop all of it. It sends no valid
 // message and claims no node's name.
 #include <array>
@@ -193,7 +193,7 @@ class HostilePeer {
   void send_status() {
     fivepipe_v1_NodeStatus status{};
     messages::set_text(status.node, invented());
-    status.start_stamp_ns = coin() ? INT64_MIN : INT64_MAX;
+    status.start_stamp_ns = coin() ? 1 : INT64_MAX;
     status.has_handled_frame = true;
     status.frame_rate_hz = status.cpu_s = status.memory_mb = kNaN;
     std::vector<fivepipe_v1_DropCount> drops(random_() % 20);

@@ -1,4 +1,4 @@
-// A deployment with a stranger in its domain (hostile_peer.cpp), which sends invented names, wrong
+// A deployment with a peer in its domain (hostile_peer.cpp), which sends invented names, wrong
 // sizes, extreme timestamps and NaN.
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -32,7 +32,7 @@ bool is_long() { return std::getenv("FIVEPIPE_LONG") != nullptr; }
 int attack_s() { return is_long() ? 60 : 4; }
 
 constexpr bool kMeasuresMemory = !kHasSanitizer;  // which keeps freed memory
-// A reader keeps about 650 bytes per key. The tests let the stranger invent at least 10,000 names,
+// A reader keeps about 650 bytes per key. The tests let the peer invent at least 10,000 names,
 // which would be 6.5 MB. Buffers of DDS and of the encoder, and the keys that a reader accepts,
 // take less than this.
 constexpr double kMaxGrowth_mb = 4;
@@ -56,7 +56,7 @@ std::size_t max_lines(Clock::duration time) {
   const std::size_t periods = std::size_t(time / node::LogBudget::kPeriod) + 2;
   return periods * ((std::size(kNodes) + 1) * (node::LogBudget::kMaxLines + 1) + 2);
 }
-// The table at the end of `up`: at most 64 drops and one more for each of 32 reasons, one stranger,
+// The table at the end of `up`: at most 64 drops and one more for each of 32 reasons, one peer,
 // five nodes, 14 topics of the recorder twice, and 20 other lines.
 constexpr std::size_t kMaxTableLines = 150;
 // At most 65 counts and 96 drops for each of five nodes, 96 drops together, of at most 280 bytes
@@ -78,19 +78,19 @@ class HostilePeer : public RecordingTest {
     pids_["up"] = deployed_.pid();
   }
 
-  std::unique_ptr<Program> stranger(int seconds, int rate_hz, const std::string& topic = "") {
+  std::unique_ptr<Program> peer(int seconds, int rate_hz, const std::string& topic = "") {
     std::vector<std::string> words{std::string(FIVEPIPE_BINARY_DIR) + "/hostile_peer",
                                    std::to_string(domain_), std::to_string(seconds),
                                    std::to_string(rate_hz)};
     if (!topic.empty()) words.push_back(topic);
-    return std::make_unique<Program>(words, folder_ / "stranger.log");
+    return std::make_unique<Program>(words, folder_ / "peer.log");
   }
 
   // Takes the frames that the deployment composites and the statuses of its nodes.
   void watch() {
     for (const auto& sample : composited_.take()) {
       if (!sample.valid() || messages::why_implausible(sample->frame, sample->composited_stamp_ns))
-        continue;  // the stranger's
+        continue;  // the peer's
       ++frames_;
       newest_frame_ = Clock::now();
     }
@@ -158,7 +158,7 @@ std::uint64_t dropped(const nlohmann::json& drops, const std::string& reason) {
   return sum;
 }
 
-TEST_F(HostilePeer, DeploymentWorksOnAndNamesTheStranger) {
+TEST_F(HostilePeer, DeploymentWorksOnAndNamesThePeer) {
   const std::size_t lines_before = lines_of(deployed_.said());
   // Every topic has reached its maximum of keys: of 12 topics in turn, some with an invented name
   // in every second message only.
@@ -168,7 +168,7 @@ TEST_F(HostilePeer, DeploymentWorksOnAndNamesTheStranger) {
   const auto start = Clock::now();
   const auto attacked_for = [&] { return Clock::now() - start; };
   // It goes on while the deployment ends.
-  const auto stranger = this->stranger(attack_s() + 60, kRate_Hz);
+  const auto peer = this->peer(attack_s() + 60, kRate_Hz);
   EXPECT_FALSE(watch_until(Milliseconds(1000 * attack_s()), [&] {
     if (memory_full.empty() && attacked_for() >= tables_full) memory_full = memory_mb();
     return deployed_.wait_for_end(0ms).has_value();
@@ -188,19 +188,20 @@ TEST_F(HostilePeer, DeploymentWorksOnAndNamesTheStranger) {
   })) << deployed_.said();
   EXPECT_EQ(deployed_.wait_for_end(500ms + 2s), 130) << deployed_.said();
   for (const auto& [name, pid] : pids_) EXPECT_FALSE(is_alive(pid)) << name;
-  EXPECT_TRUE(is_alive(stranger->pid()));
+  EXPECT_TRUE(is_alive(peer->pid()));
   EXPECT_LE(lines_of(deployed_.said()), lines_of_attack + kMaxTableLines) << deployed_.said();
 
   EXPECT_LT(std::filesystem::file_size(out_ / "report.json"), kMaxReportBytes);
   const auto report = nlohmann::json::parse(std::ifstream(out_ / "report.json"));
   // The peer waits for no reader. Each message counts once for each node that refuses it.
-  const std::string name = "process " + std::to_string(stranger->pid()) + " on host ";
+  const std::string name = "process " + std::to_string(peer->pid()) + " on host ";
   ASSERT_EQ(report["refused_from"].size(), 1u) << report["refused_from"];
   const auto offender = report["refused_from"].items().begin();
   EXPECT_EQ(offender.key().substr(0, name.size()), name);
   EXPECT_GT(offender.value().get<int>(), attack_s() * kRate_Hz / 4);
-  for (const char* reason : {"bad_map", "bad_colour", "bad_camera_info", "bad_head_pose",
-                             "bad_view", "bad_tile", "bad_state", "bad_collision"})
+  for (const char* reason :
+       {"bad_map", "bad_colour", "bad_camera_info", "bad_head_pose", "bad_view", "bad_tile",
+        "bad_state", "bad_collision", "bad_composited"})
     EXPECT_GT(dropped(report["frames"]["dropped"], reason), 0u) << reason << '\n'
                                                                 << report["frames"].dump(1);
   EXPECT_EQ(report["duplicate_nodes"], nlohmann::json::array());
@@ -218,12 +219,12 @@ TEST_F(HostilePeer, DeploymentWorksOnAndNamesTheStranger) {
 TEST_F(HostilePeer, InventedNamesDoNotFillTheMemory) {
   constexpr int kFastRate_Hz = 4000;
   const auto attack = [&](int seconds, const auto& each) {
-    const auto stranger = this->stranger(seconds, kFastRate_Hz, "ObjectPixelMap");
+    const auto peer = this->peer(seconds, kFastRate_Hz, "ObjectPixelMap");
     EXPECT_TRUE(watch_until(Milliseconds(1000 * seconds) + 30s, [&] {
       each();
-      return stranger->wait_for_end(0ms).has_value();
+      return peer->wait_for_end(0ms).has_value();
     }));
-    return std::stoi(stranger->said());
+    return std::stoi(peer->said());
   };
   const auto raise = [&](std::map<std::string, double>& peak) {
     for (const auto& [name, mb] : memory_mb()) peak[name] = std::max(peak[name], mb);
@@ -249,11 +250,11 @@ TEST_F(HostilePeer, InventedNamesDoNotFillTheMemory) {
 }
 
 // Standard output is no terminal, so that `top` appends each update to the previous one.
-TEST_F(HostilePeer, TopShowsTheNodesAndTheStrangerInABoundedText) {
+TEST_F(HostilePeer, TopShowsTheNodesAndThePeerInABoundedText) {
   // The table of at most 50 nodes with its head, 200 lines about them, 20 about duplicates and the
-  // numbers of further nodes and lines; of at most 1,000 bytes each.
-  constexpr std::size_t kMaxLines = 50 + 1 + 200 + 20 + 2, kMaxBytes = 1000 * kMaxLines;
-  const auto stranger = this->stranger(60, kRate_Hz);
+  // numbers of further nodes and lines and of ignored statuses; of at most 1,000 bytes each.
+  constexpr std::size_t kMaxLines = 50 + 1 + 200 + 20 + 3, kMaxBytes = 1000 * kMaxLines;
+  const auto peer = this->peer(60, kRate_Hz);
   ASSERT_TRUE(watch_until(20s, [&] { return drops_["recon_a"]["bad_map"] >= 100; }));
   const auto top = fivepipe("top", {"top"});
   std::vector<std::string> updates;
@@ -271,8 +272,7 @@ TEST_F(HostilePeer, TopShowsTheNodesAndTheStrangerInABoundedText) {
   const std::string& last = updates.back();
   for (const std::string& node : kNodes)
     EXPECT_NE(last.find("\n" + node + " "), last.npos) << node << '\n' << last;
-  EXPECT_NE(last.find(" messages from process " + std::to_string(stranger->pid())), last.npos)
-      << last;
+  EXPECT_NE(last.find(" messages from process " + std::to_string(peer->pid())), last.npos) << last;
 }
 
 }  // namespace

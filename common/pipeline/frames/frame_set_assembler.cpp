@@ -85,9 +85,8 @@ std::vector<FrameSet> FrameSetAssembler::add(CameraMap map) {
       incomplete_.take(frame);
     }
   }
-  const std::uint64_t displaced_before = incomplete_.displaced();
-  Incomplete& set = incomplete_.get_or_add(frame);
-  drops_["incomplete_set"] += incomplete_.displaced() - displaced_before;
+  const auto& [set, displaced] = incomplete_.get_or_add(frame);
+  drops_["incomplete_set"] += displaced;
   if (!set.try_emplace(camera, std::move(map)).second) {
     ++drops_["repeated_map"];
     return {};

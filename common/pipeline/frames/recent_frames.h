@@ -36,18 +36,22 @@ class RecentFrames {
     return const_cast<RecentFrames*>(this)->find(frame);
   }
 
+  struct Added {
+    Value& value;    // valid until the next change of the table
+    bool displaced;  // another frame left the table
+  };
   // Returns the frame's value. Adds the frame if the table does not have it, and then displaces the
   // frame that was added first if the table is full.
-  Value& get_or_add(std::uint64_t frame) {
-    if (Value* const found = find(frame)) return *found;
-    if (entries_.size() == capacity_) {
+  Added get_or_add(std::uint64_t frame) {
+    if (Value* const found = find(frame)) return {*found, false};
+    const bool is_full = entries_.size() == capacity_;
+    if (is_full) {
       displaced_.push_back(entries_.front().frame);
       if (displaced_.size() > kMaxDisplaced) displaced_.pop_front();
-      ++displaced_count_;
       entries_.pop_front();
     }
     std::erase(displaced_, frame);
-    return entries_.emplace_back(Entry{frame, Value{}}).value;
+    return {entries_.emplace_back(Entry{frame, Value{}}).value, is_full};
   }
 
   // Removes the frame and returns its value, or nullopt if the table does not have it.
@@ -73,8 +77,6 @@ class RecentFrames {
   bool was_displaced(std::uint64_t frame) const {
     return std::find(displaced_.begin(), displaced_.end(), frame) != displaced_.end();
   }
-  // Number of displaced frames since the construction.
-  std::uint64_t displaced() const { return displaced_count_; }
 
   // The entries in the order in which they were added.
   auto begin() const { return entries_.begin(); }
@@ -90,7 +92,6 @@ class RecentFrames {
   std::size_t capacity_;
   std::deque<Entry> entries_;
   std::deque<std::uint64_t> displaced_;
-  std::uint64_t displaced_count_ = 0;
 };
 
 }  // namespace fivepipe::frames

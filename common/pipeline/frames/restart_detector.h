@@ -1,7 +1,10 @@
 // Distinguishes a late frame from a restarted source that counts from 0 again.
 #pragma once
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "common/base/realtime.h"
 
@@ -12,14 +15,16 @@ class RestartDetector {
   // A source takes longer than this to start, and clocks of cameras and hosts differ by less.
   static constexpr std::int64_t kMinRestart_ns = 200'000'000;
 
-  // After this many messages in a row that contradict the newest frame, that frame counts as wrong,
-  // for example that of a stranger. A reader holds 8 samples per key (bus.cpp), so a late reader
-  // takes at most 7 lower frames in a row.
-  static constexpr int kMaxContradictions = 64;
+  // If the messages in a row that contradict the newest frame have this many different frame
+  // numbers, the newest frame counts as wrong, for example that of a peer. Late messages have at
+  // most 8 different frame numbers, the length of a reader's history (bus.cpp), whatever the number
+  // of keys.
+  static constexpr std::size_t kMaxContradictions = 16;
 
   // Call it for each message. Returns true if the caller must forget earlier frames: the frame
-  // number is lower than an earlier one although the capture is later, or kMaxContradictions
-  // messages in a row have a lower number or, with a higher number, an earlier capture.
+  // number is lower than an earlier one although the capture is later, or the messages in a row
+  // that have a lower number or, with a higher number, an earlier capture are of kMaxContradictions
+  // frames.
   bool is_restart(std::uint64_t frame, std::int64_t capture_stamp_ns) {
     const FrameStamp now{frame, capture_stamp_ns};
     if (!newest_) {
@@ -29,14 +34,16 @@ class RestartDetector {
     const std::int64_t later_by_ns =
         base::difference_ns(capture_stamp_ns, newest_->capture_stamp_ns);
     if (frame >= newest_->frame && later_by_ns >= -kMinRestart_ns) {
-      contradictions_ = 0;
+      contradicting_.clear();
       if (frame > newest_->frame) newest_ = now;
       return false;
     }
     const bool restarted = frame < newest_->frame && later_by_ns > kMinRestart_ns;
-    if (!restarted && ++contradictions_ < kMaxContradictions) return false;
+    if (std::find(contradicting_.begin(), contradicting_.end(), frame) == contradicting_.end())
+      contradicting_.push_back(frame);
+    if (!restarted && contradicting_.size() < kMaxContradictions) return false;
     newest_ = now;
-    contradictions_ = 0;
+    contradicting_.clear();
     return true;
   }
 
@@ -46,7 +53,7 @@ class RestartDetector {
     std::int64_t capture_stamp_ns;
   };
   std::optional<FrameStamp> newest_;
-  int contradictions_ = 0;
+  std::vector<std::uint64_t> contradicting_;  // frames since the last message that agreed
 };
 
 }  // namespace fivepipe::frames

@@ -17,7 +17,7 @@ Received<ViewGeometry> view_geometry_from(const fivepipe_v1_ViewInfo& message,
   const geometry::Pinhole recon = from_wire(message.recon);
   if (auto why = geometry::why_unusable({recon, Eigen::Isometry3d::Identity()}))
     return BadMessage{"bad_view", message.viewer, *why};
-  // A stranger's size could exceed the memory.
+  // A peer's size could exceed the memory.
   if (recon.width_px != viewer.recon_width_px || recon.height_px != viewer.recon_height_px)
     return BadMessage{"bad_view", message.viewer, "image size differs from this node's deployment"};
   if (!(message.near_m > 0 && message.far_m > message.near_m && std::isfinite(message.far_m)))

@@ -19,19 +19,37 @@ FrameSetReader::FrameSetReader(bus::Bus& bus, const config::Rig& rig, NodeStatus
 void FrameSetReader::check_cameras() {
   for (const auto& sample : infos_.take()) {
     if (!sample.valid()) continue;
-    const CameraOfProcess sent{sample->camera, infos_.process(sample)};
-    const std::string why = messages::model_mismatch(*sample, rig_);
-    mismatched_.erase(sent);
+    const Mismatch sent{sample->camera, infos_.process(sample),
+                        messages::model_mismatch(*sample, rig_)};
     if (!messages::camera_index(rig_, sample->camera)) {
-      status_.drop_from(sent.second, {"bad_camera_info", sent.first, why});
+      status_.drop_from(sent.process, {"bad_camera_info", sent.camera, sent.why});
       continue;
     }
-    status_.diagnostic("camera " + sent.first,
-                       why.empty() ? "" : bus::text_of(sent.second) + ": " + why);
-    if (why.empty()) continue;
-    status_.refuse(sent.second, 1);
-    mismatched_.set(sent, {});
+    std::erase_if(mismatches_,
+                  [&](const Mismatch& known) { return known.is_of(sent.camera, sent.process); });
+    if (!sent.why.empty()) {
+      status_.refuse(sent.process, 1);
+      mismatches_.push_back(sent);
+      if (mismatches_.size() > kMaxMismatches) mismatches_.pop_front();
+    }
+    report_mismatch(sent.camera);
   }
+}
+
+// Reports the newest mismatch of the camera: another process may publish the right model.
+void FrameSetReader::report_mismatch(const std::string& camera) {
+  const auto newest =
+      std::find_if(mismatches_.rbegin(), mismatches_.rend(),
+                   [&](const Mismatch& mismatch) { return mismatch.camera == camera; });
+  status_.diagnostic("camera " + camera, newest == mismatches_.rend()
+                                             ? ""
+                                             : bus::text_of(newest->process) + ": " + newest->why);
+}
+
+bool FrameSetReader::is_mismatched(const std::string& camera,
+                                   const std::optional<bus::ProcessId>& process) const {
+  return std::any_of(mismatches_.begin(), mismatches_.end(),
+                     [&](const Mismatch& mismatch) { return mismatch.is_of(camera, process); });
 }
 
 std::vector<frames::FrameSet> FrameSetReader::take() {
@@ -41,7 +59,7 @@ std::vector<frames::FrameSet> FrameSetReader::take() {
   const std::int64_t now_ns = base::now_realtime_ns();  // after the take: the node has the maps
   for (const auto& sample : samples) {
     if (!sample.valid()) continue;
-    if (!mismatched_.empty() && mismatched_.contains({sample->camera, maps_.process(sample)})) {
+    if (is_mismatched(sample->camera, maps_.process(sample))) {
       status_.drop_from(maps_.process(sample),
                         {"bad_map", sample->camera, "published camera model differs from the rig"});
       continue;

@@ -1,14 +1,13 @@
 // Reads frame sets from the bus for recon_node and sim_node. Validates and assembles the maps, and
-// counts bad and late maps. Drops the maps of a camera whose model, as the process publishes it
-// that also sends the maps, differs from the rig, and reports it as a diagnostic.
+// counts bad and late maps. A process publishes a camera's model (CameraInfo) and its maps. If the
+// model differs from the rig, the reader drops that process's maps of the camera and reports a
+// diagnostic.
 #pragma once
+#include <deque>
 #include <optional>
 #include <string>
-#include <utility>
-#include <variant>
 #include <vector>
 
-#include "common/base/containers/bounded_map.h"
 #include "common/pipeline/bus/bus.h"
 #include "common/pipeline/frames/frame_set_assembler.h"
 #include "common/pipeline/node/status.h"
@@ -25,17 +24,28 @@ class FrameSetReader {
   void reset() { sets_.reset(); }  // see FrameSetAssembler
 
  private:
-  void check_cameras();
-  // Remembers at most kMaxMismatches cameras of processes and forgets the oldest.
+  // A camera as a process publishes it, and why its model differs from the rig.
+  struct Mismatch {
+    std::string camera;
+    std::optional<bus::ProcessId> process;
+    std::string why;
+    bool is_of(const std::string& c, const std::optional<bus::ProcessId>& p) const {
+      return camera == c && process == p;
+    }
+  };
+  // Remembers at most kMaxMismatches and forgets the oldest.
   static constexpr std::size_t kMaxMismatches = 256;
-  using CameraOfProcess = std::pair<std::string, std::optional<bus::ProcessId>>;
+
+  void check_cameras();
+  void report_mismatch(const std::string& camera);
+  bool is_mismatched(const std::string& camera, const std::optional<bus::ProcessId>& process) const;
 
   const config::Rig& rig_;
   NodeStatusReporter& status_;
   bus::Reader<bus::topics::CameraInfo> infos_;
   bus::Reader<bus::topics::ObjectPixelMap> maps_;
   frames::FrameSetAssembler sets_;
-  base::BoundedMap<CameraOfProcess, std::monostate> mismatched_{kMaxMismatches};
+  std::deque<Mismatch> mismatches_;
 };
 
 }  // namespace fivepipe::node

@@ -14,8 +14,10 @@
 #include <map>
 #include <mutex>
 #include <thread>
+#include <utility>
 
 #include "common/base/realtime.h"
+#include "common/base/text_table.h"
 #include "common/base/version.h"
 #include "common/pipeline/messages/wire_conversions.h"
 #include "common/pipeline/node/drop_counts.h"
@@ -225,6 +227,15 @@ struct NodeStatusReporter::Impl {
     }
   }
 
+  // Returns whether there is a new text. Call with `mutex` locked.
+  bool set_diagnostic(const std::string& subject, const std::string& text) {
+    if (text.empty()) {
+      state.diagnostics.erase(subject);
+      return false;
+    }
+    return std::exchange(state.diagnostics[subject], text) != text;
+  }
+
   void collect_sent() {
     const auto not_sent = bus.take_not_sent(), sent = bus.sent();
     const std::scoped_lock lock(mutex);
@@ -240,7 +251,7 @@ struct NodeStatusReporter::Impl {
     Clock::time_point& logged = drop_logged[counted];
     if (now - logged < kDropLogPeriod || !log_budget.take(now)) return;
     logged = now;
-    spdlog::warn("dropped: {} ({} so far)", messages::text_of(counted), total);
+    spdlog::warn("dropped: {} ({} so far)", base::printable(messages::text_of(counted)), total);
   }
 
   void refuse(const std::optional<bus::ProcessId>& sender, std::uint64_t n) {
@@ -351,15 +362,13 @@ void NodeStatusReporter::set_gl_renderer(const std::string& renderer) {
 
 void NodeStatusReporter::diagnostic(const std::string& subject, const std::string& text) {
   const std::scoped_lock lock(impl_->mutex);
-  if (text.empty()) {
-    impl_->state.diagnostics.erase(subject);
-    return;
-  }
-  std::string& current = impl_->state.diagnostics[subject];
-  // No message causes the lines about the start.
-  if (current != text && (subject == kStart || impl_->log_budget.take(Clock::now())))
-    spdlog::info("{}: {}", subject, text);
-  current = text;
+  if (impl_->set_diagnostic(subject, text) && impl_->log_budget.take(Clock::now()))
+    spdlog::info("{}: {}", subject, base::printable(text));
+}
+
+void NodeStatusReporter::start_progress(const std::string& text) {
+  const std::scoped_lock lock(impl_->mutex);
+  if (impl_->set_diagnostic(kStart, text)) spdlog::info("{}: {}", kStart, text);
 }
 
 std::string empty_hull_text(const std::vector<std::string>& cameras) {

@@ -32,7 +32,8 @@ class NodeStatusReporter {
   // Adds n to the count of this name.
   void count(const std::string& name, std::uint64_t n = 1);
   // Counts n dropped messages; beyond the limits of DropCounts without their subject. Logs each
-  // distinct drop at most once per second, and all together within a LogBudget. n = 0: no effect.
+  // distinct drop at most once per second, and all together within a LogBudget, without control
+  // characters. n = 0: no effect.
   void drop(const messages::BadMessage& bad, std::uint64_t n = 1);
   void drop(const std::string& reason, std::uint64_t n = 1) {
     drop(messages::BadMessage{reason, {}, {}}, n);
@@ -59,6 +60,9 @@ class NodeStatusReporter {
   // Sets the diagnostic for this subject until the next call for it. An empty text removes it. The
   // subjects must be bounded: names of the configuration, not of messages.
   void diagnostic(const std::string& subject, const std::string& text);
+  // Sets the diagnostic about the preparation before the first frame. An empty text removes it.
+  // Logs each text without a limit: no message causes it.
+  void start_progress(const std::string& text);
 
  private:
   struct Impl;

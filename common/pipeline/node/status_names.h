@@ -9,6 +9,8 @@ inline constexpr const char* kFrameSetsComplete = "frame_sets_complete";
 inline constexpr const char* kFramesComposited = "frames_composited";
 
 // Begins the name of a count: messages that the node refused, by the process that sent them.
+// NodeStatus truncates the name to 64 characters, so that 24 remain for the host with every number
+// of a process: equal numbers on hosts with names that begin with the same 24 count together.
 inline constexpr const char* kRefusedFrom = "refused from ";
 
 // Subject of the diagnostic about a node's preparation before its first frame.

@@ -1,10 +1,14 @@
 #include "common/recording/replay/in_flight_tracker.h"
 
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 
 #include "common/base/realtime.h"
+#include "common/base/text_table.h"
 #include "common/pipeline/frames/restart_detector.h"
 #include "common/pipeline/messages/wire_conversions.h"
+#include "common/recording/replay/progress.h"
 
 namespace fivepipe::replay {
 namespace {
@@ -99,13 +103,27 @@ void InFlightTracker::expect(const recording::FrameGroup& group) {
 void InFlightTracker::take_traces() {
   if (!traces_) return;
   for (const auto& sample : traces_->take()) {
-    if (!sample.valid() || !has_plausible_stamps(*sample)) continue;
+    if (!sample.valid()) continue;
+    if (!has_plausible_stamps(*sample)) {
+      refuse(sample);
+      continue;
+    }
     const auto progress = progress_.find(sample->node);
     if (progress == progress_.end()) continue;
     if (progress->second.open.erase(sample->frame)) ++handled_[sample->node];
     progress->second.last_trace = Clock::now();
     if (on_trace) on_trace(*sample);
   }
+}
+
+void InFlightTracker::refuse(const bus::Sample<bus::topics::FrameTrace>& trace) {
+  ++refused_;
+  const auto now = Clock::now();
+  if (refusal_logged_ && now - *refusal_logged_ < kProgressPeriod) return;
+  refusal_logged_ = now;
+  spdlog::warn("dropped: bad_trace: {}: frame number or timestamp impossible; from {} ({} so far)",
+               base::printable(trace->node), base::printable(bus::text_of(traces_->process(trace))),
+               refused_);
 }
 
 bool InFlightTracker::is_waited_for(std::uint64_t frame) const {

@@ -46,6 +46,8 @@ class InFlightTracker {
     std::set<std::uint64_t> open;  // sent and complete, but not handled yet
     Clock::time_point last_trace{};
   };
+  // Counts and logs a trace with impossible numbers, at most one line per kProgressPeriod.
+  void refuse(const bus::Sample<bus::topics::FrameTrace>& trace);
   bool is_complete_for(const ReplayedNode& node, const recording::FrameGroup& group) const;
 
   const recording::Recording& recording_;
@@ -54,6 +56,8 @@ class InFlightTracker {
   std::optional<bus::Reader<bus::topics::FrameTrace>> traces_;
   std::map<std::string, Progress> progress_;
   std::map<std::string, std::uint64_t> expected_, handled_;
+  std::uint64_t refused_ = 0;
+  std::optional<Clock::time_point> refusal_logged_;
 };
 
 }  // namespace fivepipe::replay

@@ -128,7 +128,7 @@ std::optional<mcap::Id> Recorder::channel(Source& source, const bus::SerializedS
   const std::uint64_t writer = sample.writer;
   const auto known = source.channel_of_writer.find(writer);
   if (known != source.channel_of_writer.end()) return known->second;
-  // Before it describes the writer: a stranger may have many, and discovery takes long.
+  // Before it describes the writer: a peer may have many, and discovery takes long.
   if (recording_.is_full()) {
     drop_without_channel(source.topic.name, sample.cdr.size());
     return std::nullopt;

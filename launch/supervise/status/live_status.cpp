@@ -69,13 +69,15 @@ std::string rendering_text(const Progress& progress, const StatusRegistry& regis
   if (progress.render_nodes.empty()) return "no render_node";
   if (!progress.newest_frame_age_s) return "no frame composited yet";
   const std::string composited = base::counted(progress.composited, "frame") + " composited, ";
-  if (*progress.newest_frame_age_s > kMaxFrameGap_s)
+  if (*progress.newest_frame_age_s > max_frame_gap_s(progress.frame_rate_hz))
     return composited + fmt::format("no frame for {:.0f} s", *progress.newest_frame_age_s);
   return composited +
          fmt::format("now {:.1f} frames/s", frame_rate_hz(progress.render_nodes, registry, now_ns));
 }
 
 }  // namespace
+
+double max_frame_gap_s(double frame_rate_hz) { return std::max(2.0, 3 / frame_rate_hz); }
 
 std::string progress_line(const Progress& progress, const StatusRegistry& registry,
                           std::int64_t now_ns) {
@@ -85,7 +87,7 @@ std::string progress_line(const Progress& progress, const StatusRegistry& regist
     const auto activity = registry.activity(node, now_ns);
     if (!activity)
       line += fmt::format("; {}: no status yet", node);
-    else if (activity->silent_s > kMaxSilence_s)
+    else if (!activity->ended && activity->silent_s > kMaxSilence_s)
       line += fmt::format("; {}: no status for {:.0f} s", node, activity->silent_s);
   }
   return line;
@@ -139,11 +141,15 @@ std::string node_messages(const StatusRegistry& registry) {
   const std::vector<DuplicateNode> duplicates = registry.duplicates();
   for (std::size_t i = 0; i < std::min(duplicates.size(), kMaxShownLines); ++i)
     shown += text_of(duplicates[i]) + "\n";
+  if (registry.ignored() > 0)
+    shown += fmt::format("ignored {}: too many nodes, or of a process that starts in the future\n",
+                         base::counted(registry.ignored(), "status message"));
   return shown;
 }
 
 std::string text_of(const DuplicateNode& duplicate) {
-  return base::printable(fmt::format("two processes publish as node '{}': {}", duplicate.node,
+  return base::printable(fmt::format("{} processes publish as node '{}': {}",
+                                     duplicate.processes.size(), duplicate.node,
                                      fmt::join(duplicate.processes, ", ")));
 }
 

@@ -9,11 +9,13 @@
 
 namespace fivepipe::launch {
 
-// A render_node composites more often; without a frame for longer, the rendering has stopped.
-inline constexpr double kMaxFrameGap_s = 2;
+// The rendering has stopped if no frame is composited for longer than this [s]: three frame
+// periods, and at least the 2 s that a node may take for a frame once in a while.
+double max_frame_gap_s(double frame_rate_hz);
 
 struct Progress {
   double elapsed_s = 0;                   // since the start of `fivepipe up`
+  double frame_rate_hz = 30;              // of the deployment
   std::vector<std::string> render_nodes;  // empty: the deployment composites no frames
   std::uint64_t composited = 0;
   std::optional<double> newest_frame_age_s;  // nullopt: no frame is composited yet
@@ -31,7 +33,7 @@ std::string progress_line(const Progress& progress, const StatusRegistry& regist
 std::string nodes_table(const StatusRegistry& registry, std::int64_t now_ns);
 std::string node_messages(const StatusRegistry& registry);
 
-// "two processes publish as node 'sim': process 12 on host alpha, process 34 on host beta".
+// "2 processes publish as node 'sim': process 12 on host alpha, process 34 on host beta".
 std::string text_of(const DuplicateNode& duplicate);
 
 }  // namespace fivepipe::launch

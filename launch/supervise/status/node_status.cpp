@@ -13,22 +13,28 @@ bool is_same_process(const ProcessStatus& a, const ProcessStatus& b) {
          (!a.process || !b.process || a.process == b.process);
 }
 
-template <class Key>
-void add_counts(std::map<Key, std::uint64_t>& sums, const std::map<Key, std::uint64_t>& counts) {
-  for (const auto& [key, count] : counts) sums[key] += count;
+// Returns the value of `key`, or of "other" if the key is new and the map is full.
+template <class Value>
+Value& entry(std::map<std::string, Value>& map, const std::string& key) {
+  return map[map.contains(key) || map.size() < kMaxStatusEntries ? key : "other"];
+}
+
+template <class Value>
+void add_each(std::map<std::string, Value>& sums, const std::map<std::string, Value>& older) {
+  for (const auto& [key, value] : older) entry(sums, key) += value;
 }
 
 // Adds the totals of an older process.
 void add_totals(ProcessStatus& sum, const ProcessStatus& older) {
   sum.cpu_s += older.cpu_s;
   sum.memory_mb = std::max(sum.memory_mb, older.memory_mb);
-  add_counts(sum.counts, older.counts);
-  add_counts(sum.drops, older.drops);
-  add_counts(sum.empty_cameras, older.empty_cameras);
-  for (const auto& [topic, totals] : older.topics) sum.topics[topic] += totals;
-  for (const auto& [object, totals] : older.collisions) sum.collisions[object] += totals;
+  add_each(sum.counts, older.counts);
+  add_each(sum.drops, older.drops);
+  add_each(sum.empty_cameras, older.empty_cameras);
+  add_each(sum.topics, older.topics);
+  add_each(sum.collisions, older.collisions);
   for (const auto& [name, latency] : older.latencies)
-    if (Latency& kept = sum.latencies[name]; latency.count > kept.count) kept = latency;
+    if (Latency& kept = entry(sum.latencies, name); latency.count > kept.count) kept = latency;
 }
 
 }  // namespace
@@ -50,7 +56,10 @@ CollisionTotals& CollisionTotals::operator+=(const CollisionTotals& other) {
 }
 
 void StatusRegistry::add(ProcessStatus status, std::int64_t arrived_ns) {
-  if (!entries_.contains(status.node) && !has_space_for_node_of(status.process)) return;
+  if (!entries_.contains(status.node) && !make_space_for_node_of(status.process, arrived_ns)) {
+    ++ignored_;
+    return;
+  }
   Entry& entry = entry_of(entries_[status.node], status, arrived_ns);
   if (arrived_ns > entry.arrived_ns)
     entry.cpu_percent =
@@ -60,13 +69,27 @@ void StatusRegistry::add(ProcessStatus status, std::int64_t arrived_ns) {
   entry.newest = std::move(status);
 }
 
-bool StatusRegistry::has_space_for_node_of(const std::optional<bus::ProcessId>& process) const {
+bool StatusRegistry::make_space_for_node_of(const std::optional<bus::ProcessId>& process,
+                                            std::int64_t arrived_ns) {
   const auto is_of_process = [&](const auto& of_node) {
     return of_node.second.back().newest.process == process;
   };
-  return entries_.size() < kMaxNodes &&
-         std::size_t(std::count_if(entries_.begin(), entries_.end(), is_of_process)) <
-             kMaxNodesOfProcess;
+  if (std::size_t(std::count_if(entries_.begin(), entries_.end(), is_of_process)) >=
+      kMaxNodesOfProcess)
+    return false;
+  if (entries_.size() < kMaxNodes) return true;
+  auto oldest = entries_.end();
+  for (auto node = entries_.begin(); node != entries_.end(); ++node) {
+    const Entry& newest = node->second.back();
+    const bool is_active = !newest.newest.final_report &&
+                           1e-9 * double(arrived_ns - newest.arrived_ns) <= kMaxSilence_s;
+    if (is_active) continue;
+    if (oldest == entries_.end() || newest.arrived_ns < oldest->second.back().arrived_ns)
+      oldest = node;
+  }
+  if (oldest == entries_.end()) return false;
+  entries_.erase(oldest);
+  return true;
 }
 
 StatusRegistry::Entry& StatusRegistry::entry_of(std::vector<Entry>& processes,

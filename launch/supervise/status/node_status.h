@@ -32,6 +32,10 @@ struct CollisionTotals {
   CollisionTotals& operator+=(const CollisionTotals& other);
 };
 
+// A peer can send lists of any length: this many entries of each are used. Of several processes,
+// the totals of further entries count together as "other".
+inline constexpr std::size_t kMaxStatusEntries = 256;
+
 // One process of a node. All counts are totals since the start of the process.
 struct ProcessStatus {
   std::string node;
@@ -53,7 +57,7 @@ struct ProcessStatus {
   std::vector<std::string> diagnostics;  // "subject: text"
 };
 
-// Two processes that publish as the same node at the same time.
+// Processes that publish as the same node at the same time.
 struct DuplicateNode {
   std::string node;
   std::vector<std::string> processes;  // "process 4711 on host alpha"
@@ -72,12 +76,18 @@ inline constexpr double kMaxSilence_s = 2;
 // is distinguished by its start stamp alone. Arrival stamps are of any steady clock.
 class StatusRegistry {
  public:
-  // A peer can publish as any node and with any start stamp. The registry ignores further nodes, of
-  // all processes or of one, which may be a replay of a deployment's nodes. It sums the counts of
-  // the two oldest processes of a node that has more.
-  static constexpr std::size_t kMaxNodes = 256, kMaxNodesOfProcess = 64, kMaxProcesses = 64;
+  // A peer can publish as any node and with any start stamp. A further node displaces the one with
+  // the oldest status that ended or is silent for longer than kMaxSilence_s; the registry ignores
+  // it if there is none, or if its process, which may replay a deployment, already publishes
+  // kMaxNodesOfProcess nodes. It sums the counts of the two oldest processes of a node that has
+  // more than kMaxProcesses.
+  static constexpr std::size_t kMaxNodes = 256, kMaxNodesOfProcess = 64, kMaxProcesses = 8;
 
   void add(ProcessStatus status, std::int64_t arrived_ns);
+  // Counts a status that the caller cannot add.
+  void ignore() { ++ignored_; }
+  // Number of statuses that add() or the caller ignored.
+  std::uint64_t ignored() const { return ignored_; }
 
   // The newest status of each process, by node; each node's processes by start.
   std::map<std::string, std::vector<ProcessStatus>> processes() const;
@@ -99,9 +109,11 @@ class StatusRegistry {
   };
   Entry& entry_of(std::vector<Entry>& processes, const ProcessStatus& status,
                   std::int64_t arrived_ns);
-  bool has_space_for_node_of(const std::optional<bus::ProcessId>& process) const;
+  bool make_space_for_node_of(const std::optional<bus::ProcessId>& process,
+                              std::int64_t arrived_ns);
   const Entry* newest_entry(const std::string& node) const;
   std::map<std::string, std::vector<Entry>> entries_;  // by node; each node's processes by start
+  std::uint64_t ignored_ = 0;
 };
 
 }  // namespace fivepipe::launch

@@ -7,18 +7,21 @@
 
 namespace fivepipe::launch {
 
-// A peer can send lists of any length: this many entries of each are used.
-inline constexpr std::size_t kMaxStatusEntries = 256;
-
-// `process` wrote the message; nullopt: it states no identity.
+// Uses kMaxStatusEntries entries of each list. `process` wrote the message; nullopt: it states no
+// identity.
 ProcessStatus status_from(const fivepipe_v1_NodeStatus& message,
                           std::optional<bus::ProcessId> process);
 
 // The clock of arrival stamps [ns]; steady.
 std::int64_t arrival_clock_ns();
 
+// Clocks of hosts that composite frames together differ by less than a frame; a status of a process
+// that starts in a minute is wrong, and would hide all statuses of the node's real process.
+inline constexpr std::int64_t kMaxClockDifference_ns = 60'000'000'000;
+
 // Adds all statuses that have arrived to the registry. If `nodes` is not empty, adds only the
-// statuses of these nodes.
+// statuses of these nodes. The registry counts a status as ignored whose process starts before 1970
+// or more than kMaxClockDifference_ns from now.
 void take_statuses(bus::Reader<bus::topics::NodeStatus>& reader, StatusRegistry& registry,
                    const std::set<std::string>& nodes = {});
 

@@ -139,14 +139,14 @@ TEST(FrameSetAssembler, MapsOfReturnedAndDisplacedFramesAreLate) {
   EXPECT_EQ(sets.take_drops(), (std::map<std::string, std::uint64_t>{{"late_map", 2}}));
 }
 
-// Otherwise a stranger's maps with frame numbers near 2^64 would displace all others for ever.
+// Otherwise a peer's maps with frame numbers near 2^64 would displace all others for ever.
 TEST(FrameSetAssembler, WrongFrameNumbersDoNotKeepSetsFromCompleting) {
   FrameSetAssembler sets(rig_of(2));
   for (std::uint64_t frame = 1; frame < 100; ++frame) {
     for (const std::uint64_t wrong : {UINT64_MAX - 2 * frame, UINT64_MAX - 1000 + 2 * frame}) {
-      CameraMap stranger = map_of(0, frame);
-      stranger.frame = wrong;
-      EXPECT_TRUE(sets.add(stranger).empty());
+      CameraMap peer = map_of(0, frame);
+      peer.frame = wrong;
+      EXPECT_TRUE(sets.add(peer).empty());
     }
     EXPECT_TRUE(sets.add(map_of(0, frame)).empty()) << frame;
     EXPECT_EQ(frames_of(sets.add(map_of(1, frame))), std::vector<std::uint64_t>{frame});
@@ -158,10 +158,10 @@ TEST(FrameSetAssembler, WrongFrameNumbersDoNotKeepSetsFromCompleting) {
 TEST(FrameSetAssembler, RecoversFromACompleteSetWithAWrongNumber) {
   for (const std::int64_t stamp_ns : {std::int64_t(0), INT64_MIN, INT64_MAX}) {
     FrameSetAssembler sets(rig_of(1));
-    CameraMap stranger = map_of(0, 1);
-    stranger.frame = UINT64_MAX;
-    stranger.capture_stamp_ns = stamp_ns;
-    EXPECT_EQ(sets.add(stranger).size(), 1u);
+    CameraMap peer = map_of(0, 1);
+    peer.frame = UINT64_MAX;
+    peer.capture_stamp_ns = stamp_ns;
+    EXPECT_EQ(sets.add(peer).size(), 1u);
     std::uint64_t frame = 2;
     while (sets.add(map_of(0, frame++)).empty())
       ASSERT_LE(frame, 2u + RestartDetector::kMaxContradictions);

@@ -110,6 +110,42 @@ TEST(NodeStatus, NamesTheSenderOfTooManyKeys) {
       << log.text();
 }
 
+// Returns what a node logs until its end.
+template <class Use>
+std::string logged(Use use) {
+  bus::Bus bus({test::own_domain()});
+  std::ostringstream log;
+  const auto logger = spdlog::default_logger();
+  spdlog::set_default_logger(std::make_shared<spdlog::logger>(
+      "test", std::make_shared<spdlog::sinks::ostream_sink_mt>(log)));
+  reported(bus, use);
+  spdlog::set_default_logger(logger);
+  return log.str();
+}
+
+TEST(NodeStatus, APeersTextCannotControlTheTerminal) {
+  const std::string log = logged([](NodeStatusReporter& status) {
+    status.drop({"bad_camera_info", "\x1b[2J", "unknown camera \x1b[2J"});
+    status.diagnostic("camera left", "process 12 on host \x1b[2J: another model");
+  });
+  EXPECT_NE(log.find("bad_camera_info: ?[2J"), std::string::npos) << log;
+  EXPECT_NE(log.find("camera left: process 12 on host ?[2J"), std::string::npos) << log;
+  EXPECT_EQ(log.find('\x1b'), std::string::npos);
+}
+
+TEST(NodeStatus, MessagesDoNotSuppressTheLinesAboutTheStart) {
+  const std::string log = logged([](NodeStatusReporter& status) {
+    for (int i = 0; i < 30; ++i) status.diagnostic("camera left", "text " + std::to_string(i));
+    status.start_progress("precomputing frames, 10 %");
+    status.start_progress("precomputing frames, 10 %");
+    status.start_progress("");
+  });
+  EXPECT_EQ(log.find("text 29"), std::string::npos) << log;
+  const std::size_t first = log.find("start: precomputing frames, 10 %");
+  ASSERT_NE(first, std::string::npos) << log;
+  EXPECT_EQ(log.find("start: ", first + 1), std::string::npos) << "the text is the same\n" << log;
+}
+
 TEST(NodeStatus, IsBoundedForInventedNamesAndSenders) {
   bus::Bus bus({test::own_domain()});
   constexpr std::uint32_t kMessages = 5000;

@@ -254,7 +254,7 @@ TEST_F(RecordingWriterTest, ReportsTypeDifferences) {
       << problems[1];
 }
 
-// A stranger can create any number of writers, each of which takes a channel, and a second one for
+// A peer can create any number of writers, each of which takes a channel, and a second one for
 // the states of its keys.
 TEST_F(RecordingWriterTest, MessagesWithoutAChannelAreCountedAsLost) {
   {

@@ -34,9 +34,6 @@ class FrameInputs {
   // Forgets all frames.
   void reset();
 
-  std::size_t kept_poses() const { return poses_.size(); }
-  std::size_t kept_colours() const;
-
  private:
   using ColourOfCamera = std::map<std::size_t, messages::CameraColour>;
   frames::RestartDetector restart_detector_;

@@ -1,4 +1,4 @@
-#include "recon_node/messages_by_frame.h"
+#include "recon_node/frame_inputs.h"
 
 #include <utility>
 
@@ -11,11 +11,11 @@ void FrameInputs::add(messages::FramePose pose) {
     poses_.clear();
     colours_.clear();
   }
-  poses_.get_or_add(pose.frame) = std::move(pose);
+  poses_.get_or_add(pose.frame).value = std::move(pose);
 }
 
 bool FrameInputs::add(messages::CameraColour colour) {
-  ColourOfCamera& of_frame = colours_.get_or_add(colour.frame);
+  ColourOfCamera& of_frame = colours_.get_or_add(colour.frame).value;
   const std::size_t camera = colour.camera;
   return of_frame.insert_or_assign(camera, std::move(colour)).second;
 }
@@ -36,12 +36,6 @@ void FrameInputs::reset() {
   poses_.clear();
   colours_.clear();
   restart_detector_ = {};
-}
-
-std::size_t FrameInputs::kept_colours() const {
-  std::size_t kept = 0;
-  for (const auto& entry : colours_) kept += entry.value.size();
-  return kept;
 }
 
 }  // namespace fivepipe::recon

@@ -1,0 +1,54 @@
+#include "common/pipeline/frames/restart_detector.h"
+
+#include <gtest/gtest.h>
+
+namespace fivepipe::frames {
+namespace {
+
+constexpr std::int64_t kPeriod_ns = 33'333'333;
+std::int64_t stamp_ns(std::uint64_t frame) { return std::int64_t(1 + frame) * kPeriod_ns; }
+
+// A late reader takes the 8 samples of its history camera by camera.
+TEST(RestartDetector, LateMessagesOfManyCamerasAreNoRestart) {
+  RestartDetector detector;
+  EXPECT_FALSE(detector.is_restart(8, stamp_ns(8)));
+  for (int camera = 0; camera < 8; ++camera)
+    for (std::uint64_t frame = 0; frame < 8; ++frame)
+      EXPECT_FALSE(detector.is_restart(frame, stamp_ns(frame))) << camera << ' ' << frame;
+  EXPECT_FALSE(detector.is_restart(9, stamp_ns(9)));
+}
+
+TEST(RestartDetector, ALowerFrameOfALaterCaptureIsARestart) {
+  RestartDetector detector;
+  EXPECT_FALSE(detector.is_restart(5000, stamp_ns(5000)));
+  EXPECT_TRUE(detector.is_restart(0, stamp_ns(5010)));
+  EXPECT_FALSE(detector.is_restart(1, stamp_ns(5011))) << "reports a restart once";
+}
+
+// The stamps do not show the restart: the frame is wrong, or the clock was set back.
+TEST(RestartDetector, ManyFramesThatContradictTheNewestAreARestart) {
+  constexpr std::uint64_t kFrames = RestartDetector::kMaxContradictions;
+  RestartDetector detector;
+  EXPECT_FALSE(detector.is_restart(UINT64_MAX, INT64_MAX));
+  // A second wrong frame is one of those that contradict the first one.
+  EXPECT_FALSE(detector.is_restart(UINT64_MAX - 1, INT64_MAX));
+  for (std::uint64_t frame = 0; frame + 2 < kFrames; ++frame)
+    for (int camera = 0; camera < 8; ++camera)
+      EXPECT_FALSE(detector.is_restart(frame, stamp_ns(frame)));
+  EXPECT_TRUE(detector.is_restart(kFrames, stamp_ns(kFrames)));
+  EXPECT_FALSE(detector.is_restart(kFrames + 1, stamp_ns(kFrames + 1)));
+}
+
+TEST(RestartDetector, CountsContradictionsInARow) {
+  RestartDetector detector;
+  std::uint64_t newest = 100;
+  EXPECT_FALSE(detector.is_restart(newest, stamp_ns(newest)));
+  for (std::uint64_t late = 0; late < 2 * RestartDetector::kMaxContradictions; ++late) {
+    EXPECT_FALSE(detector.is_restart(late, stamp_ns(late)));
+    ++newest;
+    EXPECT_FALSE(detector.is_restart(newest, stamp_ns(newest)));
+  }
+}
+
+}  // namespace
+}  // namespace fivepipe::frames
