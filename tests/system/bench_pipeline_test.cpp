@@ -1,5 +1,8 @@
 // `fivepipe bench pipeline` over real processes: what it measures, and that the account of the
 // nodes agrees with the times of their messages on the loopback interface.
+#include <sys/socket.h>
+#include <unistd.h>
+
 #include <cstdlib>
 
 #include "tests/support/optional_package.h"

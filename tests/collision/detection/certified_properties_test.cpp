@@ -109,6 +109,22 @@ TEST_P(CertifiedDetection, FindsAPenetrationFarThinnerThanEps) {
   }
 }
 
+// Just before a camera, the rounding of a point's depth exceeds the depth.
+TEST_P(CertifiedDetection, TrianglesJustBeforeACameraAreNotFree) {
+  const CollisionHull hull(silhouettes_of({ball(kOrigin, 0.3)}, ring(1, 1.2, 0.6, 300, 0.5)));
+  const Vector3d center_m = geometry::camera_center_world_m(hull.silhouettes[0].camera);
+  const Vector3d towards = (kOrigin - center_m).normalized();
+  const Vector3d across = towards.unitOrthogonal(), up = towards.cross(across);
+  for (double distance_m = 0.1; distance_m > 1e-12; distance_m /= 2) {
+    const Vector3d p = center_m + distance_m * towards;
+    const double size_m = 0.1 * distance_m;
+    ASSERT_TRUE(hull::in_hull(hull.silhouettes, p)) << distance_m;
+    EXPECT_NE(verdict(hull, {p - size_m * (across + up), p + size_m * across, p + size_m * up}),
+              CollisionVerdict::free)
+        << distance_m;
+  }
+}
+
 TEST_P(CertifiedDetection, IsIndependentOfVertexOrder) {
   Random random(2);
   const CollisionHull hull(hand_like());
