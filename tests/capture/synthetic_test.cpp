@@ -3,6 +3,7 @@
 
 #include "common/hull/hull.h"
 #include "tests/support/capture_rig.h"
+#include "tests/support/golden_image.h"
 
 namespace fivepipe::capture {
 namespace {
@@ -66,6 +67,33 @@ TEST(SyntheticWorld, HasThePipeOfThePaper) {
           0.14, 1e-12);
       EXPECT_DOUBLE_EQ(part.capsule.radius_m, 0.02);
     }
+}
+
+// The table with the objects and their shadows; the walls, the floor and the ceiling.
+TEST(SyntheticImage, MatchesTheGoldenImage) {
+  config::SyntheticWorld world;
+  world.noise_sigma_levels = 0;
+  std::vector<config::RigCamera> cameras;
+  for (const Eigen::Vector3d& eye_world_m :
+       {Eigen::Vector3d(-1.2, 0.8, 0.9), Eigen::Vector3d(0.9, 0.7, 0.5)})
+    cameras.push_back(test::table_camera("table", eye_world_m, 160, 120));
+  for (const Eigen::Vector3d& towards_m :
+       {Eigen::Vector3d(2, 1, 1.2), Eigen::Vector3d(-2, -1, 0.2), Eigen::Vector3d(0.6, -2, 0.8),
+        Eigen::Vector3d(-0.6, 2, -0.6)}) {
+    cameras.push_back(test::table_camera("wall", {0, 0, 0.8}, 160, 120));
+    cameras.back().camera_from_mount = geometry::look_at({0, 0, 0.8}, towards_m);
+  }
+  std::vector<cv::Mat> rows(2);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    std::vector<cv::Mat> images;
+    for (std::size_t k = 0; k < 3; ++k) images.push_back(image_of(world, cameras[3 * i + k], 25));
+    cv::hconcat(images, rows[i]);
+  }
+  cv::Mat image;
+  cv::vconcat(rows, image);
+  // Another compiler may round differently, which moves the borders of the textures.
+  test::expect_golden(image, "synthetic_room.png",
+                      {.mean_levels = 0.05, .pixel_levels = 8, .wrong_pixels = 0.001});
 }
 
 TEST(SyntheticImage, DependsOnlyOnSeedCameraAndFrame) {

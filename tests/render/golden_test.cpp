@@ -1,13 +1,7 @@
-// Compares a composited scene with the image in tests/golden. FIVEPIPE_WRITE_GOLDEN=1 replaces the
-// image; inspect it before you commit it.
-#include <gtest/gtest.h>
-
-#include <cstdlib>
-#include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
-
+// Compares a composited scene with the image in tests/golden.
 #include "common/gl/context.h"
 #include "render_node/renderer.h"
+#include "tests/support/golden_image.h"
 #include "tests/support/render_scenes.h"
 
 namespace fivepipe::render {
@@ -15,10 +9,8 @@ namespace {
 
 // Another driver may round a shade to the next level and assign edge pixels to the other surface.
 // The image has about 1,500 edge pixels; a tenth of them, wrong by 100 levels, give a mean of 0.8.
-constexpr double kMeanDifference_levels = 1.0;
 // The mean could hide a misplaced surface, so only few pixels may differ by more than shading can.
-constexpr int kShadingDifference_levels = 12;
-constexpr double kEdgePixels = 0.02;
+constexpr test::GoldenTolerance kTolerance{.mean_levels = 1, .pixel_levels = 12};
 
 config::Scene table_scene() {
   config::Scene scene;
@@ -52,17 +44,7 @@ TEST(Golden, TableWithARealBallIsUnchanged) {
       });
   Renderer renderer(table_scene(), viewer);
   renderer.draw(hull, {}, {"payload_b"});
-  const cv::Mat image = renderer.image_bgr();
-
-  const std::string file = FIVEPIPE_SOURCE_DIR "/tests/golden/table_with_real_ball.png";
-  if (std::getenv("FIVEPIPE_WRITE_GOLDEN")) cv::imwrite(file, image);
-  const cv::Mat golden = cv::imread(file);
-  ASSERT_EQ(golden.size(), image.size());
-  cv::Mat difference;
-  cv::absdiff(image, golden, difference);
-  EXPECT_LT(cv::mean(difference.reshape(1))[0], kMeanDifference_levels);
-  const cv::Mat far_off = difference.reshape(1) > kShadingDifference_levels;
-  EXPECT_LT(cv::countNonZero(far_off), kEdgePixels * double(far_off.total()));
+  test::expect_golden(renderer.image_bgr(), "table_with_real_ball.png", kTolerance);
 }
 
 }  // namespace

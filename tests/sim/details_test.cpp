@@ -1,6 +1,7 @@
 // Optional details of collisions, computed only on request; history; warmth.
 #include <limits>
 #include <random>
+#include <set>
 #include <stdexcept>
 
 #include "common/collision/oracle/distance_reference.h"
@@ -110,6 +111,33 @@ TEST(CollisionDetails, ProximityHoldsTheExactDistance) {
     EXPECT_GT(within, 10);
     EXPECT_LT(within, int(proximity.size()));
   }
+}
+
+TEST(CollisionDetails, ProximityHasTheCapAndToleranceOfEachObject) {
+  std::vector<config::SceneObject> objects;
+  for (const auto& [cap_m, tolerance_m] :
+       {std::pair{0.08, 0.002}, {0.03, 0.002}, {0.08, 0.01}, {0.03, 0.002}}) {
+    objects.push_back(plate());
+    objects.back().shape = config::BoxShape{{0.005, 0.2, 0.2}, 0.04};
+    objects.back().requests.proximity =
+        config::ProximityRequests{config::ProximityOf::vertices, cap_m, tolerance_m};
+  }
+  const auto silhouettes = hand_at(-0.05);
+  sim::Simulation together(scene_of(objects), {});
+  together.advance_to(0, silhouettes);
+  std::set<std::vector<double>> different;
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    sim::Simulation alone(scene_of({objects[i]}), {});
+    alone.advance_to(0, silhouettes);
+    std::vector<double> expected, bounds;
+    for (const auto& [of, into] : {std::pair{&alone.collisions().at(0), &expected},
+                                   std::pair{&together.collisions().at(i), &bounds}})
+      for (const collision::Proximity& p : of->details.proximity)
+        into->insert(into->end(), {p.min_m, p.max_m});
+    EXPECT_EQ(bounds, expected) << i;
+    different.insert(bounds);
+  }
+  EXPECT_EQ(different.size(), 3u);
 }
 
 TEST(Warmth, FallsWithDistanceAndCools) {

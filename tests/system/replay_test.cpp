@@ -79,22 +79,24 @@ TEST_F(Replay, SigtermStopsWithinTwoSeconds) {
 
 // capture_node sends one pose per frame.
 TEST_F(Replay, KeysPauseStepAndStop) {
-  Outputs poses(bus_, {bus::topics::HeadPose::name});
-  const auto replay = this->replay({"--paused"}, true);
-  ASSERT_TRUE(eventually(bus_, 10s, [&] { return poses.has_writers(1); })) << replay->said();
-  replay->type("sss");
-  ASSERT_TRUE(has_arrived(poses, bus::topics::HeadPose::name, 3)) << replay->said();
-  replay->type("s");
-  ASSERT_TRUE(has_arrived(poses, bus::topics::HeadPose::name, 4)) << replay->said();
-  replay->type("q");
-  EXPECT_EQ(end_of(*replay, poses, 5s), 0) << replay->said();
-  EXPECT_EQ(poses.taken(), 4u);
-  const auto resumed = this->replay({"--paused"}, true);
-  resumed->type("s ");
-  EXPECT_EQ(end_of(*resumed, poses), 0) << resumed->said();
-  EXPECT_EQ(
-      poses.taken(),
-      4u + test::counts_by_topic(recording::Recording(kRecording)).at(bus::topics::HeadPose::name));
+  for (const char* rate : {"1", "max"}) {
+    SCOPED_TRACE(rate);
+    Outputs poses(bus_, {bus::topics::HeadPose::name});
+    const auto replay = this->replay({"--paused", "--rate", rate}, true);
+    ASSERT_TRUE(eventually(bus_, 10s, [&] { return poses.has_writers(1); })) << replay->said();
+    replay->type("sss");
+    ASSERT_TRUE(has_arrived(poses, bus::topics::HeadPose::name, 3)) << replay->said();
+    replay->type("s");
+    ASSERT_TRUE(has_arrived(poses, bus::topics::HeadPose::name, 4)) << replay->said();
+    replay->type("q");
+    EXPECT_EQ(end_of(*replay, poses, 5s), 0) << replay->said();
+    EXPECT_EQ(poses.taken(), 4u);
+    const auto resumed = this->replay({"--paused", "--rate", rate}, true);
+    resumed->type("s ");
+    EXPECT_EQ(end_of(*resumed, poses), 0) << resumed->said();
+    EXPECT_EQ(poses.taken(), 4u + test::counts_by_topic(recording::Recording(kRecording))
+                                      .at(bus::topics::HeadPose::name));
+  }
 }
 
 TEST_F(Replay, RangeIncludesEarlierLatchedMessages) {

@@ -123,6 +123,8 @@ TEST_F(GlDetectionTest, AgreesWithBackendCpuForAMillionTriangles) {
                                    cpu =
                                        collision::detect(hull.query, {&object, 1}, kVerdictOnly)[0];
   EXPECT_NEAR(double(gl.triangles.size()), double(cpu.triangles.size()), 20);
+  EXPECT_GT(counts_.descent_ms, 0);
+  EXPECT_GT(counts_.refine_ms, 0);
 }
 
 // Triangles that cross a camera's plane are walked on the CPU; the GPU decides the others.

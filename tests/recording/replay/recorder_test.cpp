@@ -28,7 +28,7 @@ TEST(Recorder, MessagesOfWritersWithoutAChannelAreLostAndTheReasonNamesAParticip
   Recorder recorder(
       bus, recording,
       {{topic.c_str(), bus::topics::FrameComposited::type, bus::topics::FrameComposited::descriptor,
-        bus::topics::FrameComposited::delivery}});
+        bus::topics::FrameComposited::delivery, bus::topics::FrameComposited::max_keys}});
   auto first = peer.writer<bus::topics::FrameComposited>(),
        second = peer.writer<bus::topics::FrameComposited>();
   ASSERT_TRUE(
