@@ -21,8 +21,8 @@ using Clock = std::chrono::steady_clock;
 
 constexpr const char* kUsage = R"(Usage: hostile_peer DOMAIN SECONDS RATE_HZ [TOPIC]
 
-Sends SECONDS * RATE_HZ messages, at most RATE_HZ per second: of TOPIC, such as ObjectPixelMap, or of
-all topics in turn. Prints the number of messages at the end.
+Sends SECONDS * RATE_HZ messages, at most RATE_HZ per second: of TOPIC, such as ObjectPixelMap, or
+of all topics in turn. Prints the number of messages at the end.
 )";
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
