@@ -132,7 +132,7 @@ void append(ImportedMesh& mesh, const aiMesh& part) {
 
 // Assimp catches what an importer throws, and keeps only the text of what a later step throws.
 void throw_if_out_of_memory(const Assimp::Importer& importer) {
-  if (const std::exception_ptr exception = importer.GetException()) try {
+  if (const std::exception_ptr& exception = importer.GetException()) try {
       std::rethrow_exception(exception);
     } catch (const std::bad_alloc&) {
       throw;
