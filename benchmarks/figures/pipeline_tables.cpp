@@ -54,8 +54,7 @@ std::string replay(const Results& results) {
   return wrapped(
       fmt::format("In a replay without capture_node and with `collision: cpu` "
                   "([results](docs/benchmarks/pipeline.json)), two frames in flight give {}; one "
-                  "frame in flight "
-                  "gives {}.",
+                  "frame in flight gives {}.",
                   sentence("pipeline"), sentence("pipeline_1")));
 }
 

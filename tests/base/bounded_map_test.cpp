@@ -22,7 +22,7 @@ TEST(BoundedMap, ForgetsTheOldestEntry) {
   EXPECT_TRUE(map.contains(3));
 }
 
-TEST(BoundedMap, ANewValueKeepsTheAgeOfItsKey) {
+TEST(BoundedMap, AChangedValueDoesNotMakeItsKeyNewer) {
   BoundedMap<int, int> map(2);
   map.set(1, 10);
   map.set(2, 20);

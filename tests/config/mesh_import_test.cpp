@@ -1,4 +1,4 @@
-// The limits of an import. tests/config/scene_test.cpp tests what is read.
+// The limits of an import. tests/config/scene_test.cpp tests the meshes.
 #include "common/config/mesh/mesh_import.h"
 
 #include <gtest/gtest.h>
