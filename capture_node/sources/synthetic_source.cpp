@@ -43,11 +43,11 @@ cv::Mat SyntheticImageSource::rendered(std::int64_t frame) {
   return renderer_.image(synthetic_parts(world_, t_s), pose_at(t_s));
 }
 
-void SyntheticImageSource::prerender() {
+bool SyntheticImageSource::prerender() {
   const double frames = world_.period_s * frame_rate_hz_;
   if (camera_.mount == config::Mount::viewer ||
       std::abs(frames - std::round(frames)) > kPeriodTolerance)
-    return;
+    return false;
   room_bgr_ = renderer_.image({}, pose_at(0));
   std::vector<PrerenderedRegion> ahead;
   for (std::int64_t frame = 0; frame < std::llround(frames); ++frame) {
@@ -59,6 +59,7 @@ void SyntheticImageSource::prerender() {
     ahead.push_back({region, bgr(region).clone()});
   }
   prerendered_ = std::move(ahead);
+  return true;
 }
 
 ReadStatus SyntheticImageSource::read(std::int64_t frame, cv::Mat& bgr) {

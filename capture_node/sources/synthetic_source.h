@@ -20,9 +20,10 @@ class SyntheticImageSource final : public ImageSource {
   // Frame f shows the world at f / frame_rate_hz [s]. The same seed, camera and frame give the same
   // bits. Always returns ReadStatus::image.
   ReadStatus read(std::int64_t frame, cv::Mat& bgr) override;
-  // Renders one period of the world in advance, so that read() only copies images. Does nothing for
-  // a camera mounted on the viewer, and if the period is not a whole number of frames.
-  void prerender();
+  // Renders one period of the world in advance, so that read() only copies images. Does nothing and
+  // returns false for a camera mounted on the viewer, and if the period is not a whole number of
+  // frames.
+  bool prerender();
   // Returns the empty room, with different noise for each index. Only for cameras fixed in the
   // world.
   cv::Mat background(int index);

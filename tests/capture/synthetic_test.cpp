@@ -116,13 +116,28 @@ TEST(SyntheticImage, PrerenderedImagesAreIdentical) {
   const config::RigCamera camera = test::table_cameras()[1];
   SyntheticImageSource live(world, camera, 30, {}, test::test_room()),
       ahead(world, camera, 30, {}, test::test_room());
-  ahead.prerender();
+  ASSERT_TRUE(ahead.prerender());
   cv::Mat live_image, ahead_image;
   for (const int frame : {0, 5, 2}) {
     live.read(frame, live_image);
     ahead.read(frame, ahead_image);
     EXPECT_TRUE(same_bits(live_image, ahead_image)) << frame;
   }
+}
+
+TEST(SyntheticImage, IsPrerenderedOnlyIfItRepeatsWithAWholeNumberOfFrames) {
+  config::SyntheticWorld world;
+  world.period_s = 0.2;
+  config::RigCamera camera = test::table_cameras()[1];
+  const auto prerenders = [&](double frame_rate_hz) {
+    const auto eye_at = [](double) { return Eigen::Isometry3d::Identity(); };
+    return SyntheticImageSource(world, camera, frame_rate_hz, eye_at, test::test_room())
+        .prerender();
+  };
+  EXPECT_TRUE(prerenders(10));
+  EXPECT_FALSE(prerenders(12));  // 2.4 frames
+  camera.mount = config::Mount::viewer;
+  EXPECT_FALSE(prerenders(10));
 }
 
 TEST(SyntheticImage, HasTheConfiguredNoise) {

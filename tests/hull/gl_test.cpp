@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "tests/support/checked_gl_context.h"
 #include "tests/support/hull/backends.h"
 
 namespace fivepipe::hull {
@@ -16,7 +17,7 @@ using namespace test;
 // The programs are compiled once, because that takes longer than most cases.
 struct GlHullTest : ::testing::Test {
   static void SetUpTestSuite() {
-    context_ = new gl::GlContext;
+    context_ = new test::CheckedGlContext;
     hull_ = new GlHull;
   }
   static void TearDownTestSuite() {
@@ -34,7 +35,7 @@ struct GlHullTest : ::testing::Test {
   }
 
  private:
-  static inline gl::GlContext* context_ = nullptr;
+  static inline test::CheckedGlContext* context_ = nullptr;
   static inline GlHull* hull_ = nullptr;
 };
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tests/support/checked_gl_context.h"
 #include "tests/support/hull/backends.h"
 
 namespace fivepipe::hull {
@@ -17,7 +18,7 @@ using namespace test;
 constexpr double kFloatRounding_px = 0.005;
 
 struct Sweep : ::testing::Test {
-  gl::GlContext context;
+  test::CheckedGlContext context;
 };
 
 // Membership of a point whose pixels may move by up to kFloatRounding_px: in the hull for all such
@@ -40,6 +41,14 @@ Membership membership(std::span<const Silhouette> silhouettes, const Eigen::Vect
     m.perhaps &= any;
   }
   return m;
+}
+
+TEST_F(Sweep, WithoutSilhouettesFindsNoHull) {
+  Random random(1);
+  const PlaneSweep sweep(64, 48, 16);
+  const View view{random_camera(random, 64, 48, 0.8), 0.05, 5.0};
+  const DepthTile tile = depth_of(sweep, whole_image(view.camera), view, SweepRange{0.2, 1.6});
+  for (const float depth_m : tile.depth_m) ASSERT_EQ(depth_m, kNoHull);
 }
 
 TEST_F(Sweep, DepthIsThatOfTheFirstPlaneInTheHull) {

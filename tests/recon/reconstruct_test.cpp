@@ -5,10 +5,10 @@
 #include <limits>
 #include <numeric>
 
-#include "common/gl/context.h"
 #include "common/pipeline/frames/tile_balancer.h"
 #include "recon_node/colour.h"
 #include "recon_node/reconstruct.h"
+#include "tests/support/checked_gl_context.h"
 #include "tests/support/hull/scenes.h"
 
 namespace fivepipe::recon {
@@ -38,7 +38,7 @@ TEST(Tiles, AreDisjointAndCoverTheView) {
 }
 
 struct Recon : ::testing::TestWithParam<config::HullBackend> {
-  gl::GlContext context;
+  test::CheckedGlContext context;
 };
 INSTANTIATE_TEST_SUITE_P(Backends, Recon,
                          ::testing::Values(config::HullBackend::cpu, config::HullBackend::gl,
@@ -111,7 +111,7 @@ TEST_P(Recon, FollowsTheViewsSizeAndTheSilhouettes) {
 }
 
 TEST(ReconBackends, ExactBackendsGiveTheSameDepths) {
-  const gl::GlContext context;
+  const test::CheckedGlContext context;
   test::Random random(11);
   const auto silhouettes =
       test::silhouettes_of(test::random_object(random, 3, 0.15), test::random_cameras(random, 4));

@@ -4,8 +4,8 @@
 
 #include <opencv2/core.hpp>
 
-#include "common/gl/context.h"
 #include "render_node/renderer.h"
+#include "tests/support/checked_gl_context.h"
 #include "tests/support/render_scenes.h"
 
 namespace fivepipe::render {
@@ -43,7 +43,7 @@ inline config::SceneObject plate(const std::string& name, double depth_m, double
 
 class Composite : public testing::Test {
  protected:
-  gl::GlContext context_;
+  test::CheckedGlContext context_;
   config::Viewer viewer_ = viewer();
   Eigen::Isometry3d eye_ = test::eye_along_y();
   HullFrame empty_hull_ = test::no_hull(eye_, config::recon_pinhole(viewer_));

@@ -1,6 +1,6 @@
 // Compares a composited scene with the image in tests/golden.
-#include "common/gl/context.h"
 #include "render_node/renderer.h"
+#include "tests/support/checked_gl_context.h"
 #include "tests/support/golden_image.h"
 #include "tests/support/render_scenes.h"
 
@@ -29,7 +29,7 @@ config::Scene table_scene() {
 }
 
 TEST(Golden, TableWithARealBallIsUnchanged) {
-  gl::GlContext context;
+  test::CheckedGlContext context;
   config::Viewer viewer;
   viewer.render_width_px = 160;
   viewer.render_height_px = 120;

@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "common/collision/detection/paper/paper_detection.h"
-#include "common/gl/context.h"
+#include "tests/support/checked_gl_context.h"
 #include "tests/support/hull/scenes.h"
 
 namespace fivepipe::test {
@@ -15,9 +15,9 @@ namespace fivepipe::test {
 // Makes an OpenGL context current for all tests of a suite.
 class GlTest : public testing::Test {
  protected:
-  static void SetUpTestSuite() { context_ = std::make_unique<gl::GlContext>(); }
+  static void SetUpTestSuite() { context_ = std::make_unique<CheckedGlContext>(); }
   static void TearDownTestSuite() { context_.reset(); }
-  static inline std::unique_ptr<gl::GlContext> context_;
+  static inline std::unique_ptr<CheckedGlContext> context_;
 };
 
 inline const Eigen::Vector3d kOrigin = Eigen::Vector3d::Zero();

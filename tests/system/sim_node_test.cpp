@@ -5,9 +5,9 @@
 #include <algorithm>
 
 #include "common/collision/oracle/triangle_reference.h"
-#include "common/gl/context.h"
 #include "common/pipeline/node/status_names.h"
 #include "sim_node/simulation/simulation.h"
+#include "tests/support/checked_gl_context.h"
 #include "tests/support/scripted/capture.h"
 
 namespace fivepipe::test {
@@ -432,9 +432,12 @@ class SimNodeEvents : public SimNode {
     };
     std::vector<std::pair<std::uint64_t, std::int64_t>> frames;  // and later_ns
     for (std::uint64_t frame = 0; frame < 6; ++frame) frames.emplace_back(frame, 0);
-    frames.emplace_back(6, -50'000'000);    // before frame 5
-    frames.emplace_back(7, 2'345'000'000);  // a gap of more than 2 s
-    for (std::uint64_t frame = 8; frame < 40; frame += 4) frames.emplace_back(frame, 2'345'000'000);
+    frames.emplace_back(6, -50'000'000);  // before frame 5
+    // Two gaps of more than 2 s.
+    frames.emplace_back(7, 2'345'000'000);
+    for (std::uint64_t frame = 8; frame < 24; frame += 4) frames.emplace_back(frame, 2'345'000'000);
+    for (std::uint64_t frame = 24; frame < 40; frame += 4)
+      frames.emplace_back(frame, 4'567'000'000);
     for (int round = 0; round < 2; ++round) {
       begin_replay(true);
       const auto expected = same_simulation();
@@ -483,7 +486,7 @@ TEST_F(SimNodeEvents, AreCountedWithUndecidedObjects) {
 }
 
 TEST_F(SimNodeEvents, AreCountedWithThePapersSampling) {
-  const gl::GlContext context;
+  const CheckedGlContext context;
   const Counts counts = replayed_twice(", collision: paper");
   EXPECT_TRUE(counts.contains("points_unconfirmed"));
   EXPECT_EQ(ended().counts, counts);

@@ -221,6 +221,15 @@ TEST(SchemaCdr, NonFiniteNumbersArePreserved) {
             Json({{"a", "NaN"}, {"b", "-Infinity"}, {"c", "Infinity"}}));
 }
 
+TEST(SchemaCdr, HexadecimalFloatsAreExact) {
+  const Idl idl = parse_idl("struct S { double longest; float negative; };");
+  // The largest mantissa with the smallest exponent, as it is sent (little endian).
+  const Bytes payload =
+      bytes_of({0, 1, 0, 0, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0x1f, 0x80, 0, 0, 0xc0, 0xbf});
+  EXPECT_EQ(decode(idl, "S", payload, {.floats = FloatFormat::hexadecimal}),
+            Json({{"longest", "-0x1.fffffffffffffp-1022"}, {"negative", "-0x1.8p+0"}}));
+}
+
 Json as_json(const FieldReader::Value& value) {
   return std::visit([](const auto& held) { return Json(held); }, value);
 }

@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "common/gl/context.h"
 #include "common/hull/gl/gl_hull.h"
 #include "common/hull/oracle/reference.h"
 #include "common/hull/paper/plane_sweep.h"
+#include "tests/support/checked_gl_context.h"
 #include "tests/support/hull/scenes.h"
 
 namespace fivepipe::test {
@@ -129,7 +129,7 @@ struct SweepBackend : HullBackend {
 class HullBackends : public ::testing::Environment {
  public:
   HullBackend& get(const std::string& name) {
-    if (name != "cpu" && !context_) context_ = std::make_unique<gl::GlContext>();
+    if (name != "cpu" && !context_) context_ = std::make_unique<CheckedGlContext>();
     std::unique_ptr<HullBackend>& backend = name == "cpu" ? cpu_ : name == "gl" ? gl_ : sweep_;
     if (!backend && name == "cpu") backend = std::make_unique<CpuBackend>();
     if (!backend && name == "gl") backend = std::make_unique<GlBackend>();
@@ -143,7 +143,7 @@ class HullBackends : public ::testing::Environment {
   }
 
  private:
-  std::unique_ptr<gl::GlContext> context_;
+  std::unique_ptr<CheckedGlContext> context_;
   std::unique_ptr<HullBackend> cpu_, gl_, sweep_;
 };
 inline HullBackends* const backends =
