@@ -77,6 +77,30 @@ TEST_F(Replay, SigtermStopsWithinTwoSeconds) {
   }
 }
 
+TEST_F(Replay, KeepsTheRecordedPace) {
+  std::optional<std::int64_t> first_ns;
+  std::int64_t last_ns = 0;
+  const Recording recording(kRecording);
+  for (auto messages = recording.messages(); const auto message = messages.next();) {
+    if (message->channel->topic != bus::topics::HeadPose::name) continue;
+    if (!first_ns) first_ns = message->log_stamp_ns;
+    last_ns = message->log_stamp_ns;
+  }
+  const double recorded_s = 1e-9 * double(last_ns - *first_ns);
+  ASSERT_GT(recorded_s, 1.5);
+  for (const double rate : {0.5, 2.0}) {
+    Outputs poses(bus_, {bus::topics::HeadPose::name});
+    const auto replay = this->replay({"--rate", std::to_string(rate)});
+    ASSERT_TRUE(has_arrived(poses, bus::topics::HeadPose::name, 1)) << replay->said();
+    const auto start = std::chrono::steady_clock::now();
+    EXPECT_EQ(end_of(*replay, poses), 0) << replay->said();
+    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
+    // The test sees the first pose late, and the end of the program later than its last message.
+    EXPECT_GT(taken.count(), recorded_s / rate - 0.3) << rate;
+    EXPECT_LT(taken.count(), recorded_s / rate + 2) << rate;
+  }
+}
+
 // capture_node sends one pose per frame.
 TEST_F(Replay, KeysPauseStepAndStop) {
   for (const char* rate : {"1", "max"}) {
@@ -84,8 +108,10 @@ TEST_F(Replay, KeysPauseStepAndStop) {
     Outputs poses(bus_, {bus::topics::HeadPose::name});
     const auto replay = this->replay({"--paused", "--rate", rate}, true);
     ASSERT_TRUE(eventually(bus_, 10s, [&] { return poses.has_writers(1); })) << replay->said();
+    EXPECT_FALSE(has_arrived(poses, bus::topics::HeadPose::name, 1, 300ms)) << replay->said();
     replay->type("sss");
     ASSERT_TRUE(has_arrived(poses, bus::topics::HeadPose::name, 3)) << replay->said();
+    EXPECT_FALSE(has_arrived(poses, bus::topics::HeadPose::name, 4, 300ms)) << replay->said();
     replay->type("s");
     ASSERT_TRUE(has_arrived(poses, bus::topics::HeadPose::name, 4)) << replay->said();
     replay->type("q");

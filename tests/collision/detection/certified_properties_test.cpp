@@ -115,13 +115,18 @@ TEST_P(CertifiedDetection, TrianglesJustBeforeACameraAreNotFree) {
   const Vector3d center_m = geometry::camera_center_world_m(hull.silhouettes[0].camera);
   const Vector3d towards = (kOrigin - center_m).normalized();
   const Vector3d across = towards.unitOrthogonal(), up = towards.cross(across);
+  // Makes the mesh large, and with it the rounding errors near the camera. It is free.
+  const Vector3d far_m = center_m - towards;
+  const collision::Triangle behind = {far_m, far_m - 0.1 * across, far_m - 0.1 * up};
   for (double distance_m = 0.1; distance_m > 1e-12; distance_m /= 2) {
     const Vector3d p = center_m + distance_m * towards;
     const double size_m = 0.1 * distance_m;
     ASSERT_TRUE(hull::in_hull(hull.silhouettes, p)) << distance_m;
-    EXPECT_NE(verdict(hull, {p - size_m * (across + up), p + size_m * across, p + size_m * up}),
-              CollisionVerdict::free)
-        << distance_m;
+    const collision::Triangle t = {p - size_m * (across + up), p + size_m * across,
+                                   p + size_m * up};
+    for (const auto& triangles : {std::vector{t}, std::vector{t, behind}})
+      EXPECT_NE(detect(hull, collision::Bvh(mesh_of(triangles))).verdict, CollisionVerdict::free)
+          << distance_m << " m before the camera, in a mesh of " << triangles.size();
   }
 }
 
