@@ -101,11 +101,13 @@ class VideoPipe {
         node_.status.drop_from(tile_costs_.process(sample), {"bad_tile_costs", "", ""});
   }
 
+  // In steps of ten percent.
   void report_progress(std::string_view what, double fraction) {
-    const int percent = int(100 * fraction);
-    if (percent / 10 == reported_percent_ / 10 && percent != 100) return;
-    reported_percent_ = percent;
-    node_.status.start_progress(std::string(what) + ", " + std::to_string(percent) + " %");
+    const std::string text =
+        std::string(what) + ", " + std::to_string(10 * int(10 * fraction)) + " %";
+    if (text == reported_progress_) return;
+    reported_progress_ = text;
+    node_.status.start_progress(text);
   }
 
   void publish(std::int64_t frame) {
@@ -161,7 +163,7 @@ class VideoPipe {
   node::NodeContext& node_;
   const config::Deployment& deployment_;
   const config::CaptureConfig& config_;
-  int reported_percent_ = -1;
+  std::string reported_progress_;
   bus::Writer<bus::topics::CameraInfo> infos_;
   bus::Writer<bus::topics::ViewInfo> view_info_;
   bus::Writer<bus::topics::HeadPose> poses_;

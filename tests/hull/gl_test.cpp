@@ -17,13 +17,14 @@ using namespace test;
 // The programs are compiled once, because that takes longer than most cases.
 struct GlHullTest : ::testing::Test {
   static void SetUpTestSuite() {
-    context_ = new test::CheckedGlContext;
+    context_ = new gl::GlContext;
     hull_ = new GlHull;
   }
   static void TearDownTestSuite() {
     delete hull_;
     delete context_;
   }
+  void TearDown() override { expect_no_gl_error(); }
   static GlHull& hull() { return *hull_; }
 
   // Compares every step-th ray of the view with the reference. Returns the number of hits.
@@ -35,7 +36,7 @@ struct GlHullTest : ::testing::Test {
   }
 
  private:
-  static inline test::CheckedGlContext* context_ = nullptr;
+  static inline gl::GlContext* context_ = nullptr;
   static inline GlHull* hull_ = nullptr;
 };
 

@@ -13,6 +13,7 @@ import unittest
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 import coverage
 import mutants
+import sandbox
 from mutants import Mutant, Source, applied, code_only, draw, line_of
 
 
@@ -173,6 +174,17 @@ int main() {
             executed = {line for line in range(1, 14) if found.programs("a.cpp", line)}
             self.assertEqual(found.programs("a.cpp", 5), {"a_test", "killed_test"})
         self.assertEqual(executed, {4, 5, 6, 8, 11, 12, 13})
+
+
+class FailedTest(unittest.TestCase):
+    def test_is_the_first_that_is_named_or_the_last_that_was_started(self):
+        started = "[ RUN      ] A.One\n[       OK ] A.One\n[ RUN      ] P/B.Two/3\n"
+        self.assertEqual(sandbox.failed_test(started), "P/B.Two/3")
+        self.assertEqual(sandbox.failed_test(started + "[  FAILED  ] A.One (3 ms)\n"), "A.One")
+        # A failure between tests has no name.
+        self.assertEqual(sandbox.failed_test(started + "[  FAILED  ] 0 tests, listed below:\n"
+                                             "[  FAILED  ] B: SetUpTestSuite\n"), "P/B.Two/3")
+        self.assertIsNone(sandbox.failed_test("Segmentation fault\n"))
 
 
 if __name__ == "__main__":

@@ -171,9 +171,14 @@ def run(program, test_filter, timeout_s):
         if "[==========] Running 0 tests" in output:
             raise SystemExit(f"mutations: {program} has no test {test_filter}")
         return None
-    failed = re.findall(r"^\[  FAILED  \] ([\w./]+)", output, re.M)
-    started = re.findall(r"^\[ RUN      \] ([\w./]+)", output, re.M)
-    return failed[0] if failed else started[-1] if started else test_filter
+    return failed_test(output) or test_filter
+
+
+def failed_test(output):
+    """The first failed test that GoogleTest names, otherwise the last one that it started."""
+    failed = re.findall(r"^\[  FAILED  \] ([\w/]+\.[\w/]+)", output, re.M)
+    started = re.findall(r"^\[ RUN      \] ([\w/]+\.[\w/]+)", output, re.M)
+    return failed[0] if failed else started[-1] if started else None
 
 
 class Durations:

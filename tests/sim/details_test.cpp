@@ -217,6 +217,32 @@ TEST(History, FastHandReportsFirstContactWithAThinPlate) {
   EXPECT_EQ(contacts, 1);
 }
 
+// Each component moves from its own position in the frame before.
+TEST(History, OnlyTheFastOfTwoHandsReportsFirstContact) {
+  constexpr double kBeside_m = 0.12;
+  for (const double fast_y_m : {-kBeside_m, kBeside_m}) {
+    sim::Simulation simulation(scene_with_history(true), {}, kSpace);
+    int contacts = 0;
+    for (int frame = 0; frame <= 5; ++frame) {
+      const double x_m = -0.2067 + 5 * kLabFrame_s * frame;
+      simulation.advance_to(
+          frame * kLabFrame_s,
+          seen({{{x_m, fast_y_m - 0.01, 0}, {x_m, fast_y_m + 0.01, 0.005}, 0.02},
+                {{-0.1, -fast_y_m - 0.01, 0}, {-0.1, -fast_y_m + 0.01, 0}, 0.02}}));
+      ASSERT_EQ(simulation.hull_components()->size(), 2u);
+      const auto& contact = simulation.collisions().at(0).details.first_contact;
+      if (!contact) continue;
+      ++contacts;
+      EXPECT_EQ(frame, 3);
+      EXPECT_NEAR(contact->contact.p_world_m.y(), fast_y_m, 0.03);
+      for (const collision::TrackedComponent& hand : *simulation.hull_components())
+        EXPECT_EQ(hand.id == contact->component,
+                  hand.component.centroid_world_m.y() * fast_y_m > 0);
+    }
+    EXPECT_EQ(contacts, 1);
+  }
+}
+
 TEST(History, FastFallingObjectReportsFirstContact) {
   config::Scene scene = scene_with_history(true);
   scene.objects[0] =

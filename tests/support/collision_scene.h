@@ -15,9 +15,10 @@ namespace fivepipe::test {
 // Makes an OpenGL context current for all tests of a suite.
 class GlTest : public testing::Test {
  protected:
-  static void SetUpTestSuite() { context_ = std::make_unique<CheckedGlContext>(); }
+  static void SetUpTestSuite() { context_ = std::make_unique<gl::GlContext>(); }
   static void TearDownTestSuite() { context_.reset(); }
-  static inline std::unique_ptr<CheckedGlContext> context_;
+  void TearDown() override { expect_no_gl_error(); }
+  static inline std::unique_ptr<gl::GlContext> context_;
 };
 
 inline const Eigen::Vector3d kOrigin = Eigen::Vector3d::Zero();

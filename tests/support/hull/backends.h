@@ -129,12 +129,15 @@ struct SweepBackend : HullBackend {
 class HullBackends : public ::testing::Environment {
  public:
   HullBackend& get(const std::string& name) {
-    if (name != "cpu" && !context_) context_ = std::make_unique<CheckedGlContext>();
+    if (name != "cpu" && !context_) context_ = std::make_unique<gl::GlContext>();
     std::unique_ptr<HullBackend>& backend = name == "cpu" ? cpu_ : name == "gl" ? gl_ : sweep_;
     if (!backend && name == "cpu") backend = std::make_unique<CpuBackend>();
     if (!backend && name == "gl") backend = std::make_unique<GlBackend>();
     if (!backend) backend = std::make_unique<SweepBackend>();
     return *backend;
+  }
+  void check_errors() const {
+    if (context_) expect_no_gl_error();
   }
   void TearDown() override {
     sweep_.reset();
@@ -143,7 +146,7 @@ class HullBackends : public ::testing::Environment {
   }
 
  private:
-  std::unique_ptr<CheckedGlContext> context_;
+  std::unique_ptr<gl::GlContext> context_;
   std::unique_ptr<HullBackend> cpu_, gl_, sweep_;
 };
 inline HullBackends* const backends =
@@ -151,6 +154,7 @@ inline HullBackends* const backends =
 
 // A test for each backend named by its parameter.
 struct ForHullBackends : ::testing::TestWithParam<const char*> {
+  void TearDown() override { backends->check_errors(); }
   HullBackend& backend() { return backends->get(GetParam()); }
   hull::DepthTile depth(std::span<const hull::Silhouette> silhouettes, const hull::View& view) {
     backend().set_silhouettes(silhouettes);
