@@ -156,17 +156,13 @@ void RigidBodies::translate(std::size_t object, const Eigen::Vector3d& move_worl
   btTransform world_from_body = body.getWorldTransform();
   world_from_body.getOrigin() += bt(move_world_m);
   body.setWorldTransform(world_from_body);
-  body.setInterpolationWorldTransform(world_from_body);
 }
 
 void RigidBodies::respawn(std::size_t object) {
   btRigidBody& body = *world_->bodies[object].body;
   body.setWorldTransform(world_->bodies[object].start_world_from_body);
-  body.setInterpolationWorldTransform(body.getWorldTransform());
   for (const auto set : {&btRigidBody::setLinearVelocity, &btRigidBody::setAngularVelocity})
     (body.*set)({0, 0, 0});
-  body.setInterpolationLinearVelocity({0, 0, 0});
-  body.setInterpolationAngularVelocity({0, 0, 0});
   body.clearForces();
 }
 

@@ -175,6 +175,20 @@ TEST(Warmth, FallsWithDistanceAndCools) {
   EXPECT_EQ(simulation.states()[0].warmth, std::vector<float>(warm.size(), 0.0f));
 }
 
+TEST(Warmth, GrowsWithTheTimeSinceTheFirstFrame) {
+  constexpr double kHeating_s = 0.2;
+  config::SceneObject object = plate();
+  object.shape = config::BoxShape{{0.005, 0.02, 0.02}};  // inside of the hand
+  object.reaction = config::Reaction::none;
+  object.warming = config::Warming{.cap_m = 0.1, .heating_s = kHeating_s, .cooling_s = 0.4};
+  sim::Simulation simulation(scene_of({object}), {});
+  for (const int frame : {0, 1, 2, 9}) {
+    simulation.advance_to(frame * kFrame_s, hand_at(0));
+    for (const float warmth : simulation.states()[0].warmth)
+      EXPECT_NEAR(warmth, 1 - std::exp(-frame * kFrame_s / kHeating_s), 1e-5) << frame;
+  }
+}
+
 TEST(Warmth, IsKeptIfTheDistanceIsUnknown) {
   sim::Warmth warmth({.cap_m = 0.1, .heating_s = 0.1, .cooling_s = 0.1}, 3);
   const double inf = std::numeric_limits<double>::infinity();

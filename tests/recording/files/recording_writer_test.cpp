@@ -172,12 +172,15 @@ TEST_F(RecordingWriterTest, OldChunkIsFlushed) {
   RecordingWriter writer(path_, "tests", {.chunk_s = 0.5});
   const mcap::Id channel = writer.add_channel("t", test::kFramedType, test::kFramedIdl, {});
   add(writer, channel, 1, 100);
-  writer.tick(kStart_ns + 499'000'000);
+  writer.tick(kStart_ns + 499'000'000);  // too early
+  add(writer, channel, 1, 100);
   writer.tick(kStart_ns + 500'000'000);
-  for (int waits = 0; writer.counts().at("t").written == 0 && waits < 1000; ++waits) usleep(10'000);
-  EXPECT_EQ(writer.counts().at("t").written, 1u);
+  for (int waits = 0; writer.counts().at("t").written < 2 && waits < 1000; ++waits) usleep(10'000);
+  EXPECT_EQ(writer.counts().at("t").written, 2u);
   // The file is not finished, as after a crash.
-  EXPECT_EQ(all_of(Recording(path_)).size(), 1u);
+  const Recording recording(path_);
+  EXPECT_EQ(all_of(recording).size(), 2u);
+  EXPECT_EQ(recording.mcap().chunks().size(), 1u);
 }
 
 // The queue holds far more than a disk writes between two calls of why_drop.
