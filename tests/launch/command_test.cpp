@@ -81,6 +81,31 @@ TEST(Command, MapsOfOneFrameAreImagesAndCameras) {
   EXPECT_EQ(fivepipe("maps").exit_code, 2);
 }
 
+TEST(Command, MapsOfAFrameAfterTheLastAreRefused) {
+  namespace fs = std::filesystem;
+  const fs::path folder = fs::temp_directory_path() / ("fivepipe_end_" + std::to_string(getpid()));
+  fs::create_directories(folder);
+  std::ofstream(folder / "rig.yaml")
+      << "name: one\nvolume_m: {min: [-0.4, -0.4, -0.4], max: [0.4, 0.4, 0.4]}\ncameras:\n"
+         "  - {name: left, image_size_px: [48, 36], horizontal_fov_deg: 40,\n"
+         "     look_at: {eye_m: [-0.5, -1, 0.2], target_m: [0, 0, 0]}}\n";
+  std::ofstream(folder / "scene.yaml") << "name: empty\nobjects: []\n";
+  std::ofstream(folder / "deployment.yaml")
+      << "name: pictures\nrig: rig.yaml\nscene: scene.yaml\nframe_rate_hz: 24\nviewer:\n"
+         "  path: [{t_s: 0, eye_m: [0, -0.8, 0], target_m: [0, 0, 0]}]\nnodes:\n"
+         "  - {name: capture, program: capture_node, loop: false,\n"
+         "     sources: {left: {video: f%d.ppm, background: f0.ppm}}}\n";
+  for (const char* name : {"f0.ppm", "f1.ppm", "f2.ppm"})
+    std::ofstream(folder / name) << "P6 48 36 255\n" << std::string(48 * 36 * 3, '<');
+  const std::string maps = "maps " + (folder / "deployment.yaml").string() + " --out " +
+                           (folder / "maps").string() + " --frame ";
+  const Answer last = fivepipe(maps + "2"), after = fivepipe(maps + "3");
+  EXPECT_EQ(last.exit_code, 0) << last.text;
+  EXPECT_EQ(after.exit_code, 1) << after.text;
+  EXPECT_NE(after.text.find("has an image of frame 3"), std::string::npos) << after.text;
+  fs::remove_all(folder);
+}
+
 TEST(Command, VersionIsOneLine) {
   const Answer answer = fivepipe("--version");
   EXPECT_EQ(answer.exit_code, 0);
@@ -101,4 +126,6 @@ TEST(Command, DoctorFindsThisMachineReady) {
   for (const char* part :
        {"build:", "GL:", "receive buffers", "loopback", "DDS", "cores", "disk", "camera"})
     EXPECT_NE(answer.text.find(part), std::string::npos) << part << " is not in\n" << answer.text;
+  const bool is_software = answer.text.find("GL: llvmpipe") != std::string::npos;
+  EXPECT_EQ(answer.text.find("warn  GL:") != std::string::npos, is_software) << answer.text;
 }

@@ -37,6 +37,8 @@ TEST_F(RecordingCommands, InfoIsJsonForPrograms) {
   EXPECT_EQ(topic["key_changes"], 1);
   EXPECT_EQ(topic["missing_sequence_numbers"], 0);
   EXPECT_EQ(topic["writers"], nlohmann::json::array({"render"}));
+  EXPECT_EQ(topic["bytes"], 96 * frame_cdr("viewer", 0).size() + key_cdr("viewer").size());
+  EXPECT_EQ(json["topics"][1]["bytes"], 88) << "one pose";
   EXPECT_EQ(json["attachments"][0]["bytes"], 11);
 }
 

@@ -375,6 +375,22 @@ TEST_F(RenderNode, AReplayDiscardsTheHullsThatWaitForTheirStates) {
   EXPECT_EQ(drops_of(ended(), "late_state"), 0u);
 }
 
+// The replay's frame has the number and the stamp of one before.
+TEST_F(RenderNode, AReplayDiscardsTheStatesBeforeIt) {
+  start_with(", video: false, still_frame: 6");
+  begin_replay(true);
+  send_state(5, -0.3);
+  send_state(6, -0.3);
+  send_hull(5);
+  ASSERT_TRUE(has_composited(1)) << said();
+  begin_replay(true);
+  send_hull(6);
+  wait_until_taken();
+  send_state(6, 0.3);
+  ASSERT_TRUE(has_composited(2)) << said();
+  EXPECT_TRUE(has_ball_at(still(), 0.3));
+}
+
 TEST_F(RenderNode, DropsOfEachKindAreCountedOnce) {
   start_with(", video: false");
   Tile other_view = tile(1, 0);

@@ -66,6 +66,13 @@ TEST(TileBalancer, BalancesTileCosts) {
   }
 }
 
+TEST(TileBalancer, TilesOfEqualCostAreAssignedInTheirOrder) {
+  TileBalancer balancer(config(4, 3, 3));
+  for (std::uint64_t frame = 0; frame < TileBalancer::kAveragedFrames; ++frame)
+    add_frame(balancer, frame, 3, std::vector<float>(12, 1.0f));
+  EXPECT_EQ(balancer.next(), (std::vector<std::uint8_t>{0, 1, 2, 0, 1, 2, 0, 1, 2, 0, 1, 2}));
+}
+
 TEST(TileBalancer, AdaptsToMovingObject) {
   std::vector<float> left(12, 0.0f), right(12, 0.0f);
   left[0] = left[4] = 2, right[3] = right[7] = 2;
