@@ -89,7 +89,8 @@ TEST(Command, MapsOfAFrameAfterTheLastAreRefused) {
       << "name: one\nvolume_m: {min: [-0.4, -0.4, -0.4], max: [0.4, 0.4, 0.4]}\ncameras:\n"
          "  - {name: left, image_size_px: [48, 36], horizontal_fov_deg: 40,\n"
          "     look_at: {eye_m: [-0.5, -1, 0.2], target_m: [0, 0, 0]}}\n";
-  std::ofstream(folder / "scene.yaml") << "name: empty\nobjects: []\n";
+  std::ofstream(folder / "scene.yaml")
+      << "name: one\nobjects: [{name: box, box: {size_m: [1, 1, 1]}, position_m: [9, 9, 9]}]\n";
   std::ofstream(folder / "deployment.yaml")
       << "name: pictures\nrig: rig.yaml\nscene: scene.yaml\nframe_rate_hz: 24\nviewer:\n"
          "  path: [{t_s: 0, eye_m: [0, -0.8, 0], target_m: [0, 0, 0]}]\nnodes:\n"
