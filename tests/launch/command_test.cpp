@@ -194,6 +194,12 @@ TEST(Command, ErrorsOfMapsHaveTheirExitCode) {
   };
   expect("--frame -1", 2, "--frame");
   expect("--set data", 2, "expected KEY=VALUE, got data");
+  EXPECT_EQ(
+      fivepipe("maps --set data=" + pictures.folder.string() + "/ " +
+               (pictures.folder / "deployment.yaml").string() + " --out " + pictures.out.string())
+          .exit_code,
+      0)
+      << "--set takes one word";
   expect("--set data=a=b", 2, "a=bf%d.ppm: there is no such file");
   pictures.write_deployment("render_node", "");
   expect("", 1,
