@@ -103,11 +103,8 @@ class VideoPipe {
 
   // In steps of ten percent.
   void report_progress(std::string_view what, double fraction) {
-    const std::string text =
-        std::string(what) + ", " + std::to_string(10 * int(10 * fraction)) + " %";
-    if (text == reported_progress_) return;
-    reported_progress_ = text;
-    node_.status.start_progress(text);
+    node_.status.start_progress(std::string(what) + ", " + std::to_string(10 * int(10 * fraction)) +
+                                " %");
   }
 
   void publish(std::int64_t frame) {
@@ -163,7 +160,6 @@ class VideoPipe {
   node::NodeContext& node_;
   const config::Deployment& deployment_;
   const config::CaptureConfig& config_;
-  std::string reported_progress_;
   bus::Writer<bus::topics::CameraInfo> infos_;
   bus::Writer<bus::topics::ViewInfo> view_info_;
   bus::Writer<bus::topics::HeadPose> poses_;

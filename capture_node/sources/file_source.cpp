@@ -38,10 +38,8 @@ class Frames {
 
 class VideoFrames final : public Frames {
  public:
-  explicit VideoFrames(std::string file) : file_(std::move(file)) {
-    opened_ = video_.open(file_, cv::CAP_FFMPEG);
-  }
-  bool opened() const { return opened_; }
+  explicit VideoFrames(std::string file) : file_(std::move(file)), video_(file_, cv::CAP_FFMPEG) {}
+  bool opened() const { return video_.isOpened(); }
 
   // Decodes all frames before `index`, because decoders seek to key frames only, or to wrong
   // frames.
@@ -68,7 +66,6 @@ class VideoFrames final : public Frames {
  private:
   std::string file_;
   cv::VideoCapture video_;
-  bool opened_ = false;
   std::int64_t next_ = 0;
   std::optional<std::int64_t> count_;
 };

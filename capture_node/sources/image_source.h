@@ -5,6 +5,7 @@
 //   3. capture_node/capture.cpp: open_source() calls that function.
 #pragma once
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <opencv2/core.hpp>
 #include <string>
@@ -52,5 +53,8 @@ inline constexpr int kMaxBackgroundFrames = 32;
 // camera.source.
 std::unique_ptr<ImageSource> open_v4l2_source(const config::RigCamera& camera,
                                               const config::V4l2Source& source);
+
+// Returns a text with the V4L2 devices in the folder `dev`: permanent names first, then numbers.
+std::string connected_devices(const std::filesystem::path& dev);
 
 }  // namespace fivepipe::capture

@@ -31,23 +31,6 @@ std::string path_of(const std::string& device) {
   return index ? "/dev/video" + device : device;
 }
 
-std::string connected_devices() {
-  std::vector<std::string> names;
-  std::error_code error;
-  for (fs::directory_iterator entry("/dev/v4l/by-id", error), end; !error && entry != end;
-       entry.increment(error))
-    names.push_back(entry->path().string());
-  for (fs::directory_iterator entry("/dev", error), end; !error && entry != end;
-       entry.increment(error))
-    if (entry->path().filename().string().starts_with("video"))
-      names.push_back(entry->path().string());
-  if (names.empty()) return "no V4L2 device is connected";
-  std::sort(names.begin(), names.end());
-  std::string text = "connected devices:";
-  for (const std::string& name : names) text += " " + name;
-  return text;
-}
-
 // Explains the errno of a device that delivers no images, with the fix.
 std::string hint(int error) {
   if (error == ENOSPC)
@@ -102,7 +85,7 @@ class V4l2ImageSource final : public ImageSource {
       throw_problems({{camera.name, fault, name_ + ": " + what}});
     };
     if (std::error_code error; !fs::is_character_file(name_, error))
-      fail(SourceFault::hardware_missing, "no such camera; " + connected_devices());
+      fail(SourceFault::hardware_missing, "no such camera; " + connected_devices("/dev"));
     if (const int descriptor = ::open(name_.c_str(), O_RDWR | O_NONBLOCK); descriptor >= 0)
       ::close(descriptor);
     else
@@ -184,6 +167,23 @@ class V4l2ImageSource final : public ImageSource {
 };
 
 }  // namespace
+
+std::string connected_devices(const fs::path& dev) {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (fs::directory_iterator entry(dev / "v4l" / "by-id", error), end; !error && entry != end;
+       entry.increment(error))
+    names.push_back(entry->path().string());
+  for (fs::directory_iterator entry(dev, error), end; !error && entry != end;
+       entry.increment(error))
+    if (entry->path().filename().string().starts_with("video"))
+      names.push_back(entry->path().string());
+  if (names.empty()) return "no V4L2 device is connected";
+  std::sort(names.begin(), names.end());
+  std::string text = "connected devices:";
+  for (const std::string& name : names) text += " " + name;
+  return text;
+}
 
 std::unique_ptr<ImageSource> open_v4l2_source(const config::RigCamera& camera,
                                               const config::V4l2Source& source) {

@@ -5,7 +5,11 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <opencv2/core/utility.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <random>
+#include <set>
+#include <stdexcept>
 
 #include "capture_node/object_colour.h"
 #include "common/base/realtime.h"
@@ -183,6 +187,49 @@ TEST_F(CapturePictures, ALowerFrameNumberReadsItsOwnPictures) {
   EXPECT_EQ(shown(2), 2);
 }
 
+TEST_F(CapturePictures, AnErrorOfTheDecoderNamesTheCamera) {
+  for (const std::string camera : {"cam0", "cam1"}) write(camera, 0);
+  // OpenCV throws if the header of a picture names a size beyond its limit.
+  std::ofstream(folder_ / "cam1" / "huge.ppm") << "P6 2000000 1 255\n";
+  config_.sources["cam1"] = config::VideoSource{(folder_ / "cam1" / "huge.ppm").string(), "", 0};
+  try {
+    Capture capture(rig_, test_viewer(), config_, 30);
+    FAIL() << "no error";
+  } catch (const SourceError& error) {
+    ASSERT_EQ(error.problems().size(), 1u);
+    EXPECT_EQ(error.problems()[0].camera, "cam1");
+    EXPECT_EQ(error.problems()[0].fault, SourceFault::not_decodable);
+    EXPECT_NE(error.problems()[0].what.find("OpenCV"), std::string::npos) << error.what();
+  }
+}
+
+// One pixel of the object is enough for a colour.
+TEST_F(CapturePictures, ASinglePixelHasItsColour) {
+  config_.segmentation.opening_px = 0;
+  for (const std::string camera : {"cam0", "cam1"}) {
+    cv::Mat image = room();
+    image.at<cv::Vec3b>(60, 70) = cv::Vec3b(10, 20, 250);
+    cv::imwrite((folder_ / camera / "f0.png").string(), image);
+  }
+  Capture capture(rig_, test_viewer(), config_, 30);
+  for (const CapturedCamera& camera : capture.capture(0, true)) {
+    ASSERT_TRUE(camera.colour);
+    EXPECT_EQ(camera.colour->region, (hull::PixelRect{70, 60, 71, 61}));
+    EXPECT_EQ(camera.colour->bgr, (std::vector<std::uint8_t>{10, 20, 250}));
+  }
+}
+
+// After a restart at frame 3, frames 0 to 2 are again those of the first round.
+TEST_F(CapturePictures, EachRestartBeginsAtItsOwnFrame) {
+  for (const std::string camera : {"cam0", "cam1"})
+    for (const int frame : {0, 1, 2}) write(camera, frame);
+  Capture capture(rig_, test_viewer(), config_, 30);
+  std::vector<int> shown;
+  for (const int frame : {0, 1, 2, 3, 3, 4, 4, 7, 8, 7, 0, 1, 3, 2})
+    shown.push_back(capture.capture(frame, false)[0].pixels.value().bounds().u0_px / 40);
+  EXPECT_EQ(shown, (std::vector<int>{0, 1, 2, 0, 0, 1, 1, 0, 1, 0, 0, 1, 0, 2}));
+}
+
 TEST_F(CapturePictures, CamerasThatGiveNoColourHaveNone) {
   for (const std::string camera : {"cam0", "cam1"}) write(camera, 0);
   rig_.cameras[1].gives_colour = false;
@@ -275,6 +322,56 @@ TEST(Capture, ReturnsPixelsAndColourInRigOrder) {
                   .count());
   for (const CapturedCamera& camera : capture.capture(11, false)) EXPECT_FALSE(camera.colour);
   EXPECT_FALSE(capture.ended());
+}
+
+// The reference image of a synthetic camera is that of 24 images of the empty room, and a camera
+// without segmenter has read and processed its image too.
+TEST(Capture, SyntheticCamerasLearnFrom24ImagesOfTheEmptyRoom) {
+  const config::Rig rig = table_rig();
+  config::CaptureConfig config = synthetic_config(rig);
+  config.synthetic.noise_sigma_levels = 7;
+  config.segmentation.threshold_sigmas = 3;  // so that the map has noise, which tells them apart
+  config.segmentation.opening_px = 0;
+  Capture capture(rig, test_viewer(), config, 30);
+  EXPECT_EQ(cv::getNumThreads(), 1);
+  const auto set = capture.capture(44, true);
+  for (std::size_t i = 0; i < 2; ++i) {
+    test::TestCamera camera(rig.cameras[i], config.synthetic, config.segmentation, 24);
+    EXPECT_EQ(set[i].pixels.value(), camera.segment(44));
+  }
+  for (const CapturedCamera& camera : set) {
+    EXPECT_GT(camera.read_s, 0);
+    EXPECT_GT(camera.segment_s, 0);
+  }
+}
+
+TEST(Capture, ErrorsOfTheCallersProgressArePassedOn) {
+  const config::Rig rig = table_rig();
+  config::CaptureConfig config = synthetic_config(rig);
+  EXPECT_THROW(Capture(rig, test_viewer(), config, 30,
+                       [](std::string_view, double) { throw std::out_of_range("progress"); }),
+               std::out_of_range);
+}
+
+TEST(Capture, ReportsItsProgress) {
+  config::Rig rig = table_rig();
+  rig.cameras.pop_back();
+  config::CaptureConfig config = synthetic_config(rig);
+  config.precomputed_frames = 4;
+  std::vector<std::pair<std::string, double>> steps;
+  Capture capture(rig, test_viewer(), config, 30, [&](std::string_view what, double fraction) {
+    steps.emplace_back(what, fraction);
+  });
+  ASSERT_EQ(steps.size(), 6u);
+  std::set<std::string> cameras;
+  for (std::size_t i = 0; i < 2; ++i) {
+    cameras.insert(steps[i].first);
+    EXPECT_EQ(steps[i].second, 0.5 * double(i + 1));
+  }
+  EXPECT_EQ(cameras, (std::set<std::string>{"camera cam0: reference image",
+                                            "camera cam1: reference image"}));
+  for (std::size_t i = 0; i < 4; ++i)
+    EXPECT_EQ(steps[i + 2], std::pair(std::string("precomputing frames"), 0.25 * double(i + 1)));
 }
 
 TEST(Capture, ResultIsIndependentOfEarlierCaptures) {
@@ -374,6 +471,101 @@ TEST(Footprint, OfABoxIsItsProjection) {
       footprint({}, {Eigen::Vector3d(-1, -5, -1), Eigen::Vector3d(1, -3, 1)}, camera, 0).count(),
       0u)
       << "the box is behind the camera";
+}
+
+// Compares each pixel's square with the polygon of the box's projected corners, by separating axes.
+TEST(Footprint, HasThePixelsThatTouchTheProjectedBox) {
+  constexpr double kWidening_px = 0.02;  // of corners_around_hull(), and rounding to float
+  std::mt19937 random(4);
+  const auto uniform = [&](double low, double high) {
+    return low + (high - low) * double(random()) / 4294967295.0;
+  };
+  int compared = 0, set = 0, uncertain = 0;
+  for (int i = 0; i < 20; ++i) {
+    const int margin_px = i % 3;
+    // The boxes with a margin are inside the image, because the image also limits the corners.
+    const geometry::Camera camera{
+        geometry::pinhole_from_fov(90, 70, 1.0),
+        geometry::look_at({uniform(-1, 1), -2, uniform(-1, 1)}, {0, 0, 0})};
+    const double reach_m = margin_px > 0 ? 0.3 : 1.1;
+    const Eigen::Vector3d center(uniform(-reach_m, reach_m), uniform(-0.2, 0.2),
+                                 uniform(-reach_m, reach_m)),
+        half(uniform(0.01, 0.3), uniform(0.01, 0.3), uniform(0.01, 0.3));
+    const Eigen::AlignedBox3d box(center - half, center + half);
+    std::vector<Eigen::Vector2d> corners;
+    for (int corner = 0; corner < 8; ++corner) {
+      const Eigen::Vector2d uv =
+          geometry::project(camera, box.corner(Eigen::AlignedBox3d::CornerType(corner))).value();
+      for (const int du : {-margin_px, margin_px})
+        for (const int dv : {-margin_px, margin_px})
+          corners.push_back(uv + Eigen::Vector2d(du, dv));
+    }
+    // Outward normals and largest products of the axes that can separate a pixel's square from the
+    // polygon. An edge of the polygon is a line through two corners that has all others on one
+    // side.
+    std::vector<std::pair<Eigen::Vector2d, double>> supports;
+    const auto add = [&](const Eigen::Vector2d& normal, double at_least) {
+      double largest = -INFINITY;
+      for (const Eigen::Vector2d& corner : corners) largest = std::max(largest, normal.dot(corner));
+      if (at_least > largest - 1e-6) supports.emplace_back(normal, largest);
+    };
+    for (const Eigen::Vector2d& axis : {Eigen::Vector2d(1, 0), Eigen::Vector2d(0, 1)})
+      for (const double sign : {-1, 1}) add(sign * axis, INFINITY);
+    for (const Eigen::Vector2d& a : corners)
+      for (const Eigen::Vector2d& b : corners)
+        if ((b - a).norm() > 1e-6) {
+          const Eigen::Vector2d normal = Eigen::Vector2d(b.y() - a.y(), a.x() - b.x()).normalized();
+          add(normal, normal.dot(a));
+        }
+    const hull::ObjectPixels found = footprint({}, box, camera, margin_px);
+    for (int v = 0; v < 70; ++v)
+      for (int u = 0; u < 90; ++u) {
+        double gap_px = -INFINITY;
+        for (const auto& [normal, largest] : supports)
+          gap_px = std::max(
+              gap_px, normal.dot(Eigen::Vector2d(u, v)) - 0.5 * normal.cwiseAbs().sum() - largest);
+        if (std::abs(gap_px) < kWidening_px) {
+          ++uncertain;
+          continue;
+        }
+        ASSERT_EQ(found.contains(u, v), gap_px < 0) << i << ": " << u << ' ' << v << ' ' << gap_px;
+        ++compared;
+        set += gap_px < 0;
+      }
+  }
+  EXPECT_GT(set, 4000);
+  EXPECT_LT(uncertain, compared / 100);
+}
+
+TEST(Footprint, BeginsAtADepthOfACentimetre) {
+  const geometry::Camera camera{geometry::pinhole_from_fov(200, 100, 1.0),
+                                Eigen::Isometry3d::Identity()};
+  const auto count = [&](double from_m, double to_m) {
+    return footprint({},
+                     {Eigen::Vector3d(-0.001, -0.001, from_m), Eigen::Vector3d(0.001, 0.001, to_m)},
+                     camera, 0)
+        .count();
+  };
+  EXPECT_EQ(count(0.001, 0.0099), 0u);
+  EXPECT_GT(count(0.001, 0.0101), 0u);
+}
+
+TEST(Footprint, TheVisibleRegionReachesTheFarPlaneInTheCorners) {
+  config::Viewer viewer = test_viewer();
+  viewer.far_m = 3;
+  const Eigen::Isometry3d eye_from_world = config::eye_from_world_at(viewer, 0.5);
+  const VisibleRegion seen = visible_region(viewer, eye_from_world);
+  const geometry::Pinhole& k = seen.part.camera.pinhole;
+  EXPECT_EQ(seen.part.part, (hull::PixelRect{0, 0, k.width_px, k.height_px}));
+  double farthest_m = 0;
+  for (const double u : {0, k.width_px})
+    for (const double v : {0, k.height_px})
+      farthest_m =
+          std::max(farthest_m,
+                   3 * Eigen::Vector3d((u - k.cx_px) / k.fx_px, (v - k.cy_px) / k.fy_px, 1).norm());
+  const Eigen::Vector3d eye_m = geometry::camera_center_world_m(seen.part.camera);
+  EXPECT_TRUE(seen.box_m.min().isApprox(eye_m - Eigen::Vector3d::Constant(farthest_m), 1e-9));
+  EXPECT_TRUE(seen.box_m.max().isApprox(eye_m + Eigen::Vector3d::Constant(farthest_m), 1e-9));
 }
 
 // Two other cameras see a forearm that extends from behind the camera. The footprint contains all

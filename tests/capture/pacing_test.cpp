@@ -62,6 +62,54 @@ TEST(Pacing, StallTimeoutReleasesFramesInFlight) {
   EXPECT_EQ(pacing.next(kStart + 520ms, true), std::nullopt);
 }
 
+TEST(Pacing, StallTimeoutBeginsAtTheLastComposite) {
+  Pacing pacing(100, 2, kStart);
+  EXPECT_EQ(pacing.next(kStart, true), 0);
+  EXPECT_EQ(pacing.next(kStart + 10ms, true), 1);
+  pacing.composited(0, kStart + 300ms);
+  EXPECT_EQ(pacing.next(kStart + 310ms, true), 31);
+  EXPECT_EQ(pacing.next(kStart + 799ms, true), std::nullopt);
+  EXPECT_EQ(pacing.next(kStart + 800ms, true), 80);
+  EXPECT_EQ(pacing.next(kStart + 810ms, true), 81);
+  EXPECT_EQ(pacing.next(kStart + 1299ms, true), std::nullopt);
+  EXPECT_EQ(pacing.next(kStart + 1300ms, true), 130);
+  EXPECT_EQ(pacing.take_skipped(), 130u - 5);
+}
+
+TEST(Pacing, CompositesInAnyOrderReleaseOnlyOlderFrames) {
+  Pacing pacing(100, 3, kStart);
+  for (int frame = 0; frame < 3; ++frame) pacing.next(kStart + frame * 10ms, true);
+  pacing.composited(1, kStart + 21ms);
+  pacing.composited(0, kStart + 22ms);
+  EXPECT_EQ(pacing.next(kStart + 30ms, true), 3);
+  EXPECT_EQ(pacing.next(kStart + 40ms, true), 4);
+  EXPECT_EQ(pacing.next(kStart + 50ms, true), std::nullopt) << "2, 3 and 4 are in flight";
+}
+
+// Longer than its buffer of issued frames.
+TEST(Pacing, KeepsTheLimitThroughManyFrames) {
+  constexpr int kInFlight = 5;
+  Pacing pacing(100, kInFlight, kStart);
+  for (int frame = 0; frame < 300; ++frame) {
+    const auto now = kStart + frame * 10ms + 1ms;  // more than the rounding of the clock
+    if (frame >= kInFlight) {
+      EXPECT_EQ(pacing.next(now, true), std::nullopt) << frame;
+      pacing.composited(std::uint64_t(frame - kInFlight), now);
+    }
+    EXPECT_EQ(pacing.next(now, true), frame);
+  }
+  EXPECT_EQ(pacing.take_skipped(), 0u);
+}
+
+TEST(Pacing, WakesAtOnceIfTheNextFrameIsLate) {
+  Pacing pacing(100, 1, kStart);
+  EXPECT_EQ(pacing.next_wakeup(kStart), kStart);
+  pacing.next(kStart + 20ms, true);
+  EXPECT_EQ(pacing.next_wakeup(kStart + 20ms), kStart + 30ms);
+  EXPECT_EQ(pacing.next_wakeup(kStart + 30ms), kStart + 30ms);
+  EXPECT_EQ(pacing.next_wakeup(kStart + 47ms), kStart + 47ms);
+}
+
 TEST(Pacing, IgnoresCompositesOfFramesFromEarlierProcess) {
   Pacing pacing(100, 1, kStart);
   EXPECT_EQ(pacing.next(kStart, true), 0);

@@ -66,6 +66,28 @@ TEST(Difference, MatchesPixelByPixelReferenceAtAnyWidth) {
   }
 }
 
+// Bounds beyond the range of a level: black and white differ from nothing darker or brighter.
+TEST(Difference, BoundsStayInTheRangeOfALevel) {
+  for (const int width : {3, 20}) {
+    for (const auto& [mean, sigma] :
+         {std::pair{0.4f, 1.0f}, {5.0f, 1.0f}, {127.6f, 2.5f}, {250.0f, 3.0f}, {254.7f, 0.0f}}) {
+      ReferenceImage reference{width, 1, {}, {}};
+      reference.mean_levels.assign(std::size_t(3 * width), mean);
+      reference.sigma_levels.assign(std::size_t(3 * width), sigma);
+      for (int level = 0; level < 256; ++level) {
+        const cv::Mat image(1, width, CV_8UC3, cv::Scalar::all(level));
+        const Difference found = difference(image, difference_tables(reference, 6, 12));
+        const double distance = double(level) - double(mean),
+                     limit = std::max(12.0, 6 * double(sigma));
+        ASSERT_EQ(found.differs.count(), std::abs(distance) > limit ? std::size_t(width) : 0u)
+            << level << " of " << mean;
+        ASSERT_EQ(found.darker.count(), distance < -limit ? std::size_t(width) : 0u)
+            << level << " of " << mean;
+      }
+    }
+  }
+}
+
 TEST(ReferenceImage, IsRobustToTransientForeground) {
   std::mt19937 random(3);
   std::normal_distribution<double> noise(0, 3);
@@ -112,6 +134,55 @@ TEST(ReferenceImage, MatchesTrimmedMeanForAnyFrameCount) {
         }
       ASSERT_NEAR(reference.mean_levels[std::size_t(i)], sum / kept, 1e-4)
           << n << " frames, element " << i;  // float
+    }
+  }
+}
+
+// Mean and noise of the kept samples, by their definition, for images of several sizes.
+TEST(ReferenceImage, NoiseIsTheDeviationOfTheSamplesNearTheMedian) {
+  for (const int n : {1, 7, 8, 9, 24}) {
+    std::vector<cv::Mat> frames;
+    std::mt19937 random{unsigned(n)};
+    for (int f = 0; f < n; ++f) {
+      cv::Mat frame(3, 17, CV_8UC3);
+      for (int i = 0; i < 3 * 17 * 3; ++i) {
+        const int spread = i % 7;  // 0: quiet, and some samples far off at the limits of the trim
+        frame.data[i] = std::uint8_t(100 + int(random() % unsigned(2 * spread + 1)) - spread +
+                                     (random() % 9 == 0 ? int(random() % 60) - 30 : 0));
+      }
+      frames.push_back(frame);
+    }
+    const ReferenceImage reference = learn_reference(frames);
+    EXPECT_EQ(reference.width_px, 17);
+    EXPECT_EQ(reference.height_px, 3);
+    int trimmed = 0, kept_at_limit = 0;
+    for (std::size_t i = 0; i < 3 * 17 * 3; ++i) {
+      std::vector<double> levels, deviations, kept;
+      for (const cv::Mat& frame : frames) levels.push_back(frame.data[i]);
+      std::sort(levels.begin(), levels.end());
+      const double median = levels[std::size_t(n / 2)];
+      for (const double level : levels) deviations.push_back(std::abs(level - median));
+      std::sort(deviations.begin(), deviations.end());
+      const double limit = std::max(4.0, 4 * 1.4826 * deviations[std::size_t(n / 2)]);
+      double sum = 0, squares = 0;
+      for (const double level : levels)
+        if (std::abs(level - median) <= limit) kept.push_back(level);
+      for (const double level : kept) sum += level;
+      const double mean = sum / double(kept.size());
+      for (const double level : kept) squares += (level - mean) * (level - mean);
+      trimmed += kept.size() < levels.size();
+      kept_at_limit += std::count(deviations.begin(), deviations.end(), 4.0) > 0 && limit == 4;
+      ASSERT_NEAR(reference.mean_levels[i], mean, 1e-4) << n << ' ' << i;
+      ASSERT_NEAR(reference.sigma_levels[i],
+                  n < 8             ? 2.0
+                  : kept.size() > 1 ? std::sqrt(squares / double(kept.size() - 1))
+                                    : 0.0,
+                  1e-3)
+          << n << ' ' << i;
+    }
+    if (n > 1) {
+      EXPECT_GT(trimmed, 5);
+      EXPECT_GT(kept_at_limit, 0);
     }
   }
 }
@@ -230,6 +301,20 @@ TEST(Shadow, RequiresSameColourAndMinimumBrightness) {
   EXPECT_TRUE(is_shadow(quarter, table, 0.2));
   EXPECT_FALSE(is_shadow(skin, table, 0.3));
   EXPECT_FALSE(is_shadow(black, table, 0.5));
+  // On a black reference, every pixel has full brightness: the distortion is its own length.
+  const std::uint8_t faint[] = {4, 4, 5}, at_limit[] = {0, 8, 0}, beyond[] = {1, 8, 0},
+                     dark[] = {0, 1, 0};
+  EXPECT_TRUE(is_shadow(black, black, 0.5));
+  EXPECT_TRUE(is_shadow(faint, black, 0.5));
+  EXPECT_TRUE(is_shadow(at_limit, black, 0.5));
+  EXPECT_FALSE(is_shadow(beyond, black, 0.5));
+  // x.r = 8, r.r = 1: the brightness is 8, and all of the pixel is along the reference.
+  const std::uint8_t green[] = {0, 200, 0}, other[] = {8, 200, 0};
+  EXPECT_TRUE(is_shadow(green, dark, 0.5));
+  EXPECT_TRUE(is_shadow(other, dark, 0.5));
+  // Exactly at the minimum brightness: x.r / r.r = 1/2.
+  const std::uint8_t grey[] = {100, 100, 100}, half_grey[] = {50, 50, 50};
+  EXPECT_TRUE(is_shadow(half_grey, grey, 0.5));
 }
 
 // A contrast of 24 levels in one channel is always detected: 6 sigmas of 2 levels, and 6 sigmas for
@@ -331,12 +416,68 @@ TEST(Segmentation, DiagnosesMapsWithAllAndWithNoPixels) {
   EXPECT_EQ(segmentation_diagnostics(*segmenter.segment(plate)).size(), 1u);
 }
 
+TEST(Segmentation, DiagnosticsNameTheFractionOfTheImage) {
+  const auto diagnostics = [](int set) {
+    hull::ObjectPixels pixels(50, 20);
+    for (int i = 0; i < set; ++i) pixels.set(i % 50, i / 50);
+    const std::vector<std::string> found = segmentation_diagnostics(pixels);
+    return found.empty() ? "" : found.at(0);
+  };
+  EXPECT_EQ(diagnostics(0), "no object pixels: the hull is empty");
+  EXPECT_EQ(diagnostics(1), "");
+  EXPECT_EQ(diagnostics(600), "");
+  const std::string rest =
+      " % of the image are object pixels: check exposure, light and camera position, then restart "
+      "the node";
+  EXPECT_EQ(diagnostics(601), "60" + rest);
+  EXPECT_EQ(diagnostics(857), "85" + rest);
+  EXPECT_EQ(diagnostics(1000), "100" + rest);
+}
+
+// A pixel is compared with the rounded mean of its own reference, also beyond the first word.
+TEST(Segmentation, ShadowIsComparedWithTheReferenceOfItsPixel) {
+  constexpr int kWidth_px = 150, kHeight_px = 3;
+  ReferenceImage reference{kWidth_px, kHeight_px, {}, {}};
+  cv::Mat image(kHeight_px, kWidth_px, CV_8UC3);
+  std::mt19937 random(9);
+  std::vector<bool> is_object;
+  for (int v = 0; v < kHeight_px; ++v)
+    for (int u = 0; u < kWidth_px; ++u) {
+      const float mean[3] = {float(random() % 2000) / 10 + 20, float(random() % 2000) / 10 + 20,
+                             float(random() % 2000) / 10 + 20};
+      std::uint8_t rounded[3], pixel[3];
+      bool differs = false, brighter = false;
+      const double fraction = 0.3 + double(random() % 1000) / 1000;
+      for (int c = 0; c < 3; ++c) {
+        reference.mean_levels.push_back(mean[c]);
+        reference.sigma_levels.push_back(0);
+        rounded[c] = std::uint8_t(std::lround(mean[c]));
+        pixel[c] = cv::saturate_cast<std::uint8_t>(fraction * double(mean[c]) + int(random() % 9));
+        image.at<cv::Vec3b>(v, u)[c] = pixel[c];
+        differs = differs || std::abs(float(pixel[c]) - mean[c]) > 12;
+        brighter = brighter || float(pixel[c]) - mean[c] > 12;
+      }
+      is_object.push_back(differs && (brighter || !is_shadow(pixel, rounded, 0.5)));
+    }
+  config::SegmentationConfig config;
+  config.opening_px = 0;
+  const config::RigCamera camera = test::table_camera("any", {0, -1, 1}, kWidth_px, kHeight_px);
+  const hull::ObjectPixels found = Segmenter(camera, reference, config).segment(image).value();
+  for (int v = 0; v < kHeight_px; ++v)
+    for (int u = 0; u < kWidth_px; ++u)
+      ASSERT_EQ(found.contains(u, v), is_object[std::size_t(v * kWidth_px + u)]) << u << ' ' << v;
+  EXPECT_GT(found.count(), 50u);
+  EXPECT_LT(found.count(), 400u);
+}
+
 TEST(Segmentation, RejectsImagesOfOtherSizeOrType) {
   const cv::Mat plate(33, 71, CV_8UC3, cv::Scalar(100, 100, 100));
   const Segmenter segmenter(test::table_camera("any", {0, -1, 1}, 71, 33),
                             learn_reference({&plate, 1}), {});
   EXPECT_FALSE(segmenter.segment(cv::Mat(71, 33, CV_8UC3)));
   EXPECT_FALSE(segmenter.segment(cv::Mat(33, 71, CV_8UC1)));
+  EXPECT_FALSE(segmenter.segment(cv::Mat(33, 72, CV_8UC3)));
+  EXPECT_FALSE(segmenter.segment(cv::Mat(34, 71, CV_8UC3)));
   EXPECT_FALSE(segmenter.segment(cv::Mat()));
 }
 

@@ -77,6 +77,118 @@ TEST_F(Sources, SequenceReportsMissingFrames) {
   EXPECT_NE(source->last_error().find("frame_%04d.png"), std::string::npos);
 }
 
+// Only names of the pattern with a number of at most 15 digits belong to a sequence.
+TEST_F(Sources, SequenceIgnoresOtherFiles) {
+  const auto write = [&](const std::string& name, int f) {
+    cv::imwrite((folder_ / name).string(), picture(f));
+  };
+  write("a1_2.png", 1);
+  write("a1_3.png", 2);
+  for (const std::string name : {"a1_.png", "a1_9.jpg", "b1_9.png", "a1_-9.png", "a1_9.5.png",
+                                 "xa1_9.png", "a1_1234567890123456.png", "1_9.png"})
+    write(name, 9);
+  fs::rename(folder_ / "a1_9.jpg", folder_ / "a1_9.png9");
+  const auto source = open_file_source(camera(), {(folder_ / "a1_%d.png").string(), "", 0});
+  std::vector<int> levels;
+  for (int f = 0; f < 4; ++f) levels.push_back(shown(*source, f));
+  EXPECT_EQ(levels, (std::vector<int>{1, 2, -2, -2}));
+  write("c_999999999999999.png", 5);
+  EXPECT_EQ(shown(*open_file_source(camera(), {(folder_ / "c_%015d.png").string(), "", 0}), 0), 5);
+  for (const char* pattern : {"a1_%x.png", "a1_%", "a1_%04", "%%d", "b%d.png"}) {
+    const std::string file = (folder_ / pattern).string();
+    const SourceProblem problem = problem_of([&] { open_file_source(camera(), {file, "", 0}); });
+    EXPECT_EQ(problem.fault, SourceFault::not_found);
+    EXPECT_EQ(problem.what, file + ": no file matches this pattern");
+  }
+}
+
+TEST_F(Sources, APatternWithoutFolderIsInTheWorkingFolder) {
+  cv::imwrite((folder_ / "%1.png").string(), picture(3));
+  cv::imwrite((folder_ / "2.png").string(), picture(4));
+  const fs::path before = fs::current_path();
+  fs::current_path(folder_);
+  EXPECT_EQ(shown(*open_file_source(camera(), {"%d.png", "", 0}), 0), 4);
+  fs::current_path(before);
+}
+
+TEST_F(Sources, AnImageOfAnotherSizeIsMissing) {
+  const auto name = [&](int f) { return (folder_ / ("f" + std::to_string(f) + ".png")).string(); };
+  cv::imwrite(name(0), picture(0));
+  cv::imwrite(name(1), picture(1, 65, 48));
+  cv::imwrite(name(2), picture(2, 64, 47));
+  cv::imwrite(name(3), picture(3));
+  const std::string pattern = (folder_ / "f%d.png").string();
+  const auto source = open_file_source(camera(), {pattern, "", 0});
+  EXPECT_EQ(source->last_error(), "");
+  EXPECT_EQ(shown(*source, 1), -1);
+  EXPECT_EQ(source->last_error(), pattern + ": frame 1 is 65x48");
+  EXPECT_EQ(shown(*source, 2), -1);
+  EXPECT_EQ(source->last_error(), pattern + ": frame 2 is 64x47");
+  EXPECT_EQ(shown(*source, 3), 3);
+  std::ofstream(name(3)) << "no picture";
+  EXPECT_EQ(shown(*source, 3), -1);
+  EXPECT_EQ(source->last_error(), pattern + ": frame 3 is missing or cannot be decoded");
+  for (const int first : {1, 2}) {
+    const SourceProblem problem = problem_of([&] {
+      open_file_source(camera(), {pattern, "", first});
+    });
+    EXPECT_EQ(problem.fault, SourceFault::wrong_size);
+    EXPECT_EQ(problem.what, pattern + ": images are " + (first == 1 ? "65x48" : "64x47") +
+                                " px, image_size_px of the rig is 64x48");
+    EXPECT_EQ(problem_of([&] { read_background(camera(), name(first)); }).what,
+              name(first) + ": images are " + (first == 1 ? "65x48" : "64x47") +
+                  " px, image_size_px of the rig is 64x48");
+  }
+  const SourceProblem problem = problem_of([&] { open_file_source(camera(), {pattern, "", 3}); });
+  EXPECT_EQ(problem.fault, SourceFault::not_decodable);
+  EXPECT_EQ(problem.what, pattern + ": cannot decode frame 3");
+}
+
+// A file with the suffix of a picture is decoded as a picture, any other as a video.
+TEST_F(Sources, PicturesAreKnownByTheirSuffix) {
+  for (const std::string suffix :
+       {"png", "jpg", "jpeg", "bmp", "tif", "tiff", "ppm", "PNG", "Jpg"}) {
+    const std::string file = (folder_ / ("broken." + suffix)).string();
+    std::ofstream(file) << "no picture";
+    const SourceProblem problem = problem_of([&] { open_file_source(camera(), {file, "", 0}); });
+    EXPECT_EQ(problem.fault, SourceFault::not_decodable);
+    EXPECT_EQ(problem.what, file + ": cannot decode frame 0");
+    const SourceProblem background = problem_of([&] { read_background(camera(), file); });
+    EXPECT_EQ(background.fault, SourceFault::no_frames);
+    EXPECT_EQ(background.what, file + ": cannot decode any frame");
+  }
+  for (const char* name : {"broken.avi", "png", "broken.png5"}) {
+    const std::string file = (folder_ / name).string();
+    std::ofstream(file) << "no video";
+    EXPECT_EQ(problem_of([&] {
+                open_file_source(camera(), {file, "", 0});
+              }).what,
+              file + ": cannot decode this video");
+  }
+}
+
+TEST_F(Sources, ProblemsOfSeveralCamerasAreLinesOfOneError) {
+  const SourceProblem file{"a", SourceFault::not_found, "x.avi: no such file"},
+      device{"b", SourceFault::hardware_failed, "/dev/video0: is busy"},
+      missing{"c", SourceFault::hardware_missing, "/dev/video1: no such camera"};
+  EXPECT_STREQ(SourceError({file, device}).what(),
+               "a: x.avi: no such file\nb: /dev/video0: is busy");
+  const auto is_hardware = [](const std::vector<SourceProblem>& problems) {
+    try {
+      throw_problems(problems);
+    } catch (const HardwareMissing& error) {
+      EXPECT_EQ(error.problems().size(), problems.size());
+      return true;
+    } catch (const SourceError& error) {
+      EXPECT_EQ(error.problems().size(), problems.size());
+      return false;
+    }
+  };
+  EXPECT_FALSE(is_hardware({file}));
+  EXPECT_TRUE(is_hardware({device}));
+  EXPECT_TRUE(is_hardware({file, missing}));
+}
+
 TEST_F(Sources, ErrorNamesTheMissingFile) {
   const SourceProblem problem = problem_of([&] {
     open_file_source(camera(), {(folder_ / "none.avi").string(), "", 0});
@@ -131,6 +243,37 @@ TEST_F(Sources, FirstFrameBeyondTheEndIsAnError) {
               open_file_source(camera(), {file, "", 3});
             }).fault,
             SourceFault::no_frames);
+  EXPECT_EQ(problem_of([&] {
+              open_file_source(camera(), {file, "", 3});
+            }).what,
+            file + ": has no frame 3");
+}
+
+// Picture k of a sequence has the level k; one of them cannot be decoded.
+TEST_F(Sources, BackgroundTakesEveryNthFrameOfTheSequence) {
+  const auto levels = [&](int count) {
+    const fs::path folder = folder_ / std::to_string(count);
+    fs::create_directories(folder);
+    for (int f = 0; f < count; ++f) {
+      const std::string file = (folder / ("f" + std::to_string(f) + ".bmp")).string();
+      cv::imwrite(file, cv::Mat(48, 64, CV_8UC3, cv::Scalar::all(f)));
+      if (f == 4) std::ofstream(file) << "no picture";
+    }
+    std::vector<int> found;
+    for (const cv::Mat& image : read_background(camera(), (folder / "f%d.bmp").string()))
+      found.push_back(image.at<cv::Vec3b>(0, 0)[0]);
+    return found;
+  };
+  const auto expected = [](int step, int end) {
+    std::vector<int> result;
+    for (int f = 0; f < end && result.size() < 32; f += step)
+      if (f != 4) result.push_back(f);
+    return result;
+  };
+  EXPECT_EQ(levels(7), expected(1, 7));
+  EXPECT_EQ(levels(5), expected(1, 4));
+  EXPECT_EQ(levels(40), expected(1, 40));
+  EXPECT_EQ(levels(70), expected(2, 70));
 }
 
 TEST_F(Sources, BackgroundFramesAreEvenlySpaced) {

@@ -1,6 +1,15 @@
+#include <array>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
+#include <fstream>
+#include <iomanip>
+#include <random>
+#include <set>
 
+#include "capture_node/lens/undistortion.h"
+#include "capture_node/synthetic/noise.h"
+#include "capture_node/synthetic/shading.h"
 #include "common/hull/hull.h"
 #include "tests/support/capture_rig.h"
 #include "tests/support/golden_image.h"
@@ -69,6 +78,115 @@ TEST(SyntheticWorld, HasThePipeOfThePaper) {
     }
 }
 
+// Every part at two times, for two seeds: the material, the ends and the radius.
+TEST(SyntheticWorld, HasThePartsOfTheGoldenFile) {
+  constexpr double kRounding_m = 1e-9;  // of libm, and of the file's 12 decimals
+  const std::string file = FIVEPIPE_SOURCE_DIR "/tests/golden/synthetic_parts.txt";
+  std::vector<std::array<double, 8>> found;
+  for (const auto& [seed, t_s] : {std::pair{1u, 0.4}, {2u, 7.1}}) {
+    config::SyntheticWorld world;
+    world.seed = seed;
+    for (const SyntheticPart& part : synthetic_parts(world, t_s)) {
+      const Eigen::Vector3d &a = part.capsule.a_world_m, &b = part.capsule.b_world_m;
+      found.push_back(
+          {double(part.material), a.x(), a.y(), a.z(), b.x(), b.y(), b.z(), part.capsule.radius_m});
+    }
+  }
+  if (std::getenv("FIVEPIPE_WRITE_GOLDEN")) {
+    std::ofstream golden(file);
+    golden << std::fixed << std::setprecision(12);
+    for (const auto& row : found)
+      for (std::size_t i = 0; i < row.size(); ++i) golden << row[i] << (i < 7 ? ' ' : '\n');
+  }
+  std::ifstream golden(file);
+  for (std::size_t row = 0; row < found.size(); ++row)
+    for (std::size_t i = 0; i < 8; ++i) {
+      double expected = NAN;
+      golden >> expected;
+      EXPECT_NEAR(found[row][i], expected, kRounding_m) << "part " << row << ", number " << i;
+    }
+  std::string more;
+  EXPECT_FALSE(golden >> more) << "parts are missing";
+}
+
+TEST(Noise, MatchesTheReferenceValuesOfSplitMix64) {
+  // The first outputs of the generator with the seed 1234567.
+  constexpr std::uint64_t kStep = 0x9e3779b97f4a7c15u;
+  std::uint64_t state = 1234567;
+  for (const std::uint64_t expected :
+       {6457827717110365317u, 3203168211198807973u, 9817491932198370423u, 4593380528125082431u}) {
+    EXPECT_EQ(splitmix64(state), expected);
+    state += kStep;
+  }
+  EXPECT_EQ(splitmix64(5, 7), splitmix64(splitmix64(5) ^ 7));
+  EXPECT_EQ(unit_hash(1234567), float(6457827717110365317u >> 40) / float(1 << 24));
+}
+
+// Between the points of the lattice with the weights 3 t^2 - 2 t^3 along each axis.
+TEST(Noise, InterpolatesItsLattice) {
+  std::mt19937 random(1);
+  for (int i = 0; i < 300; ++i) {
+    double at[3], weight[3];
+    for (int axis = 0; axis < 3; ++axis) {
+      at[axis] = double(random() % 4000) / 200 - 10;  // also on the lattice's planes
+      if (i % 3 == 0 && axis == 2) at[axis] = std::round(at[axis]);
+      const double t = double(float(at[axis])) - std::floor(double(float(at[axis])));
+      weight[axis] = t * t * (3 - 2 * t);
+    }
+    double expected = 0;
+    for (int corner = 0; corner < 8; ++corner) {
+      std::int64_t index[3];
+      double share = 1;
+      for (int axis = 0; axis < 3; ++axis) {
+        const int upper = corner >> axis & 1;
+        index[axis] = std::int64_t(std::floor(double(float(at[axis])))) + upper;
+        share *= upper ? weight[axis] : 1 - weight[axis];
+      }
+      expected += share * double(lattice(9, index[0], index[1], index[2]));
+    }
+    const float x = float(at[0]), y = float(at[1]), z = float(at[2]);
+    ASSERT_NEAR(value_noise(9, x, y, z), expected, 1e-5) << x << ' ' << y << ' ' << z;
+    double octaves = 0;
+    for (int octave = 0; octave < 4; ++octave)
+      octaves += std::pow(0.5, octave + 1) *
+                 double(value_noise(9 + std::uint64_t(octave), std::ldexp(x, octave),
+                                    std::ldexp(y, octave), std::ldexp(z, octave)));
+    ASSERT_NEAR(fractal_noise(9, x, y, z), octaves / (15 / 16.0), 1e-5);
+  }
+  EXPECT_EQ(value_noise(9, 0.3f, 0.7f), value_noise(9, 0.3f, 0.7f, 0));
+  EXPECT_EQ(fractal_noise(9, 0.3f, 0.7f), fractal_noise(9, 0.3f, 0.7f, 0));
+}
+
+TEST(Noise, LatticeHasAnotherNumberAtEachPointAndForEachSeed) {
+  std::set<float> numbers;
+  std::size_t points = 0;
+  for (std::uint64_t seed = 100; seed < 103; ++seed)
+    for (std::int64_t x = -2; x <= 2; ++x)
+      for (std::int64_t y = -2; y <= 2; ++y)
+        for (std::int64_t z = -2; z <= 2; ++z) {
+          const float number = lattice(seed, x, y, z);
+          ASSERT_TRUE(number >= 0 && number < 1);
+          numbers.insert(number);
+          ++points;
+        }
+  EXPECT_EQ(numbers.size(), points);
+}
+
+// The checksums of images with noise, also where it saturates.
+TEST(Noise, SensorNoiseIsTheSameOnEveryMachine) {
+  const auto checksum = [](double sigma_levels, int width_px, int height_px) {
+    cv::Mat image(height_px, width_px, CV_8UC3, cv::Scalar(4, 128, 251));
+    SensorNoise(sigma_levels).add(image, 77);
+    std::uint64_t sum = 14695981039346656037u;  // FNV-1a
+    for (std::size_t i = 0; i < image.total() * 3; ++i)
+      sum = (sum ^ image.data[i]) * 1099511628211u;
+    return sum;
+  };
+  EXPECT_EQ(checksum(2, 301, 40), 173139977320400772u);
+  EXPECT_EQ(checksum(40, 301, 40), 13070869912412465819u);
+  EXPECT_EQ(checksum(2, 400'000, 2), 8249078029974571225u) << "rows longer than half the table";
+}
+
 // The table with the objects and their shadows; the walls, the floor and the ceiling.
 TEST(SyntheticImage, MatchesTheGoldenImage) {
   config::SyntheticWorld world;
@@ -96,6 +214,139 @@ TEST(SyntheticImage, MatchesTheGoldenImage) {
                       {.mean_levels = 0.05, .pixel_levels = 8, .wrong_pixels = 0.001});
 }
 
+// Six pictures of the room: its textures at a known place, with the light.
+TEST(SyntheticImage, SurfacesMatchTheGoldenImage) {
+  constexpr int kSize_px = 128;
+  const Eigen::Vector3f low(-2.9f, -2.7f, -0.75f), high(2.9f, 2.7f, 2.3f), eye(0.1f, 0.2f, 2.2f);
+  std::vector<cv::Mat> pictures;
+  for (int side = 0; side < 6; ++side) {
+    cv::Mat picture(kSize_px, kSize_px, CV_8UC3);
+    for (int v = 0; v < kSize_px; ++v)
+      for (int u = 0; u < kSize_px; ++u) {
+        const float s = (float(u) + 0.4f) / kSize_px, t = (float(v) + 0.3f) / kSize_px;
+        Eigen::Vector3f p;
+        if (side < 4) {  // walls
+          const int axis = side / 2;
+          p = low + s * (high - low);
+          p[axis] = side % 2 ? high[axis] : low[axis];
+          p.z() = high.z() + t * (low.z() - high.z());
+        } else if (side == 4) {  // the floor around the table, and the table's edge
+          p = {low.x() + s * (high.x() - low.x()), low.y() + t * (high.y() - low.y()), low.z()};
+        } else {  // the table
+          p = {-0.85f + 1.7f * s, -0.68f + 1.36f * t, 0};
+        }
+        const Eigen::Vector3f bgr = test::test_room()->trace_ray(eye, p - eye).bgr;
+        for (int c = 0; c < 3; ++c)
+          picture.at<cv::Vec3b>(v, u)[c] = cv::saturate_cast<std::uint8_t>(bgr[c]);
+      }
+    pictures.push_back(picture);
+  }
+  cv::Mat image;
+  cv::hconcat(pictures, image);
+  test::expect_golden(image, "synthetic_surfaces.png",
+                      {.mean_levels = 0.01, .pixel_levels = 2, .wrong_pixels = 0.0002});
+}
+
+// The hand and the pipe from above, from below and from the side, and a camera on the viewer. The
+// size is odd, and the third camera has distortion.
+TEST(SyntheticImage, CloseViewsMatchTheGoldenImage) {
+  config::SyntheticWorld world;
+  world.noise_sigma_levels = 0;
+  const Eigen::Vector3d palm = test::synthetic_object(world, 25 / 30.0)[1].a_world_m;
+  std::vector<cv::Mat> images;
+  for (const Eigen::Vector3d& offset_m :
+       {Eigen::Vector3d(0.1, 0.22, 0.25), Eigen::Vector3d(-0.12, 0.2, -0.1),
+        Eigen::Vector3d(-0.3, -0.1, 0.1), Eigen::Vector3d(0.2, -0.7, 0.5)}) {
+    config::RigCamera camera = test::table_camera("close", palm + offset_m, 159, 121);
+    camera.camera_from_mount = geometry::look_at(palm + offset_m, palm);
+    if (images.size() == 2) camera.distortion = {-0.25, 0.08, 0.0005, -0.0003, 0};
+    SyntheticImageSource::EyePath eye_at;
+    if (images.size() == 3) {
+      camera.mount = config::Mount::viewer;
+      eye_at = [pose = camera.camera_from_mount](double) { return pose; };
+      camera.camera_from_mount =
+          Eigen::Translation3d(0.02, 0.01, 0) * Eigen::Isometry3d::Identity();
+    }
+    SyntheticImageSource source(world, camera, 30, eye_at, test::test_room());
+    images.emplace_back();
+    source.read(25, images.back());
+  }
+  cv::Mat image;
+  cv::hconcat(images, image);
+  test::expect_golden(image, "synthetic_hand.png",
+                      {.mean_levels = 0.01, .pixel_levels = 2, .wrong_pixels = 0.0002});
+}
+
+// Compares with a rendering that tests every part at every pixel.
+TEST(SyntheticImage, EqualsARenderingWithoutBounds) {
+  config::SyntheticWorld world;
+  std::vector<config::RigCamera> cameras;
+  for (const auto& [eye_m, target_m] : std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>>{
+           {{-0.6, 0.5, 0.7}, {0, 0, 0.1}},           // the objects and their shadow on the table
+           {{0.25, -0.62, 0.45}, {0.1, 0.0, 0.25}},   // the sleeve passes below and behind it
+           {{0.2, -2.3, 0.9}, {0.1, -0.9, -0.4}}}) {  // the shadow on the floor
+    cameras.push_back(test::table_camera("any", eye_m, 120, 90));
+    cameras.back().camera_from_mount = geometry::look_at(eye_m, target_m);
+  }
+  cameras[0].distortion = {-0.25, 0.08, 0.0005, -0.0003, 0};
+  std::size_t drawn = 0, shaded_on_table = 0, shaded_on_floor = 0, different = 0, values = 0;
+  for (const config::RigCamera& camera : cameras)
+    for (const double t_s : {&camera == &cameras[0] ? 2.9 : 0.5}) {
+      SyntheticCamera renderer(world, camera, test::test_room());
+      const Eigen::Isometry3d& camera_from_world = camera.camera_from_mount;
+      const Eigen::Isometry3d world_from_camera = camera_from_world.inverse(Eigen::Isometry);
+      const std::vector<SyntheticPart> parts = synthetic_parts(world, t_s);
+      const cv::Mat room = renderer.image({}, camera_from_world),
+                    image = renderer.image(parts, camera_from_world);
+      // Pieces of at most three radii: the penumbra is that of a piece.
+      std::vector<hull::Capsule> pieces;
+      for (const SyntheticPart& part : parts) {
+        const Eigen::Vector3d a = part.capsule.a_world_m, along = part.capsule.b_world_m - a;
+        const int n = int(std::ceil(along.norm() / (3 * part.capsule.radius_m)));
+        for (int i = 0; i < n; ++i)
+          pieces.push_back({a + along * i / n, a + along * (i + 1) / n, part.capsule.radius_m});
+      }
+      for (int v = 0; v < image.rows; ++v)
+        for (int u = 0; u < image.cols; ++u) {
+          const Eigen::Vector2f xy = undistorted(camera, {u, v}).cast<float>();
+          const geometry::Ray ray{
+              world_from_camera.translation(),
+              world_from_camera.linear() * Eigen::Vector3d(double(xy.x()), double(xy.y()), 1)};
+          const Eigen::Vector3f origin = ray.origin_world_m.cast<float>(),
+                                direction = ray.direction_world.cast<float>();
+          const cv::Vec3b room_bgr = room.at<cv::Vec3b>(v, u);
+          Eigen::Vector3f expected(room_bgr[0], room_bgr[1], room_bgr[2]);
+          const Surface surface = test::test_room()->trace_ray(origin, direction).surface;
+          if (surface != Surface::other) {
+            const float z_m = surface == Surface::table_top ? 0.0f : -0.75f;
+            const Eigen::Vector3f p = origin + (z_m - origin.z()) / direction.z() * direction;
+            float visible = 1;
+            for (const hull::Capsule& piece : pieces)
+              visible = std::min(visible, lamp_visibility_past(piece, p));
+            const Eigen::Vector3f up = Eigen::Vector3f::UnitZ();
+            expected *= brightness(p, up, visible) / brightness(p, up, 1);
+            (surface == Surface::floor ? shaded_on_floor : shaded_on_table) += visible < 0.5f;
+          }
+          double nearest = INFINITY;
+          for (const SyntheticPart& part : parts)
+            if (const auto depth = hull::ray_entry(part.capsule, ray); depth && *depth < nearest) {
+              nearest = *depth;
+              expected = shaded(part, ray.origin_world_m + *depth * ray.direction_world,
+                                ray.origin_world_m);
+            }
+          drawn += nearest < INFINITY;
+          for (int c = 0; c < 3; ++c, ++values)
+            different += std::abs(float(image.at<cv::Vec3b>(v, u)[c]) -
+                                  std::clamp(expected[c], 0.0f, 255.0f)) > 1.5f;
+        }
+    }
+  EXPECT_GT(drawn, 2000u);
+  EXPECT_GT(shaded_on_table, 500u);
+  EXPECT_GT(shaded_on_floor, 200u);
+  // Rounding to float moves edges of the texture of a part.
+  EXPECT_LE(different, values / 2000);
+}
+
 TEST(SyntheticImage, DependsOnlyOnSeedCameraAndFrame) {
   const config::SyntheticWorld world;
   const config::RigCamera camera = test::table_cameras()[1];
@@ -118,11 +369,32 @@ TEST(SyntheticImage, PrerenderedImagesAreIdentical) {
       ahead(world, camera, 30, {}, test::test_room());
   ASSERT_TRUE(ahead.prerender());
   cv::Mat live_image, ahead_image;
-  for (const int frame : {0, 5, 2}) {
+  for (const int frame : {0, 5, 2, 6, 13, 6001}) {
     live.read(frame, live_image);
     ahead.read(frame, ahead_image);
     EXPECT_TRUE(same_bits(live_image, ahead_image)) << frame;
   }
+}
+
+// No two images have the same noise: neither images of the scene and of the empty room, nor those
+// of two cameras.
+TEST(SyntheticImage, EveryImageHasItsOwnNoise) {
+  config::SyntheticWorld world;
+  world.noise_sigma_levels = 20;
+  std::vector<cv::Mat> corners;  // the scene changes only far from them
+  for (const char* name : {"ab", "ba", "b"}) {
+    SyntheticImageSource source(world, test::table_camera(name, {-1.5, 0.9, 1.3}, 64, 48), 30, {},
+                                test::test_room());
+    for (int i = 0; i < 6; ++i) {
+      cv::Mat image;
+      source.read(i, image);
+      for (const cv::Mat& one : {image, source.background(i)})
+        corners.push_back(one(cv::Rect(0, 0, 30, 6)).clone());
+    }
+  }
+  for (std::size_t i = 0; i < corners.size(); ++i)
+    for (std::size_t k = 0; k < i; ++k)
+      EXPECT_FALSE(same_bits(corners[i], corners[k])) << i << ' ' << k;
 }
 
 TEST(SyntheticImage, IsPrerenderedOnlyIfItRepeatsWithAWholeNumberOfFrames) {
@@ -135,7 +407,9 @@ TEST(SyntheticImage, IsPrerenderedOnlyIfItRepeatsWithAWholeNumberOfFrames) {
         .prerender();
   };
   EXPECT_TRUE(prerenders(10));
-  EXPECT_FALSE(prerenders(12));  // 2.4 frames
+  EXPECT_FALSE(prerenders(12));         // 2.4 frames
+  EXPECT_TRUE(prerenders(10 + 3e-6));   // 0.6e-6 frames too many
+  EXPECT_FALSE(prerenders(10 + 8e-6));  // 1.6e-6
   camera.mount = config::Mount::viewer;
   EXPECT_FALSE(prerenders(10));
 }

@@ -1,5 +1,6 @@
 #include "capture_node/lens/undistortion.h"
 
+#include <algorithm>
 #include <cmath>
 #include <opencv2/calib3d.hpp>
 #include <random>
@@ -106,6 +107,101 @@ TEST(Undistortion, TakesEachBitFromTheNearestCapturedPixel) {
   EXPECT_GT(compared, 600 * 450);
 }
 
+// Words of the published map are skipped whose source pixels are all outside the object's bounds.
+TEST(Undistortion, SmallObjectsAreMappedLikeTheWholeImage) {
+  config::RigCamera camera = test::table_camera("lens", {0, -1.5, 1.2}, 197, 131);
+  camera.distortion = {-0.36, 0.18, 0.0008, -0.0005, -0.05};
+  camera.published.fx_px *= 1.1;
+  const Undistortion undistortion(camera);
+  // Column and row of each published pixel's source, bit by bit.
+  std::vector<int> column(197 * 131), row(197 * 131);
+  for (int bit = 0; bit < 8; ++bit) {
+    hull::ObjectPixels columns(197, 131), rows(197, 131);
+    for (int v = 0; v < 131; ++v)
+      for (int u = 0; u < 197; ++u) {
+        columns.set(u, v, u >> bit & 1);
+        rows.set(u, v, v >> bit & 1);
+      }
+    const hull::ObjectPixels of_columns = undistortion.published(columns),
+                             of_rows = undistortion.published(rows);
+    for (int v = 0; v < 131; ++v)
+      for (int u = 0; u < 197; ++u) {
+        column[std::size_t(v * 197 + u)] |= int(of_columns.contains(u, v)) << bit;
+        row[std::size_t(v * 197 + u)] |= int(of_rows.contains(u, v)) << bit;
+      }
+  }
+  std::mt19937 random(3);
+  std::size_t found = 0;
+  for (int i = 0; i < 400; ++i) {
+    const int u0 = int(random() % 197), v0 = int(random() % 131),
+              u1 = std::min(197, u0 + 1 + int(random() % 3)),
+              v1 = std::min(131, v0 + 1 + int(random() % 3));
+    hull::ObjectPixels captured(197, 131), expected(197, 131);
+    for (int v = v0; v < v1; ++v) captured.set_run(u0, u1, v);
+    for (int v = 0; v < 131; ++v)
+      for (int u = 0; u < 197; ++u) {
+        const int from_u = column[std::size_t(v * 197 + u)], from_v = row[std::size_t(v * 197 + u)];
+        expected.set(
+            u, v,
+            undistortion.sees(u, v) && from_u >= u0 && from_u < u1 && from_v >= v0 && from_v < v1);
+      }
+    ASSERT_EQ(undistortion.published(captured), expected) << u0 << ' ' << v0;
+    found += expected.count();
+  }
+  EXPECT_GT(found, 1000u);
+}
+
+// undistorted() is the inverse of OpenCV's lens model.
+TEST(Undistortion, PointsReturnToTheirPixel) {
+  config::RigCamera camera = lens_camera();
+  for (const config::LensDistortion& lens :
+       {camera.distortion, config::LensDistortion{0.2, -0.1, 0.01, 0.02, 0.03},
+        config::LensDistortion{}}) {
+    camera.distortion = lens;
+    for (int v = 0; v < 486; v += 15)
+      for (int u = 0; u < 645; u += 15) {
+        const Eigen::Vector2d xy = undistorted(camera, {u, v});
+        const Eigen::Vector2d back =
+            captured_uv(camera, std::vector<cv::Point3d>{{xy.x(), xy.y(), 1}})[0];
+        ASSERT_LT((back - Eigen::Vector2d(u, v)).norm(), 2e-6) << u << ' ' << v;
+      }
+  }
+}
+
+TEST(Undistortion, ColoursOutsideTheCapturedImageAreBlack) {
+  config::RigCamera camera = test::table_camera("narrow", {0, -1, 1}, 100, 80);
+  camera.published = geometry::pinhole_from_fov(200, 160, 1.6);
+  camera.distortion = {-0.05, 0, 0, 0, 0};
+  const Undistortion undistortion(camera);
+  const cv::Mat white(80, 100, CV_8UC3, cv::Scalar::all(255));
+  const hull::PixelRect region{11, 7, 190, 153};
+  const cv::Mat found = undistortion.published(white, region);
+  ASSERT_EQ(found.size(), cv::Size(179, 146));
+  // At the border of the captured image, bilinear interpolation mixes white and black.
+  const auto sees_all = [&](int u, int v) {
+    for (const int du : {-1, 0, 1})
+      for (const int dv : {-1, 0, 1})
+        if (!undistortion.sees(u + du, v + dv)) return false;
+    return true;
+  };
+  int seen = 0;
+  for (int v = 0; v < found.rows; ++v)
+    for (int u = 0; u < found.cols; ++u) {
+      const cv::Vec3b level = found.at<cv::Vec3b>(v, u);
+      if (!undistortion.sees(u + 11, v + 7)) {
+        ASSERT_EQ(level, cv::Vec3b(0, 0, 0)) << u << ' ' << v;
+      } else if (sees_all(u + 11, v + 7)) {
+        ASSERT_EQ(level, cv::Vec3b(255, 255, 255)) << u << ' ' << v;
+        ++seen;
+      }
+    }
+  EXPECT_GT(seen, 3000);
+  EXPECT_TRUE(undistortion.published(white, {5, 5, 5, 9}).empty());
+  const config::RigCamera plain = test::table_camera("plain", {0, -1, 1}, 100, 80);
+  EXPECT_EQ(Undistortion(plain).published(white, {5, 5, 15, 9}).size(), cv::Size(10, 4));
+  EXPECT_TRUE(Undistortion(plain).published(white, {5, 5, 5, 9}).empty());
+}
+
 TEST(Undistortion, KeepsStraightEdgesStraight) {
   // The object is the half-plane x < 0.3 m of the table, seen through the lens.
   const config::RigCamera camera = lens_camera();
@@ -164,6 +260,26 @@ TEST(Undistortion, ExcludesRadiiBeyondTheFold) {
   camera.published = geometry::pinhole_from_fov(200, 160, 2.4);
   EXPECT_NEAR(monotonic_radius(camera.distortion), std::sqrt(1 / 1.2), 0.006);
   EXPECT_TRUE(std::isinf(monotonic_radius({})));
+  // The derivative of r (1 + k1 r^2 + k2 r^4 + k3 r^6) is negative beyond the radius.
+  EXPECT_NEAR(monotonic_radius({0, -0.2, 0, 0, 0}), 1, 0.006);        // 1 = 5 * 0.2 r^4
+  EXPECT_NEAR(monotonic_radius({0, 0, 0, 0, -1 / 7.0}), 1, 0.006);    // 1 = r^6
+  EXPECT_TRUE(std::isinf(monotonic_radius({0.1, -0.2, 0, 0, 0.1})));  // never negative
+  EXPECT_NEAR(monotonic_radius({-1e-3, 0, 0, 0, 0}), std::sqrt(1 / 3e-3), 0.006);
+  EXPECT_TRUE(std::isinf(monotonic_radius({-8e-4, 0, 0, 0, 0}))) << "at 20.4, beyond any image";
+  for (const config::LensDistortion& lens : {config::LensDistortion{0.2, -0.3, 0, 0, 0.05},
+                                             {-0.5, 0.3, 0, 0, -0.1},
+                                             {-0.3, 0.1, 0, 0, -0.02},
+                                             {0.3, -0.1, 0, 0, -0.02}}) {
+    const auto radius = [&](double r) {
+      const double r2 = r * r;
+      return r * (1 + r2 * (lens.k1 + r2 * (lens.k2 + r2 * lens.k3)));
+    };
+    double fold = 0;
+    while (radius(fold + 1e-4) > radius(fold)) fold += 1e-4;
+    const double found = monotonic_radius(lens);
+    EXPECT_LE(found, fold + 1e-3);
+    EXPECT_GE(found, fold - 0.006);
+  }
   const Undistortion undistortion(camera);
   for (int v = 0; v < 160; ++v)
     for (int u = 0; u < 200; ++u) {

@@ -3,10 +3,14 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace {
 
@@ -81,30 +85,136 @@ TEST(Command, MapsOfOneFrameAreImagesAndCameras) {
   EXPECT_EQ(fivepipe("maps").exit_code, 2);
 }
 
+// A deployment with pictures of 50x40 px: a bright square of 10x5 px in picture k, k rows lower.
+class PicturesDeployment {
+ public:
+  PicturesDeployment() {
+    std::filesystem::create_directories(folder);
+    std::ofstream(folder / "rig.yaml")
+        << "name: two\nvolume_m: {min: [-0.4, -0.4, -0.4], max: [0.4, 0.4, 0.4]}\ncameras:\n"
+           "  - {name: left, image_size_px: [50, 40], horizontal_fov_deg: 90,\n"
+           "     look_at: {eye_m: [0, -1, 0], target_m: [0, 0, 0]}}\n"
+           "  - {name: above, image_size_px: [50, 40], horizontal_fov_deg: 90, gives_shape: "
+           "false,\n"
+           "     look_at: {eye_m: [0, -1, 1], target_m: [0, 0, 0]}}\n"
+           "  - {name: right, image_size_px: [50, 40], horizontal_fov_deg: 90,\n"
+           "     look_at: {eye_m: [1, 0, 0], target_m: [0, 0, 0]}}\n";
+    std::ofstream(folder / "scene.yaml")
+        << "name: one\nobjects: [{name: box, box: {size_m: [1, 1, 1]}, position_m: [9, 9, 9]}]\n";
+    for (int k = 0; k < 3; ++k) {
+      std::string pixels(50 * 40 * 3, '<');
+      for (int v = 8 + k; v < 13 + k; ++v) pixels.replace(std::size_t(150 * v + 60), 30, 30, 'z');
+      std::ofstream(folder / ("f" + std::to_string(k) + ".ppm")) << "P6 50 40 255\n" << pixels;
+    }
+    std::ofstream(folder / "empty.ppm") << "P6 50 40 255\n" << std::string(50 * 40 * 3, '<');
+    write_deployment("capture_node",
+                     "left: {video: \"${data}f%d.ppm\", background: empty.ppm}, "
+                     "above: {video: f%d.ppm, background: empty.ppm}, "
+                     "right: {video: f%d.ppm, background: empty.ppm}");
+  }
+  ~PicturesDeployment() { std::filesystem::remove_all(folder); }
+  void write_deployment(const std::string& program, const std::string& sources) const {
+    std::ofstream(folder / "deployment.yaml")
+        << "name: pictures\nrig: rig.yaml\nscene: scene.yaml\nframe_rate_hz: 24\nviewer:\n"
+           "  path: [{t_s: 0, eye_m: [0, -0.8, 0], target_m: [0, 0, 0]}]\n"
+           "settings: {data: ./}\nnodes:\n"
+           "  - {name: first, program: "
+        << program << (sources.empty() ? "" : ", loop: false,\n     sources: {" + sources + "}")
+        << "}\n";
+  }
+  Answer maps(const std::string& arguments) const {
+    return fivepipe("maps " + (folder / "deployment.yaml").string() + " --out " + out.string() +
+                    " " + arguments);
+  }
+  static std::string text_of(const std::filesystem::path& file) {
+    std::ostringstream text;
+    text << std::ifstream(file, std::ios::binary).rdbuf();
+    return text.str();
+  }
+
+  const std::filesystem::path folder =
+      std::filesystem::temp_directory_path() / ("fivepipe_end_" + std::to_string(getpid()));
+  const std::filesystem::path out = folder / "new" / "maps";
+};
+
+TEST(Command, MapsHaveTheObjectPixelsAndTheCamerasOfOneFrame) {
+  const PicturesDeployment pictures;
+  for (const int frame : {0, 2}) {
+    const Answer answer = pictures.maps(frame == 0 ? "" : "--frame 2");
+    ASSERT_EQ(answer.exit_code, 0) << answer.text;
+    for (const char* line : {"left: 2.5 % object pixels\n", "right: 2.5 % object pixels\n",
+                             ": reference image, 33 %", ": reference image, 100 %   \n"})
+      EXPECT_NE(answer.text.find(line), std::string::npos) << line << '\n' << answer.text;
+    EXPECT_EQ(answer.text.find("above: 2.5"), std::string::npos) << answer.text;
+    std::string pixels = "P4\n50 40\n" + std::string(7 * 40, '\0');
+    for (int v = 8 + frame; v < 13 + frame; ++v)  // columns 20 to 29
+      pixels.replace(pixels.size() - std::size_t(7 * (40 - v)) + 2, 2, "\x0f\xfc");
+    EXPECT_EQ(PicturesDeployment::text_of(pictures.out / "left.pbm"), pixels);
+    EXPECT_EQ(PicturesDeployment::text_of(pictures.out / "right.pbm"), pixels);
+    EXPECT_FALSE(std::filesystem::exists(pictures.out / "above.pbm"));
+    std::ifstream cameras(pictures.out / "cameras.txt");
+    std::string line;
+    std::getline(cameras, line);
+    EXPECT_EQ(line,
+              "# name width height fx fy cx cy [px], three rows of camera_from_world [m]: "
+              "pictures, frame " +
+                  std::to_string(frame));
+    for (const auto& [name, pose] : {std::pair<std::string, std::vector<double>>{
+                                         "left", {1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 1}},
+                                     {"right", {0, 1, 0, 0, 0, 0, -1, 0, -1, 0, 0, 1}}}) {
+      std::string found;
+      cameras >> found;
+      EXPECT_EQ(found, name);
+      std::vector<double> numbers = {50, 40, 25, 25, 24.5, 19.5};
+      numbers.insert(numbers.end(), pose.begin(), pose.end());
+      for (const double expected : numbers) {
+        double number = NAN;
+        cameras >> number;
+        EXPECT_NEAR(number, expected, 1e-9) << name;
+      }
+    }
+    EXPECT_FALSE(cameras >> line) << line;
+  }
+}
+
 TEST(Command, MapsOfAFrameAfterTheLastAreRefused) {
-  namespace fs = std::filesystem;
-  const fs::path folder = fs::temp_directory_path() / ("fivepipe_end_" + std::to_string(getpid()));
-  fs::create_directories(folder);
-  std::ofstream(folder / "rig.yaml")
-      << "name: one\nvolume_m: {min: [-0.4, -0.4, -0.4], max: [0.4, 0.4, 0.4]}\ncameras:\n"
-         "  - {name: left, image_size_px: [48, 36], horizontal_fov_deg: 40,\n"
-         "     look_at: {eye_m: [-0.5, -1, 0.2], target_m: [0, 0, 0]}}\n";
-  std::ofstream(folder / "scene.yaml")
-      << "name: one\nobjects: [{name: box, box: {size_m: [1, 1, 1]}, position_m: [9, 9, 9]}]\n";
-  std::ofstream(folder / "deployment.yaml")
-      << "name: pictures\nrig: rig.yaml\nscene: scene.yaml\nframe_rate_hz: 24\nviewer:\n"
-         "  path: [{t_s: 0, eye_m: [0, -0.8, 0], target_m: [0, 0, 0]}]\nnodes:\n"
-         "  - {name: capture, program: capture_node, loop: false,\n"
-         "     sources: {left: {video: f%d.ppm, background: f0.ppm}}}\n";
-  for (const char* name : {"f0.ppm", "f1.ppm", "f2.ppm"})
-    std::ofstream(folder / name) << "P6 48 36 255\n" << std::string(48 * 36 * 3, '<');
-  const std::string maps = "maps " + (folder / "deployment.yaml").string() + " --out " +
-                           (folder / "maps").string() + " --frame ";
-  const Answer last = fivepipe(maps + "2"), after = fivepipe(maps + "3");
-  EXPECT_EQ(last.exit_code, 0) << last.text;
+  const PicturesDeployment pictures;
+  EXPECT_EQ(pictures.maps("--frame 2").exit_code, 0);
+  const Answer after = pictures.maps("--frame 3");
   EXPECT_EQ(after.exit_code, 1) << after.text;
   EXPECT_NE(after.text.find("has an image of frame 3"), std::string::npos) << after.text;
-  fs::remove_all(folder);
+}
+
+TEST(Command, ErrorsOfMapsHaveTheirExitCode) {
+  const PicturesDeployment pictures;
+  const auto expect = [&](const std::string& arguments, int exit_code, const std::string& text) {
+    const Answer answer = pictures.maps(arguments);
+    EXPECT_EQ(answer.exit_code, exit_code) << arguments << '\n' << answer.text;
+    EXPECT_NE(answer.text.find(text), std::string::npos) << text << '\n' << answer.text;
+  };
+  expect("--frame -1", 2, "--frame");
+  expect("--set data", 2, "expected KEY=VALUE, got data");
+  EXPECT_EQ(
+      fivepipe("maps --set data=" + pictures.folder.string() + "/ " +
+               (pictures.folder / "deployment.yaml").string() + " --out " + pictures.out.string())
+          .exit_code,
+      0)
+      << "--set takes one word";
+  expect("--set data=a=b", 2, "a=bf%d.ppm: there is no such file");
+  pictures.write_deployment("render_node", "");
+  expect("", 1,
+         (pictures.folder / "deployment.yaml").string() + ": the deployment has no capture_node");
+  const std::string others =
+      ", above: {video: f%d.ppm, background: empty.ppm}, "
+      "right: {video: f%d.ppm, background: empty.ppm}";
+  pictures.write_deployment("capture_node", "left: {v4l2: /dev/no_camera}" + others);
+  expect("", 3, "fivepipe maps: left: /dev/no_camera: no such camera");
+  pictures.write_deployment("capture_node",
+                            "left: {video: f%d.ppm, background: empty.ppm}" + others);
+  std::filesystem::create_directories(pictures.out);
+  std::filesystem::remove(pictures.out / "cameras.txt");
+  std::filesystem::create_symlink("/dev/full", pictures.out / "cameras.txt");
+  expect("", 1, (pictures.out / "cameras.txt").string() + ": cannot be written");
 }
 
 TEST(Command, VersionIsOneLine) {

@@ -1,0 +1,406 @@
+// V4L2 cameras, with a scripted driver in place of OpenCV's.
+#include <cerrno>
+#include <chrono>
+#include <condition_variable>
+#include <deque>
+#include <filesystem>
+#include <fstream>
+#include <mutex>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/videoio.hpp>
+#include <optional>
+#include <thread>
+
+#include "capture_node/capture.h"
+#include "tests/support/capture_rig.h"
+#include "tests/support/test_folder.h"
+
+namespace fivepipe::capture {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr int kWidth_px = 64, kHeight_px = 48;
+// A character device that every machine has and may open.
+const std::string kDevice = "/dev/null";
+
+cv::Mat picture(int level, int width_px = kWidth_px, int height_px = kHeight_px) {
+  return {height_px, width_px, CV_8UC3, cv::Scalar::all(level)};
+}
+
+struct Reply {
+  cv::Mat image;  // empty: the read fails with `error`
+  int error = 0;
+};
+
+// What cv::VideoCapture does in this program.
+class Driver {
+ public:
+  void reset() {
+    const std::lock_guard lock(mutex_);
+    replies_.clear();
+    settings.clear();
+    opened.clear();
+    opens = true;
+    endless_level_.reset();
+    open_error = 0;
+    reads_ = 0;
+  }
+  void push(const Reply& reply) {
+    const std::lock_guard lock(mutex_);
+    replies_.push_back(reply);
+    changed_.notify_all();
+  }
+  // Delivers an image of this level every millisecond from now on.
+  void go_on(int level = 1) {
+    const std::lock_guard lock(mutex_);
+    endless_level_ = level;
+    changed_.notify_all();
+  }
+  void pause() {
+    const std::lock_guard lock(mutex_);
+    endless_level_.reset();
+  }
+  // Waits until no thread reads.
+  void wait_until_left() {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return !waiting_; });
+  }
+  // Waits until the reader has taken all replies and reads the next.
+  void wait_until_taken() {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return replies_.empty() && waiting_; });
+  }
+  int reads() {
+    const std::lock_guard lock(mutex_);
+    return reads_;
+  }
+  bool read(cv::OutputArray image) {
+    std::unique_lock lock(mutex_);
+    ++reads_;
+    waiting_ = true;
+    changed_.notify_all();
+    changed_.wait(lock, [&] { return !replies_.empty() || endless_level_; });
+    waiting_ = false;
+    changed_.notify_all();
+    if (replies_.empty()) {
+      const int level = *endless_level_;
+      lock.unlock();
+      std::this_thread::sleep_for(1ms);
+      picture(level).copyTo(image);
+      return true;
+    }
+    const Reply reply = replies_.front();
+    replies_.pop_front();
+    if (reply.error != 0) errno = reply.error;
+    if (reply.image.empty()) return false;
+    reply.image.copyTo(image);
+    return true;
+  }
+
+  std::vector<std::pair<int, double>> settings;  // arguments of set()
+  std::string opened;                            // argument of open()
+  int api = 0;
+  bool opens = true;
+  int open_error = 0;
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<Reply> replies_;
+  bool waiting_ = false;
+  std::optional<int> endless_level_;
+  int reads_ = 0;
+};
+Driver& driver() {
+  static Driver one;
+  return one;
+}
+
+}  // namespace
+}  // namespace fivepipe::capture
+
+// These definitions precede those of OpenCV's library.
+namespace cv {
+bool VideoCapture::open(const String& file, int api) {
+  fivepipe::capture::Driver& driver = fivepipe::capture::driver();
+  driver.opened = file;
+  driver.api = api;
+  if (driver.open_error != 0) errno = driver.open_error;
+  return driver.opens;
+}
+bool VideoCapture::set(int property, double value) {
+  fivepipe::capture::driver().settings.emplace_back(property, value);
+  return true;
+}
+bool VideoCapture::read(OutputArray image) { return fivepipe::capture::driver().read(image); }
+}  // namespace cv
+
+namespace fivepipe::capture {
+namespace {
+
+class V4l2 : public testing::Test {
+ protected:
+  V4l2() { driver().reset(); }
+  static config::RigCamera camera() {
+    return test::table_camera("cam", {0, -1, 1}, kWidth_px, kHeight_px);
+  }
+  std::unique_ptr<ImageSource> opened(int first_level = 10) {
+    driver().push({picture(first_level)});
+    return open_v4l2_source(camera(), {kDevice, "", 3});
+  }
+  // Closes the source while the camera delivers.
+  static void close(std::unique_ptr<ImageSource>& source) {
+    driver().go_on();
+    source.reset();
+  }
+  // Level of the next image; -1: missing.
+  static int shown(ImageSource& source) {
+    cv::Mat image;
+    const ReadStatus status = source.read(0, image);
+    EXPECT_NE(status, ReadStatus::end);
+    return status == ReadStatus::image ? int(image.at<cv::Vec3b>(0, 0)[0]) : -1;
+  }
+  static SourceProblem problem() {
+    try {
+      auto source = open_v4l2_source(camera(), {kDevice, "", 3});
+      close(source);
+    } catch (const HardwareMissing& missing) {
+      EXPECT_EQ(missing.problems().size(), 1u);
+      return missing.problems().at(0);
+    } catch (const SourceError& error) {
+      EXPECT_EQ(error.problems().size(), 1u);
+      EXPECT_EQ(error.problems().at(0).fault, SourceFault::wrong_size);
+      return error.problems().at(0);
+    }
+    ADD_FAILURE() << "no SourceError";
+    return {};
+  }
+};
+
+std::size_t open_files() {
+  const std::filesystem::directory_iterator files("/proc/self/fd");
+  return std::size_t(std::distance(begin(files), end(files)));
+}
+
+TEST_F(V4l2, RequestsTheSizeOfTheRigAndTheNewestImage) {
+  const std::size_t before = open_files();
+  auto source = opened();
+  EXPECT_EQ(open_files(), before);
+  EXPECT_EQ(driver().opened, kDevice);
+  EXPECT_EQ(driver().api, int(cv::CAP_V4L2));
+  EXPECT_EQ(driver().settings,
+            (std::vector<std::pair<int, double>>{{cv::CAP_PROP_FRAME_WIDTH, kWidth_px},
+                                                 {cv::CAP_PROP_FRAME_HEIGHT, kHeight_px},
+                                                 {cv::CAP_PROP_BUFFERSIZE, 1}}));
+  close(source);
+}
+
+TEST_F(V4l2, ReturnsTheNewestImageThatItHasNotReturnedBefore) {
+  auto source = opened(10);
+  for (const int level : {20, 30, 40}) driver().push({picture(level)});
+  driver().wait_until_taken();
+  EXPECT_EQ(shown(*source), 40);
+  EXPECT_EQ(source->last_error(), "");
+  std::thread later([] {
+    std::this_thread::sleep_for(20ms);
+    driver().push({picture(50)});
+  });
+  EXPECT_EQ(shown(*source), 50) << "waits for an image";
+  later.join();
+  close(source);
+}
+
+TEST_F(V4l2, AnImageOfAnotherSizeIsMissing) {
+  auto source = opened();
+  for (const auto& [width_px, height_px] :
+       {std::pair{kWidth_px + 1, kHeight_px}, {kWidth_px, kHeight_px - 1}}) {
+    driver().push({picture(20, width_px, height_px)});
+    EXPECT_EQ(shown(*source), -1);
+    EXPECT_EQ(source->last_error(), "/dev/null: the size of the images has changed");
+  }
+  driver().push({picture(30)});
+  EXPECT_EQ(shown(*source), 30);
+  close(source);
+}
+
+TEST_F(V4l2, ACameraThatStopsIsMissingFromThenOn) {
+  auto source = opened();
+  driver().push({picture(20), EBUSY});  // an earlier errno does not count
+  driver().wait_until_taken();
+  EXPECT_EQ(shown(*source), 20);
+  driver().push({{}, ENODEV});
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_EQ(shown(*source), -1);
+    EXPECT_EQ(source->last_error(), "/dev/null: stopped delivering: No such device");
+  }
+  source.reset();
+  EXPECT_EQ(driver().reads(), 3);
+}
+
+TEST_F(V4l2, ACameraThatPausesIsMissingAfterHalfASecond) {
+  auto source = opened();
+  const auto start = std::chrono::steady_clock::now();
+  EXPECT_EQ(shown(*source), -1);
+  EXPECT_GE(std::chrono::steady_clock::now() - start, 500ms);
+  EXPECT_EQ(source->last_error(), "/dev/null: no image within 0.5 s");
+  driver().push({picture(60)});
+  EXPECT_EQ(shown(*source), 60);
+  close(source);
+}
+
+TEST_F(V4l2, ClosingEndsTheReader) {
+  auto source = opened();
+  close(source);
+  const int reads = driver().reads();
+  std::this_thread::sleep_for(20ms);
+  EXPECT_EQ(driver().reads(), reads);
+}
+
+TEST_F(V4l2, ClosingWaitsAtMostASecondForABlockedDriver) {
+  auto source = opened();
+  driver().wait_until_taken();
+  source.reset();
+  driver().go_on();
+  driver().wait_until_left();
+}
+
+TEST_F(V4l2, ErrorExplainsWhyTheDeviceDoesNotOpen) {
+  driver().opens = false;
+  for (const auto& [error, text] : std::vector<std::pair<int, std::string>>{
+           {0, "the device does not respond as a camera"},
+           {ENOSPC,
+            "not enough USB bandwidth (ENOSPC): connect the cameras to separate USB controllers, "
+            "or request a smaller image (image_size_px in the rig)"},
+           {EBUSY, "another program uses the device"},
+           {EACCES, "no permission to open it: add the user to the group video"},
+           {EPERM, "no permission to open it: add the user to the group video"},
+           {EIO, "Input/output error"}}) {
+    driver().open_error = error;
+    errno = ENOENT;  // of an earlier call
+    const SourceProblem found = problem();
+    EXPECT_EQ(found.camera, "cam");
+    EXPECT_EQ(found.fault, SourceFault::hardware_failed);
+    EXPECT_EQ(found.what, "/dev/null: " + text);
+  }
+  EXPECT_EQ(driver().reads(), 0);
+}
+
+TEST_F(V4l2, ErrorExplainsWhyTheDeviceDeliversNoImages) {
+  for (const auto& [error, text] : std::vector<std::pair<int, std::string>>{
+           {0, "the device does not respond as a camera"}, {EIO, "Input/output error"}}) {
+    driver().reset();
+    driver().push({{}, error});
+    const SourceProblem found = problem();
+    EXPECT_EQ(found.fault, SourceFault::hardware_failed);
+    EXPECT_EQ(found.what, "/dev/null: delivers no images: " + text);
+    EXPECT_EQ(driver().reads(), 1);
+  }
+}
+
+TEST_F(V4l2, ErrorOfAWrongSizeNamesBothSizes) {
+  for (const auto& [width_px, height_px, text] :
+       {std::tuple{65, 48, "65x48"}, {64, 47, "64x47"}, {32, 24, "32x24"}}) {
+    driver().reset();
+    driver().push({picture(20, width_px, height_px)});
+    driver().go_on();
+    const SourceProblem found = problem();
+    EXPECT_EQ(found.fault, SourceFault::wrong_size);
+    EXPECT_EQ(found.what, "/dev/null: delivers images of " + std::string(text) +
+                              " px, image_size_px of the rig is 64x48");
+    const int reads = driver().reads();
+    std::this_thread::sleep_for(20ms);
+    EXPECT_EQ(driver().reads(), reads) << "the reader goes on";
+  }
+}
+
+TEST_F(V4l2, DevicesAreListedByTheirPermanentNamesFirst) {
+  const test::TestFolder folder;
+  EXPECT_EQ(connected_devices(folder.path / "none"), "no V4L2 device is connected");
+  for (const char* name : {"null", "audio", "v4l"}) std::ofstream(folder.path / name) << ' ';
+  EXPECT_EQ(connected_devices(folder.path), "no V4L2 device is connected");
+  std::filesystem::remove(folder.path / "v4l");
+  std::filesystem::create_directories(folder.path / "v4l" / "by-id");
+  for (const char* name : {"video1", "video10", "video0", "v4l/by-id/usb-b", "v4l/by-id/usb-a"})
+    std::ofstream(folder.path / name) << ' ';
+  const std::string dev = folder.path.string();
+  EXPECT_EQ(connected_devices(folder.path), "connected devices: " + dev + "/v4l/by-id/usb-a " +
+                                                dev + "/v4l/by-id/usb-b " + dev + "/video0 " + dev +
+                                                "/video1 " + dev + "/video10");
+}
+
+TEST_F(V4l2, ErrorOfAMissingDeviceListsTheConnectedOnes) {
+  for (const auto& [device, path] : {std::pair<std::string, std::string>{"97", "/dev/video97"},
+                                     {"/dev/no_camera", "/dev/no_camera"},
+                                     {"", ""},
+                                     {"1a", "1a"}}) {
+    try {
+      open_v4l2_source(camera(), {device, "", 30});
+      FAIL() << "no SourceError";
+    } catch (const HardwareMissing& missing) {
+      EXPECT_EQ(missing.problems().at(0).fault, SourceFault::hardware_missing);
+      EXPECT_EQ(missing.problems().at(0).what,
+                path + ": no such camera; " + connected_devices("/dev"));
+    }
+  }
+}
+
+// The reference image is that of the images after the first one, which opening reads.
+TEST_F(V4l2, CaptureLearnsTheEmptySceneFromTheFirstImages) {
+  config::Rig rig;
+  rig.cameras = {camera()};
+  config::Viewer viewer;
+  viewer.path = {{0, {0, -0.8, 0.8}, {0, 0, 0.2}}};
+  config::CaptureConfig config;
+  config.sources["cam"] = config::V4l2Source{kDevice, "", 3};
+  driver().go_on(50);
+  Capture capture(rig, viewer, config, 30);
+  driver().pause();
+  driver().wait_until_taken();
+  cv::Mat with_object = picture(50);
+  with_object(cv::Rect(8, 8, 20, 16)).setTo(cv::Scalar(10, 200, 10));
+  driver().push({with_object});
+  driver().wait_until_taken();
+  EXPECT_EQ(capture.capture(0, false).at(0).pixels.value().bounds(),
+            (hull::PixelRect{8, 8, 28, 24}));
+  driver().push({{}, EIO});
+  const auto last = capture.capture(1, false);
+  EXPECT_EQ(last.at(0).status, CaptureStatus::missing);
+  EXPECT_EQ(last.at(0).reason, "/dev/null: stopped delivering: Input/output error");
+}
+
+TEST_F(V4l2, CaptureTakesTheEmptySceneFromTheConfiguredPicture) {
+  const test::TestFolder folder;
+  cv::imwrite((folder.path / "empty.png").string(), picture(50));
+  config::Rig rig;
+  rig.cameras = {camera()};
+  config::Viewer viewer;
+  viewer.path = {{0, {0, -0.8, 0.8}, {0, 0, 0.2}}};
+  config::CaptureConfig config;
+  config.sources["cam"] = config::V4l2Source{kDevice, (folder.path / "empty.png").string(), 3};
+  driver().go_on(90);
+  Capture capture(rig, viewer, config, 30);
+  EXPECT_EQ(capture.capture(0, false).at(0).pixels.value().count(),
+            std::size_t(kWidth_px * kHeight_px));
+}
+
+TEST_F(V4l2, CaptureNeedsAnImageOfTheEmptyScene) {
+  config::Rig rig;
+  rig.cameras = {camera()};
+  config::CaptureConfig config;
+  config.sources["cam"] = config::V4l2Source{kDevice, "", 2};
+  driver().push({picture(10)});
+  driver().push({{}, EIO});
+  try {
+    Capture(rig, {}, config, 30);
+    FAIL() << "no SourceError";
+  } catch (const SourceError& error) {
+    EXPECT_EQ(error.problems().at(0).fault, SourceFault::no_frames);
+    EXPECT_STREQ(error.what(),
+                 "cam: no image of the empty scene; /dev/null: stopped delivering: "
+                 "Input/output error");
+  }
+}
+
+}  // namespace
+}  // namespace fivepipe::capture
