@@ -3,9 +3,13 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <fstream>
+#include <functional>
 #include <sstream>
 
 #include "launch/cli/commands.h"
@@ -288,6 +292,56 @@ TEST_F(KeysOfAReplay, TheEndOfTheInputStopsOnlyAPausedReplay) {
   EXPECT_EQ(paused.control(), ReplayControl::stop);
   EXPECT_EQ(running.control(), ReplayControl::resume);
   EXPECT_EQ(running.control(), ReplayControl::resume);
+}
+
+// Runs `check` in a child process whose stdin is a terminal, in its foreground or its background.
+// Returns whether it holds.
+bool in_terminal(bool foreground, const std::function<bool(int keyboard)>& check) {
+  const pid_t leader = fork();
+  if (leader == 0) {
+    setsid();
+    const int keyboard = posix_openpt(O_RDWR | O_NOCTTY);
+    if (grantpt(keyboard) != 0 || unlockpt(keyboard) != 0) _exit(2);
+    const int terminal = open(ptsname(keyboard), O_RDWR);  // becomes the controlling terminal
+    dup2(terminal, STDIN_FILENO);
+    const pid_t job = fork();
+    if (job == 0) {
+      if (!foreground) setpgid(0, 0);
+      _exit(check(keyboard) ? 0 : 1);
+    }
+    int status = 0;
+    waitpid(job, &status, 0);
+    _exit(WIFEXITED(status) ? WEXITSTATUS(status) : 3);
+  }
+  int status = 0;
+  return waitpid(leader, &status, 0) == leader && WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
+tcflag_t line_flags() {
+  termios now{};
+  tcgetattr(STDIN_FILENO, &now);
+  return now.c_lflag & tcflag_t(ICANON | ECHO);
+}
+
+TEST(KeysInATerminal, AreReadWithoutReturnAndWithoutEchoAndTheTerminalIsRestored) {
+  EXPECT_TRUE(in_terminal(true, [](int keyboard) {
+    if (line_flags() != (ICANON | ECHO)) return false;
+    {
+      ReplayKeys keys(false);
+      if (line_flags() != 0 || keys.control() != ReplayControl::resume) return false;
+      if (write(keyboard, "q", 1) != 1 || keys.control() != ReplayControl::stop) return false;
+    }
+    return line_flags() == (ICANON | ECHO);
+  }));
+}
+
+TEST(KeysInATerminal, ABackgroundJobReadsNoneAndLeavesTheTerminalAlone) {
+  EXPECT_TRUE(in_terminal(false, [](int) {
+    signal(SIGTTOU, SIG_IGN);
+    ReplayKeys running(false), paused(true);
+    return line_flags() == (ICANON | ECHO) && running.control() == ReplayControl::resume &&
+           paused.control() == ReplayControl::stop;
+  }));
 }
 
 }  // namespace
