@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
@@ -18,8 +20,7 @@ std::string megabytes(std::uint64_t bytes) {
 }
 
 std::string line(const std::string& label, const std::string& value) {
-  return label + std::string(std::max(label.size() + 1, kLabelWidth) - label.size(), ' ') +
-         base::printable(value) + "\n";
+  return fmt::format("{:<{}}{}\n", label, kLabelWidth, base::printable(value));
 }
 // Puts the label before the first value.
 std::string lines(const std::string& label, const std::vector<std::string>& values) {

@@ -12,16 +12,23 @@
 #include <utility>
 #include <vector>
 
+#include "common/base/machine.h"
+#include "common/base/version.h"
+#include "tests/support/test_folder.h"
+
+namespace fivepipe::launch {
 namespace {
+
+namespace fs = std::filesystem;
 
 struct Answer {
   int exit_code = -1;
   std::string text;  // stdout and stderr
 };
 
-Answer fivepipe(const std::string& arguments) {
+Answer answer_of(const std::string& line) {
   Answer answer;
-  FILE* pipe = popen((FIVEPIPE_BINARY_DIR "/fivepipe " + arguments + " 2>&1").c_str(), "r");
+  FILE* pipe = popen((line + " 2>&1").c_str(), "r");
   if (!pipe) return answer;
   char buffer[4096];
   while (const std::size_t got = fread(buffer, 1, sizeof buffer, pipe))
@@ -30,8 +37,9 @@ Answer fivepipe(const std::string& arguments) {
   if (WIFEXITED(status)) answer.exit_code = WEXITSTATUS(status);
   return answer;
 }
-
-}  // namespace
+Answer fivepipe(const std::string& arguments) {
+  return answer_of(FIVEPIPE_BINARY_DIR "/fivepipe " + arguments);
+}
 
 TEST(Command, UsageErrorsExitWithTwo) {
   for (const char* arguments :
@@ -63,8 +71,7 @@ TEST(Command, HelpOfEverySubcommandHasAnExample) {
 }
 
 TEST(Command, MapsOfOneFrameAreImagesAndCameras) {
-  const auto folder =
-      std::filesystem::temp_directory_path() / ("fivepipe_maps_" + std::to_string(getpid()));
+  const auto folder = fs::temp_directory_path() / ("fivepipe_maps_" + std::to_string(getpid()));
   const Answer answer =
       fivepipe("maps " FIVEPIPE_SOURCE_DIR "/launch/deployments/demo.yaml --frame 30 --out " +
                folder.string());
@@ -80,7 +87,7 @@ TEST(Command, MapsOfOneFrameAreImagesAndCameras) {
     ++count;
   }
   EXPECT_GE(count, 3);
-  std::filesystem::remove_all(folder);
+  fs::remove_all(folder);
   EXPECT_EQ(fivepipe("maps /no/such.yaml --out " + folder.string()).exit_code, 2);
   EXPECT_EQ(fivepipe("maps").exit_code, 2);
 }
@@ -89,7 +96,7 @@ TEST(Command, MapsOfOneFrameAreImagesAndCameras) {
 class PicturesDeployment {
  public:
   PicturesDeployment() {
-    std::filesystem::create_directories(folder);
+    fs::create_directories(folder);
     std::ofstream(folder / "rig.yaml")
         << "name: two\nvolume_m: {min: [-0.4, -0.4, -0.4], max: [0.4, 0.4, 0.4]}\ncameras:\n"
            "  - {name: left, image_size_px: [50, 40], horizontal_fov_deg: 90,\n"
@@ -112,7 +119,7 @@ class PicturesDeployment {
                      "above: {video: f%d.ppm, background: empty.ppm}, "
                      "right: {video: f%d.ppm, background: empty.ppm}");
   }
-  ~PicturesDeployment() { std::filesystem::remove_all(folder); }
+  ~PicturesDeployment() { fs::remove_all(folder); }
   void write_deployment(const std::string& program, const std::string& sources) const {
     std::ofstream(folder / "deployment.yaml")
         << "name: pictures\nrig: rig.yaml\nscene: scene.yaml\nframe_rate_hz: 24\nviewer:\n"
@@ -126,15 +133,14 @@ class PicturesDeployment {
     return fivepipe("maps " + (folder / "deployment.yaml").string() + " --out " + out.string() +
                     " " + arguments);
   }
-  static std::string text_of(const std::filesystem::path& file) {
+  static std::string text_of(const fs::path& file) {
     std::ostringstream text;
     text << std::ifstream(file, std::ios::binary).rdbuf();
     return text.str();
   }
 
-  const std::filesystem::path folder =
-      std::filesystem::temp_directory_path() / ("fivepipe_end_" + std::to_string(getpid()));
-  const std::filesystem::path out = folder / "new" / "maps";
+  const fs::path folder = fs::temp_directory_path() / ("fivepipe_end_" + std::to_string(getpid()));
+  const fs::path out = folder / "new" / "maps";
 };
 
 TEST(Command, MapsHaveTheObjectPixelsAndTheCamerasOfOneFrame) {
@@ -151,7 +157,7 @@ TEST(Command, MapsHaveTheObjectPixelsAndTheCamerasOfOneFrame) {
       pixels.replace(pixels.size() - std::size_t(7 * (40 - v)) + 2, 2, "\x0f\xfc");
     EXPECT_EQ(PicturesDeployment::text_of(pictures.out / "left.pbm"), pixels);
     EXPECT_EQ(PicturesDeployment::text_of(pictures.out / "right.pbm"), pixels);
-    EXPECT_FALSE(std::filesystem::exists(pictures.out / "above.pbm"));
+    EXPECT_FALSE(fs::exists(pictures.out / "above.pbm"));
     std::ifstream cameras(pictures.out / "cameras.txt");
     std::string line;
     std::getline(cameras, line);
@@ -211,9 +217,9 @@ TEST(Command, ErrorsOfMapsHaveTheirExitCode) {
   expect("", 3, "fivepipe maps: left: /dev/no_camera: no such camera");
   pictures.write_deployment("capture_node",
                             "left: {video: f%d.ppm, background: empty.ppm}" + others);
-  std::filesystem::create_directories(pictures.out);
-  std::filesystem::remove(pictures.out / "cameras.txt");
-  std::filesystem::create_symlink("/dev/full", pictures.out / "cameras.txt");
+  fs::create_directories(pictures.out);
+  fs::remove(pictures.out / "cameras.txt");
+  fs::create_symlink("/dev/full", pictures.out / "cameras.txt");
   expect("", 1, (pictures.out / "cameras.txt").string() + ": cannot be written");
 }
 
@@ -221,6 +227,7 @@ TEST(Command, VersionIsOneLine) {
   const Answer answer = fivepipe("--version");
   EXPECT_EQ(answer.exit_code, 0);
   EXPECT_EQ(answer.text.rfind("fivepipe 0.", 0), 0u) << answer.text;
+  EXPECT_TRUE(answer.text.ends_with(std::string(", ") + base::build_type() + ")\n")) << answer.text;
   EXPECT_EQ(answer.text.find('\n'), answer.text.size() - 1);
 }
 
@@ -239,4 +246,97 @@ TEST(Command, DoctorFindsThisMachineReady) {
     EXPECT_NE(answer.text.find(part), std::string::npos) << part << " is not in\n" << answer.text;
   const bool is_software = answer.text.find("GL: llvmpipe") != std::string::npos;
   EXPECT_EQ(answer.text.find("warn  GL:") != std::string::npos, is_software) << answer.text;
+  EXPECT_NE(answer.text.find("ok    loopback interface: up\n"), std::string::npos) << answer.text;
+  EXPECT_NE(answer.text.find("ok    DDS: participant in domain 198 with profile loopback\n"),
+            std::string::npos)
+      << answer.text;
+  std::istringstream lines(answer.text);
+  int findings = 0, warnings = 0, advice = 0;
+  std::string last;
+  for (std::string line; std::getline(lines, line); last = line) {
+    findings += line.starts_with("ok    ");
+    warnings += line.starts_with("warn  ");
+    advice += line.starts_with("      -> ");
+  }
+  EXPECT_GE(findings + warnings, 8) << answer.text;
+  EXPECT_EQ(advice, warnings) << answer.text;
+  EXPECT_TRUE(last.starts_with("fivepipe 0.")) << last;
+  EXPECT_TRUE(last.ends_with("): 0 failed, " + std::to_string(warnings) + " warnings")) << last;
+  EXPECT_NE(answer.text.find((base::core_count() < 5 ? "warn  cores: " : "ok    cores: ") +
+                             std::to_string(base::core_count()) + ", "),
+            std::string::npos)
+      << answer.text;
+  const double free_gb = double(fs::space(".").available) / 1e9;
+  if (free_gb > 1.1 || free_gb < 0.9) {
+    EXPECT_NE(answer.text.find(free_gb > 1 ? "ok    disk: " : "warn  disk: "), std::string::npos);
+  }
+  const std::size_t disk = answer.text.find(" disk: ") + 7;
+  EXPECT_NEAR(std::stod(answer.text.substr(disk)), free_gb, 2) << "other programs write, too";
 }
+
+// A folder with a copy of `fivepipe`, which finds its other programs there.
+class CommandWithPrograms : public testing::Test {
+ protected:
+  CommandWithPrograms() {
+    fs::copy_file(FIVEPIPE_BINARY_DIR "/fivepipe", folder_ / "fivepipe");
+    for (const char* program : {"fivepipe_bench_b", "fivepipe_bench_a", "fivepipe_measure"})
+      write(program);
+    fs::create_directory(folder_ / "fivepipe_bench_folder");
+  }
+  void write(const std::string& program, fs::perms permissions = fs::perms::owner_all) {
+    std::ofstream(folder_ / program) << "#!/bin/sh\necho " + program + " \"$@\"\nexit 7\n";
+    fs::permissions(folder_ / program, permissions);
+  }
+  Answer run(const std::string& arguments) {
+    return answer_of((folder_ / "fivepipe").string() + " " + arguments);
+  }
+  const test::TestFolder test_folder_;
+  const fs::path folder_ = test_folder_.path;
+};
+
+TEST_F(CommandWithPrograms, BenchStartsASuiteOrTheBenchmarkOfANode) {
+  for (const char* suite : {"a", "b --json x", "a --help", "b -h"}) {
+    const Answer answer = run("bench " + std::string(suite));
+    EXPECT_EQ(answer.exit_code, 7) << suite;
+    EXPECT_EQ(answer.text, std::string("fivepipe_bench_") + suite[0] + &suite[1] + "\n");
+  }
+  for (const char* measured :
+       {"compare x y", "pipeline", "any_node", "name --from f", "name --from=f", "a --from f",
+        "name --help", "name -h", "name --x --help"}) {
+    const Answer answer = run("bench " + std::string(measured));
+    EXPECT_EQ(answer.exit_code, 7) << measured << answer.text;
+    EXPECT_EQ(answer.text, std::string("fivepipe_measure ") + measured + "\n");
+  }
+}
+
+TEST_F(CommandWithPrograms, BenchListsTheSuitesIfItKnowsNoneOfThatName) {
+  const std::string list =
+      "  from a recording: NODE --from FILE.mcap, pipeline --from FILE.mcap\n"
+      "  results: compare BEFORE AFTER\n";
+  EXPECT_EQ(run("bench").text, "bench: name a benchmark\n  suites: a, b\n" + list);
+  const Answer unknown = run("bench c");
+  EXPECT_EQ(unknown.text, "bench: no benchmark 'c'\n  suites: a, b\n" + list);
+  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_EQ(run("bench folder").exit_code, 2);
+  for (const char* program : {"fivepipe_bench_a", "fivepipe_bench_b"})
+    fs::remove(folder_ / program);
+  EXPECT_EQ(run("bench a").text, "bench: no benchmark 'a'\n  suites: none is built in " +
+                                     folder_.string() + "\n" + list);
+}
+
+TEST_F(CommandWithPrograms, AProgramThatIsMissingOrCannotBeStartedIsNamed) {
+  const std::string maps = (folder_ / "fivepipe_maps").string();
+  const Answer missing = run("maps a.yaml");
+  EXPECT_EQ(missing.exit_code, 2);
+  EXPECT_EQ(missing.text, maps + " is not built; run launch/build\n");
+  write("fivepipe_maps", fs::perms::owner_read);
+  const Answer refused = run("maps a.yaml");
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_NE(refused.text.find(maps + ": Permission denied"), std::string::npos) << refused.text;
+  fs::remove(maps);
+  write("fivepipe_maps");
+  EXPECT_EQ(run("maps a.yaml --help").text, "fivepipe_maps a.yaml --help\n");
+}
+
+}  // namespace
+}  // namespace fivepipe::launch

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <random>
 #include <set>
@@ -46,6 +47,20 @@ TEST(TopicChoice, RejectsAmbiguousOrUnknownAndListsTopics) {
   EXPECT_NE(usage_error([&] { resolve_topic("(", topics); }).find("regular expression"),
             std::string::npos);
   EXPECT_NE(usage_error([&] { resolve_topic("x", {}); }), "");
+}
+
+TEST(TopicChoice, ErrorsListTheTopics) {
+  const std::vector<std::string> topics{"a/HullTile", "a/HullComponents", "a/HeadPose"};
+  EXPECT_EQ(usage_error([&] { resolve_topic("hull", topics); }),
+            "'hull' matches several topics:\n  a/HullTile, a/HullComponents");
+  EXPECT_EQ(usage_error([&] { resolve_topic("Foot", topics); }),
+            "no topic 'Foot'; the topics are:\n  a/HullTile, a/HullComponents, a/HeadPose");
+  EXPECT_EQ(usage_error([&] { resolve_topic("x", {}); }), "no topic 'x'; there are no topics");
+  EXPECT_TRUE(usage_error([&] {
+                resolve_topic("(", topics);
+              }).starts_with("'(' is neither a topic nor a regular expression ("));
+  EXPECT_EQ(base_name("a/b/c"), "c");
+  EXPECT_EQ(base_name("c"), "c");
 }
 
 TEST(TextTable, WrapsLongCells) {
@@ -172,6 +187,75 @@ TEST(MessageFormatter, PrintsTheKeyOfAKeyChange) {
             std::string::npos);
 }
 
+TEST(MessageFormatter, AbbreviatesSequencesOfMoreThanSixteenNumbers) {
+  const schema::Idl idl = schema::parse_idl("struct S { sequence<octet> a; };");
+  const auto shown_of = [&](std::uint32_t count, const TextOptions& options) {
+    Cdr cdr;
+    cdr.put(count);
+    for (std::uint32_t i = 0; i < count; ++i) cdr.put(std::uint8_t(1));
+    return MessageFormatter(idl, "S", options)(shown(cdr.bytes));
+  };
+  const std::string ones = "1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1";
+  EXPECT_EQ(shown_of(16, {.bare = true}), "---\na: [" + ones + "]\n");
+  EXPECT_EQ(shown_of(17, {.bare = true}), "---\na: {sequence<octet>: 17}\n");
+  EXPECT_EQ(shown_of(17, {.full = true, .bare = true}), "---\na: [" + ones + ", 1]\n");
+  EXPECT_EQ(shown_of(17, {.bare = true, .field = FieldPath("a")}), "---\nsequence<octet>: 17\n");
+  EXPECT_EQ(shown_of(17, {.bare = true, .field = FieldPath("a[16]")}), "--- 1\n");
+}
+
+TEST(MessageFormatter, TellsWhatItCannotKnow) {
+  setenv("TZ", "UTC", 1);
+  tzset();
+  const std::array<std::byte, 5> cut{std::byte{0}, std::byte{1}};
+  ShownMessage message = shown(cut);
+  message.writer = "";
+  const MessageFormatter yaml(made_up_idl(), "m::Thing", {}),
+      json(made_up_idl(), "m::Thing", {.json = true}),
+      bare(made_up_idl(), "m::Thing", {.json = true, .bare = true});
+  const std::string text = yaml(message);
+  EXPECT_TRUE(
+      text.starts_with("---  # 00:00:01.000000 (unknown writer), latency 2.50 ms\nnot_decoded: "))
+      << text;
+  EXPECT_TRUE(text.ends_with("\nbytes: 5\n")) << text;
+  EXPECT_TRUE(json(message).starts_with("{\"topic\":\"t/Thing\",\"writer\":\"\","))
+      << json(message);
+  EXPECT_TRUE(bare(message).starts_with("{\"error\":\"")) << bare(message);
+  message.key_change = recording::KeyChange::unregistered;
+  EXPECT_TRUE(yaml(message).starts_with(
+      "---  # 00:00:01.000000 (unknown writer)\nkey_change: unregistered\nkey: "))
+      << yaml(message);
+  EXPECT_EQ(bare(message), "");
+}
+
+TEST(MessageFormatter, DecodesCdr2KeysOfUpToFourBytesInBothByteOrders) {
+  const schema::Idl idl = schema::parse_idl(
+      "enum E { zero, one, two }; struct K { @key unsigned long a; long long b; @key E e; };");
+  for (const bool big_endian : {false, true}) {
+    std::vector<std::byte> key(12);
+    key[1] = std::byte(big_endian ? 6 : 7);
+    key[big_endian ? 7 : 4] = std::byte{5};
+    key[big_endian ? 11 : 8] = std::byte{2};
+    ShownMessage message = shown(key);
+    message.key_change = recording::KeyChange::disposed;
+    const std::string text = MessageFormatter(idl, "K", {})(message);
+    EXPECT_TRUE(text.ends_with("\nkey_change: disposed\nkey: {a: 5, e: two}\n")) << text;
+  }
+}
+
+TEST(MessageFormatter, NamesTheFieldThatDoesNotExist) {
+  const auto error = [](const char* path) {
+    return usage_error([&] { text_of_thing({.field = FieldPath(path)}); });
+  };
+  EXPECT_EQ(error("p.z"), "--field p.z: no field z; the fields are: x, y");
+  EXPECT_EQ(error("frame.x"), "--field frame.x: x needs a value with fields before it");
+  EXPECT_EQ(error("points.x"),
+            "--field points.x: x needs a value with fields before it; use [0], [1] .. for the "
+            "elements of a sequence");
+  EXPECT_EQ(error("frame[3]"), "--field frame[3]: [3] needs a sequence before it");
+  EXPECT_EQ(usage_error([] { FieldPath path("a b"); }),
+            "'a b' is not a field path; examples: frame, region.u0_px, objects[0].object");
+}
+
 TEST(MessageFormatter, DoesNotDecodeCdr2Keys) {
   const schema::Idl idl =
       schema::parse_idl("struct Wide { @key octet a; @key unsigned long long b; };");
@@ -295,10 +379,11 @@ TEST(TopicList, ShortensQosAndSkipsOwnEndpoints) {
           {{"reliability", "best_effort"}, {"history", "keep_all"}, {"durability", "volatile"}}),
       "best_effort, all");
   EXPECT_EQ(short_qos({}), "");
+  EXPECT_EQ(short_qos({{"durability", "persistent"}, {"history", "other"}}), "other, persistent");
   const std::vector<bus::EndpointDescription> endpoints{
       {"v/T", "T", true, false, "g1", "0123456789ab", "", {}},
       {"v/T", "T", true, false, "g2", "p2", "b", {}},
-      {"v/T", "T", false, false, "g3", "p3", "b", {}},
+      {"v/T", "T", false, false, "g3", "p3", "b", {{"history", "keep_all"}}},
       {"v/T", "T", false, true, "g4", "p4", "me", {}},
       {"v/U", "U", true, true, "g5", "p4", "me", {}},
       {"v/T", "T", true, false, "g6", "p6", "b", {}}};
@@ -306,6 +391,12 @@ TEST(TopicList, ShortensQosAndSkipsOwnEndpoints) {
   ASSERT_EQ(topics.size(), 1u);
   EXPECT_EQ(topics[0].writers, (std::map<std::string, int>{{"(01234567)", 1}, {"b", 2}}));
   EXPECT_EQ(topics[0].readers, (std::map<std::string, int>{{"b", 1}}));
+  EXPECT_EQ(topics[0].types, std::set<std::string>{"T"});
+  EXPECT_EQ(topics[0].qos, std::set<std::string>{""}) << "that of the writers";
+  EXPECT_EQ(
+      topics_of(std::vector<bus::EndpointDescription>{{"v/T", "T", true, false, "", "", "", {}}})[0]
+          .writers,
+      (std::map<std::string, int>{{"?", 1}}));
   EXPECT_NE(topics_text(topics, false).find("b x2"), std::string::npos);
   EXPECT_EQ(nodes_text(topics, false),
             "node        writes  reads\n(01234567)  T       -\nb           T x2    T\n");

@@ -1,6 +1,7 @@
 #include "tests/launch/recording_commands.h"
 
 #include <gtest/gtest.h>
+#include <signal.h>
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
@@ -8,7 +9,9 @@
 #include <thread>
 
 #include "common/pipeline/bus/bus.h"
+#include "tests/support/process.h"
 #include "tests/support/test_domain.h"
+#include "tests/support/test_folder.h"
 
 namespace fivepipe::launch {
 namespace {
@@ -85,6 +88,95 @@ TEST(RecordingCommandsLive, ReportEmptyDomain) {
   EXPECT_TRUE(holds(ls, "no participant")) << ls.text;
   EXPECT_EQ(fivepipe("hz HeadPose --once 0.3" + in_domain).exit_code, 3);
   EXPECT_EQ(fivepipe("echo NoSuchTopic" + in_domain).exit_code, 2);
+}
+
+TEST(RecordingCommandsLive, SimulationCommandsReachTheirNode) {
+  const std::uint32_t domain = test::own_domain();
+  const std::string in_domain = " --domain " + std::to_string(domain), longest(32, 'n');
+  const Answer alone = fivepipe("simulation pause" + in_domain);
+  EXPECT_EQ(alone.exit_code, 3);
+  EXPECT_EQ(alone.text, "no sim_node listens in domain " + std::to_string(domain) +
+                            "; `fivepipe top" + in_domain + "` lists the running nodes\n");
+  bus::Bus bus({domain});
+  auto commands = bus.reader<bus::topics::Command>();
+  const Answer too_long = fivepipe("simulation pause --node " + longest + "n" + in_domain);
+  EXPECT_EQ(too_long.exit_code, 2);
+  EXPECT_EQ(too_long.text, "--node: a node's name has at most 32 characters\n");
+  for (const auto& [what, target] : std::vector<std::pair<std::string, std::string>>{
+           {"pause", ""}, {"resume", "sim"}, {"reset", longest}}) {
+    const Answer sent =
+        fivepipe("simulation " + what + (target.empty() ? "" : " --node " + target) + in_domain);
+    EXPECT_EQ(sent.exit_code, 0) << sent.text;
+    EXPECT_EQ(sent.text, "");
+    int received = 0;
+    for (const auto& command : commands.take()) {
+      if (!command.valid()) continue;
+      ++received;
+      EXPECT_EQ(command->target, target);
+      EXPECT_EQ(command->kind, what == "pause"    ? fivepipe_v1_pause_simulation
+                               : what == "resume" ? fivepipe_v1_resume_simulation
+                                                  : fivepipe_v1_reset_simulation);
+    }
+    EXPECT_EQ(received, 1) << what;
+  }
+}
+
+TEST(RecordingCommandsLive, TopPrintsOneTableOfTheNodes) {
+  const std::uint32_t domain = test::own_domain();
+  bus::Bus bus({domain});
+  auto writer = bus.writer<bus::topics::NodeStatus>();
+  const std::jthread publishing([&](std::stop_token stop) {
+    fivepipe_v1_NodeStatus status{};
+    std::snprintf(status.node, sizeof status.node, "sim");
+    status.start_stamp_ns = start_ns;
+    status.frame = 7;
+    for (; !stop.stop_requested(); std::this_thread::sleep_for(50ms)) writer.write(status);
+  });
+  const Answer top = fivepipe("top --once --domain " + std::to_string(domain));
+  EXPECT_EQ(top.exit_code, 0) << top.text;
+  EXPECT_TRUE(top.text.starts_with("node            state            frame ")) << top.text;
+  EXPECT_TRUE(holds(top, "\nsim                                  7     0.0 ")) << top.text;
+  EXPECT_EQ(std::count(top.text.begin(), top.text.end(), '\n'), 3) << top.text;
+}
+
+// Runs `fivepipe` until it has printed `lines` lines, then interrupts it. Returns its exit code and
+// the lines.
+Answer interrupted(const std::vector<std::string>& words, std::ptrdiff_t lines) {
+  const test::TestFolder folder;
+  std::vector<std::string> all{FIVEPIPE_BINARY_DIR "/fivepipe"};
+  all.insert(all.end(), words.begin(), words.end());
+  test::Program program(all, folder.path / "said");
+  const auto printed = [&] {
+    const std::string said = program.said();
+    return std::count(said.begin(), said.end(), '\n') >= lines;
+  };
+  for (const auto until = std::chrono::steady_clock::now() + 60s;
+       !printed() && std::chrono::steady_clock::now() < until;)
+    std::this_thread::sleep_for(5ms);
+  program.signal(SIGINT);
+  const std::optional<int> exit_code = program.wait_for_end(60s);
+  return {exit_code.value_or(-1), program.said()};
+}
+
+TEST(RecordingCommandsLive, EchoTellsThatItWaitsForAWriter) {
+  const std::string domain = std::to_string(test::own_domain());
+  const Answer echo = interrupted({"echo", "HeadPose", "--count", "1", "--domain", domain}, 1);
+  EXPECT_EQ(echo.exit_code, 130) << "no message came";
+  EXPECT_EQ(echo.text, "waiting: no node writes " + kHeadTopic + " in domain " + domain +
+                           "; `fivepipe ls` lists the nodes, Ctrl-C quits\n");
+}
+
+TEST(RecordingCommandsLive, HzPrintsATableUntilItIsInterrupted) {
+  const std::string domain = std::to_string(test::own_domain());
+  const Answer hz = interrupted({"hz", "HeadPose", "--domain", domain}, 3);
+  EXPECT_EQ(hz.exit_code, 0);
+  EXPECT_TRUE(hz.text.starts_with(kHeadTopic + ", domain " + domain +
+                                  ", the last 5 s; frames since the start\n"
+                                  "no message; writers: 0\n\n"))
+      << hz.text;
+  const Answer once = fivepipe("hz HeadPose --once 0.2 --domain " + domain);
+  EXPECT_EQ(once.exit_code, 3);
+  EXPECT_EQ(once.text, kHeadTopic + ", domain " + domain + "\nno message; writers: 0\n");
 }
 
 }  // namespace

@@ -129,7 +129,8 @@ TEST(StatusRegistry, TheTotalsOfProcessesWithInventedNamesAreBounded) {
     registry.add(one, process);
   }
   std::uint64_t counted = 0;
-  for (const auto& process : registry.processes().at("sim")) {
+  const auto processes = registry.processes();
+  for (const auto& process : processes.at("sim")) {
     EXPECT_LE(process.counts.size(), launch::kMaxStatusEntries + 1);
     EXPECT_LE(process.drops.size(), launch::kMaxStatusEntries + 1);
     EXPECT_LE(process.empty_cameras.size(), launch::kMaxStatusEntries + 1);

@@ -283,3 +283,139 @@ TEST(Report, TableShowsKeyFigures) {
                            "camera left", "SIGKILL", "ball"})
     EXPECT_NE(table.find(part), std::string::npos) << part << " is not in\n" << table;
 }
+
+namespace {
+
+// Two seconds with a restarted node, a node on another host, refused messages, a recorder that
+// failed, and a second process that publishes as the node sim.
+launch::ReportInput two_seconds() {
+  launch::ReportInput input;
+  input.version = "0.1.0";
+  input.commit = "abc";
+  input.build_type = "Release";
+  input.cpu = "fast";
+  input.cores = 8;
+  input.deployment = "demo.yaml";
+  input.start_stamp_ns = 100 * s;
+  input.stop_stamp_ns = 102 * s;
+  input.first_composited_stamp_ns = 101 * s + s / 2;
+  input.ended_by = "duration";
+  input.drops = {{"bad_composited", 1}, {"late", 2}};
+  input.programs = {{"recon", "recon_node", {{1, 100 * s, "killed"}, {2, 101 * s, "exit code 0"}}},
+                    {"recon_b", "recon_node", {{3, 100 * s, "exit code 0"}}},
+                    {"remote", "capture_node", {}},
+                    {"render", "render_node", {{4, 100 * s, "exit code 0"}}},
+                    {"render_b", "render_node", {{5, 102 * s, ""}}},
+                    {"sim", "sim_node", {{6, 100 * s, "exit code 0"}}}};
+  auto dead = status("recon", 1, 100 * s), recon = status("recon", 2, 101 * s),
+       recon_b = status("recon_b", 3, 100 * s), render = status("render", 4, 100 * s),
+       render_b = status("render_b", 5, 102 * s), sim = status("sim", 6, 90 * s),
+       newer_sim = status("sim", 7, 100 * s), recorder = status("recorder_9", 9, 100 * s);
+  dead.cpu_s = 0.5;
+  dead.memory_mb = 90.4;
+  recon.cpu_s = 0.25;
+  recon.memory_mb = 80;
+  dead.counts = recon.counts = {{"frame_sets_complete", 20}, {"refused from x", 3}};
+  recon_b.counts = {{"frame_sets_complete", 39}};
+  dead.drops = recon.drops = {{"late", 5}, {"not_sent: a", 1}};
+  dead.topics["a"] = recon.topics["a"] = {1, 2, 3, 4, 5};
+  dead.latencies["reconstruct"] = {1, 2, 3, 4, 20};
+  recon.latencies["reconstruct"] = {5, 6, 7, 8, 20};
+  dead.empty_cameras["left"] = 1;
+  dead.diagnostics = {"old: text"};
+  recon.diagnostics = {"hull: empty"};
+  recon.final_report = true;
+  render.counts = {{"frames_composited", 2}};
+  render_b.counts = {{"frames_composited", 11}};
+  render_b.cpu_s = 1;
+  render.latencies["capture_to_composite"] = {10, 20, 30, 40, 1};
+  render_b.latencies["capture_to_composite"] = {1, 2, 30, 4, 11};
+  render_b.gl_renderer = "fast card";
+  sim.collisions["ball"] = {3, 30, 1};
+  newer_sim.collisions["ball"] = {1, 5, 0};
+  sim.latencies["capture_to_composite"] = {};
+  sim.latencies["capture_to_composite"].p99_ms = 99;
+  recorder.topics["a"] = {0, 0, 10, 8, 2};
+  for (const auto& one : {dead, recon, recon_b, render, render_b, sim, newer_sim, recorder})
+    input.statuses.add(one, 101 * s);
+  input.statuses.add(sim, 103 * s);
+  input.recorder = {"a.mcap", "recorder_9", 9, "exit code 1 (failed)", false, 1.25};
+  return input;
+}
+
+}  // namespace
+
+TEST(Report, HasEveryField) {
+  EXPECT_EQ(launch::report_from(two_seconds()), nlohmann::json::parse(R"JSON(
+    {"build_type": "Release",
+     "collisions": {"ball": {"first_contacts": 1, "frames": 4, "points": 35}}, "commit": "abc",
+     "deployment": "demo.yaml", "duplicate_nodes": ["sim"], "duration_s": 2.0,
+     "empty_cameras": ["left"], "ended_by": "duration", "frame_rate_hz": 2.0,
+     "frames": {"captured": 0, "complete": 39, "composited": 2,
+      "dropped": {"bad_composited": 1, "late": 12, "not_sent: a": 2}},
+     "latency_ms": {"count": 1, "max": 40.0, "p50": 10.0, "p95": 20.0, "p99": 30.0},
+     "machine": {"cores": 8, "cpu": "fast", "gl_renderer": "fast card"},
+     "nodes": {"recon": {"counts": {"frame_sets_complete": 40, "refused from x": 6},
+      "cpu_percent": 25.0,
+       "cpu_s": 0.75, "diagnostics": ["hull: empty"], "drops": {"late": 10, "not_sent: a": 2},
+       "end": "exit code 0",
+       "latencies_ms": {"reconstruct": {"count": 20, "max": 4.0, "p50": 1.0, "p95": 2.0,
+        "p99": 3.0}},
+       "memory_mb": 90.4, "pids": [1, 2], "program": "recon_node",
+       "restarts": [{"cause": "killed", "pid": 2}], "status": "final report",
+       "topics": {"a": {"lost": 10, "not_sent": 4, "received": 6, "recorded": 8, "sent": 2}}},
+      "recon_b": {"counts": {"frame_sets_complete": 39}, "cpu_percent": 0.0, "cpu_s": 0.0,
+       "diagnostics": [],
+       "drops": {}, "end": "exit code 0", "latencies_ms": {}, "memory_mb": 0.0, "pids": [3],
+       "program": "recon_node", "restarts": [], "status": "last status before it died",
+       "topics": {}},
+      "remote": {"end": "not started here", "pids": [], "program": "capture_node", "restarts": [],
+       "status": "none received"},
+      "render": {"counts": {"frames_composited": 2}, "cpu_percent": 0.0, "cpu_s": 0.0,
+       "diagnostics": [],
+       "drops": {}, "end": "exit code 0",
+       "latencies_ms": {"capture_to_composite": {"count": 1, "max": 40.0, "p50": 10.0,
+        "p95": 20.0, "p99": 30.0}},
+       "memory_mb": 0.0, "pids": [4], "program": "render_node", "restarts": [],
+       "status": "last status before it died", "topics": {}},
+      "render_b": {"counts": {"frames_composited": 11}, "cpu_percent": 0.0, "cpu_s": 1.0,
+       "diagnostics": [],
+       "drops": {}, "end": "",
+       "latencies_ms": {"capture_to_composite": {"count": 11, "max": 4.0, "p50": 1.0, "p95": 2.0,
+        "p99": 30.0}},
+       "memory_mb": 0.0, "pids": [5], "program": "render_node", "restarts": [],
+       "status": "last status before it died", "topics": {}},
+      "sim": {"counts": {}, "cpu_percent": 0.0, "cpu_s": 0.0, "diagnostics": [], "drops": {},
+       "end": "exit code 0",
+       "latencies_ms": {"capture_to_composite": {"count": 0, "max": 0.0, "p50": 0.0, "p95": 0.0,
+        "p99": 99.0}},
+       "memory_mb": 0.0, "pids": [6], "program": "sim_node", "restarts": [],
+       "status": "last status before it died", "topics": {}}},
+     "recorder": {"complete": false, "end": "exit code 1 (failed)", "ended_after_s": 1.25,
+      "file": "a.mcap",
+      "lost": 2, "pid": 9, "received": 10, "recorded": 8},
+     "refused_from": {"x": 6}, "version": "0.1.0"})JSON"));
+}
+
+TEST(Report, TableIsWordForWord) {
+  EXPECT_EQ(launch::table_of(launch::report_from(two_seconds())),
+            "2.0 s, 2.0 frames/s composited; frames: 0 captured, 39 complete, 2 composited\n"
+            "  dropped: 1 bad_composited\n"
+            "  dropped: 12 late\n"
+            "  dropped: 2 not_sent: a\n"
+            "  refused: 6 messages from x\n"
+            "latency, capture to composite: p50 10.0, p95 20.0, p99 30.0, max 40.0 ms\n"
+            "collided: ball, 4 frames, 35 points\n"
+            "hull empty: camera left saw no object pixel\n"
+            "the recording is incomplete: a.mcap; 8 of 10 received messages recorded; "
+            "end of the recorder after 1.2 s: exit code 1 (failed)\n"
+            "node      program       CPU %  memory MB  drops  restarts  note\n"
+            "recon     recon_node       25         90     12         1\n"
+            "recon_b   recon_node        0          0      0         0\n"
+            "remote    capture_node      -          -      -         -  no status received; not "
+            "started here\n"
+            "render    render_node       0          0      0         0\n"
+            "render_b  render_node       0          0      0         0\n"
+            "sim       sim_node          0          0      0         0\n"
+            "restarted: recon, killed\n");
+}

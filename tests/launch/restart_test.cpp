@@ -76,7 +76,44 @@ TEST(RestartPolicy, CleanExitIsNotRestarted) {
   EXPECT_TRUE(std::holds_alternative<launch::Ended>(launch::RestartPolicy().on_exit(clean, 0.1)));
 }
 
+TEST(RestartPolicy, AHealthyNodeWhoseConfigurationBreaksStopsTheDeploymentWithItsCode) {
+  launch::RestartPolicy policy;
+  policy.mark_healthy();
+  for (int i = 1; i < 5; ++i)
+    EXPECT_EQ(std::get<launch::Restart>(policy.on_exit(bad_configuration, 0.1)).number, i);
+  const auto after = std::get<launch::StopDeployment>(policy.on_exit(bad_configuration, 0.1));
+  EXPECT_EQ(after.exit_code, 2);
+  EXPECT_EQ(after.reason,
+            "cannot start: died 5 times in a row, last by exit code 2 (usage or configuration)");
+  EXPECT_EQ(
+      std::get<launch::StopDeployment>(launch::RestartPolicy().on_exit(no_hardware, 5)).reason,
+      "cannot start: exit code 3 (hardware or peer missing)");
+}
+
+TEST(RestartPolicy, ASignalWithTheNumberOfAnExitCodeStatesNoReason) {
+  for (const int number : {2, 3})
+    EXPECT_EQ(std::get<launch::Restart>(launch::RestartPolicy().on_exit({true, number}, 1)).number,
+              1);
+  launch::RestartPolicy policy;
+  policy.mark_healthy();
+  for (int i = 0; i < 4; ++i) policy.on_exit({true, 3}, 0.1);
+  EXPECT_EQ(std::get<launch::StopDeployment>(policy.on_exit({true, 3}, 0.1)).exit_code, 1);
+}
+
+// Waiting for hardware is no quick death, and does not end a row of such deaths either.
+TEST(RestartPolicy, MissingHardwareCountsAsNoFailedStart) {
+  launch::RestartPolicy policy;
+  policy.mark_healthy();
+  for (int i = 0; i < 4; ++i) policy.on_exit(failed, 0.1);
+  EXPECT_EQ(delay_s(policy.on_exit(no_hardware, 0.1)), 4) << "no fifth failed start";
+}
+
 TEST(ProcessExit, HasReadableText) {
+  EXPECT_EQ(launch::to_string(launch::ProcessExit{}), "exit code 0 (exited cleanly)");
+  EXPECT_EQ(launch::to_string(failed), "exit code 1 (failed)");
+  EXPECT_EQ(launch::to_string(bad_configuration), "exit code 2 (usage or configuration)");
+  EXPECT_EQ(launch::to_string(launch::ProcessExit{false, 130}), "exit code 130 (interrupted)");
+  EXPECT_EQ(launch::to_string(launch::ProcessExit{true, 63}), "killed by signal 63");
   EXPECT_EQ(launch::to_string(sigkill), "killed by signal 9 (SIGKILL)");
   EXPECT_EQ(launch::to_string(launch::ProcessExit{true, 11}), "killed by signal 11 (SIGSEGV)");
   EXPECT_EQ(launch::to_string(no_hardware), "exit code 3 (hardware or peer missing)");

@@ -281,6 +281,197 @@ TEST_F(SupervisorTest, ChildrenExitWhenSupervisorIsKilled) {
   EXPECT_TRUE(WIFSIGNALED(status));
 }
 
+TEST_F(SupervisorTest, AFailureHasTheLastFifteenLines) {
+  launch::Supervisor supervisor(
+      {node("sim", "i=0; while [ $i -lt 20 ]; do echo $i; i=$((i+1)); done; exit 2")}, {},
+      output());
+  ASSERT_TRUE(step_until(supervisor, [&] { return supervisor.all_exited(); }));
+  ASSERT_TRUE(supervisor.failure());
+  EXPECT_EQ(supervisor.failure()->last_lines.size(), 15u);
+  EXPECT_EQ(supervisor.failure()->last_lines.front(), "5");
+  EXPECT_EQ(supervisor.failure()->last_lines.back(), "19");
+  EXPECT_TRUE(
+      said("sim cannot start: exit code 2 (usage or configuration); stopping the "
+           "deployment"));
+  EXPECT_EQ(supervisor.history()[0].program, "sh");
+  EXPECT_EQ(supervisor.history()[0].processes[0].end, "exit code 2 (usage or configuration)");
+}
+
+TEST_F(SupervisorTest, TheFirstFailureIsTheReason) {
+  const std::string until_both_run =
+      "while [ ! -e " + (folder / "go").string() + " ]; do sleep 0.01; done; exit ";
+  launch::Supervisor supervisor({node("a", until_both_run + "2"), node("b", until_both_run + "3")},
+                                {}, output());
+  std::ofstream(folder / "go") << '\n';
+  // Both have ended before the supervisor looks.
+  for (const launch::ProgramHistory& program : supervisor.history()) {
+    siginfo_t ended{};
+    ASSERT_EQ(waitid(P_PID, id_t(program.processes[0].pid), &ended, WEXITED | WNOWAIT), 0);
+  }
+  ASSERT_TRUE(step_until(supervisor, [&] { return supervisor.all_exited(); }));
+  EXPECT_EQ(supervisor.failure()->node, "a");
+  EXPECT_EQ(supervisor.failure()->exit_code, 2);
+  EXPECT_EQ(supervisor.crashed_while_stopping(), std::vector<std::string>{"b"});
+  EXPECT_TRUE(said("b died while stopping: exit code 3 (hardware or peer missing)"));
+}
+
+TEST_F(SupervisorTest, OnlyAStatusOfTheNodeItselfMarksItAsHealthy) {
+  launch::Supervisor supervisor({node("capture", "exit 3"), node("sim", kRunsForever)}, {},
+                                output());
+  supervisor.mark_healthy("sim", supervisor.history()[1].processes[0].start_stamp_ns + 1000);
+  ASSERT_TRUE(step_until(supervisor, [&] { return supervisor.failure().has_value(); }));
+  EXPECT_EQ(supervisor.failure()->exit_code, 3);
+  launch::Supervisor healthy({node("capture", "exit 3")}, {}, output());
+  healthy.mark_healthy("capture", healthy.history()[0].processes[0].start_stamp_ns);
+  ASSERT_TRUE(step_until(healthy, [&] { return said("capture died: exit code 3"); }));
+  EXPECT_FALSE(healthy.failure());
+}
+
+TEST_F(SupervisorTest, AfterStopExitCodes0And130AreExpected) {
+  const auto exits = [&](const std::string& name, const std::string& code) {
+    return node(name, "trap 'exit " + code + "' TERM; echo up; while :; do sleep 0.02; done");
+  };
+  launch::Supervisor supervisor({exits("a", "0"), exits("b", "130"), exits("c", "1")}, {},
+                                output());
+  ASSERT_TRUE(step_until(supervisor, [&] { return lines.size() == 3; }));
+  supervisor.stop(20s);
+  ASSERT_TRUE(step_until(supervisor, [&] { return supervisor.all_exited(); }));
+  EXPECT_EQ(supervisor.crashed_while_stopping(), std::vector<std::string>{"c"});
+  EXPECT_EQ(events, std::vector<std::string>{"c died while stopping: exit code 1 (failed)"});
+  EXPECT_TRUE(supervisor.killed().empty());
+  EXPECT_FALSE(supervisor.exited_cleanly("a")) << "not before stop()";
+}
+
+TEST_F(SupervisorTest, ALaterStopCanOnlyShortenTheGrace) {
+  for (const bool shortens : {true, false}) {
+    lines.clear();
+    launch::Supervisor supervisor({node("render", kIgnoresSigterm)}, {}, output());
+    ASSERT_TRUE(step_until(supervisor, [&] { return printed("render: up"); }));
+    supervisor.stop(shortens ? 1000s : 0s);
+    supervisor.stop(shortens ? 0s : 1000s);
+    ASSERT_TRUE(step_until(supervisor, [&] { return supervisor.all_exited(); }));
+    EXPECT_EQ(supervisor.killed(), std::vector<std::string>{"render"});
+    EXPECT_TRUE(supervisor.crashed_while_stopping().empty()) << "the supervisor killed it";
+  }
+}
+
+TEST_F(SupervisorTest, ALogThatCannotBeWrittenIsReported) {
+  launch::Program program = node("capture", "echo line");
+  fs::create_directories(program.log);
+  launch::Supervisor supervisor({program}, {}, output());
+  EXPECT_EQ(events, std::vector<std::string>{"capture: cannot write " + program.log.string()});
+  ASSERT_TRUE(step_until(supervisor, [&] { return supervisor.all_exited(); }));
+  EXPECT_TRUE(printed("capture: line"));
+  EXPECT_TRUE(said("capture exited cleanly"));
+  EXPECT_FALSE(said("incomplete"));
+}
+
+TEST_F(SupervisorTest, AFullDiskUnderTheLogIsReportedOnce) {
+  launch::Program program =
+      node("capture", "while [ ! -e " + (folder / "end").string() + " ]; do echo line; done");
+  program.log = "/dev/full";
+  auto supervisor = std::make_unique<launch::Supervisor>(std::vector{program},
+                                                         launch::RestartSettings{}, output());
+  ASSERT_TRUE(step_until(*supervisor, [&] { return said("its log is incomplete"); }));
+  const std::size_t before = lines.size();
+  ASSERT_TRUE(step_until(*supervisor, [&] { return lines.size() > before + 10; }));
+  std::ofstream(folder / "end") << '\n';
+  ASSERT_TRUE(step_until(*supervisor, [&] { return supervisor->all_exited(); }));
+  supervisor.reset();
+  EXPECT_EQ(std::count(events.begin(), events.end(),
+                       "capture: its log is incomplete: the disk is full or too slow"),
+            1);
+}
+
+TEST_F(SupervisorTest, OutputIsForwardedWhenItsEndIsClosed) {
+  launch::Supervisor supervisor({node("sim", "printf unfinished; exec sleep 1000 >&- 2>&-")}, {},
+                                output());
+  ASSERT_TRUE(step_until(supervisor, [&] { return printed("sim: unfinished"); }));
+  EXPECT_TRUE(exists(supervisor.history()[0].processes[0].pid));
+  supervisor.stop(20s);
+  EXPECT_TRUE(step_until(supervisor, [&] { return supervisor.all_exited(); }));
+}
+
+TEST_F(SupervisorTest, AnUnavailableCoreIsReportedAndTheOthersAreUsed) {
+  cpu_set_t allowed;
+  CPU_ZERO(&allowed);
+  sched_getaffinity(0, sizeof allowed, &allowed);
+  int first = 0;
+  while (!CPU_ISSET(first, &allowed)) ++first;
+  launch::Program pinned = node("recon_a", "grep Cpus_allowed_list /proc/self/status");
+  pinned.cores = {first, -1, CPU_SETSIZE};
+  launch::Supervisor supervisor({pinned}, {}, output());
+  const auto missing = [](int core) {
+    return "recon_a: core " + std::to_string(core) +
+           " is not available on this machine; the node is not pinned to it";
+  };
+  EXPECT_EQ(events, (std::vector<std::string>{missing(-1), missing(CPU_SETSIZE)}));
+  ASSERT_TRUE(step_until(supervisor, [&] { return supervisor.all_exited(); }));
+  EXPECT_EQ(lines,
+            std::vector<std::string>{"recon_a: Cpus_allowed_list:\t" + std::to_string(first)});
+}
+
+// Nodes inherit neither the input, nor the open files, nor the signal settings of `fivepipe up`.
+TEST_F(SupervisorTest, AChildStartsWithTheDefaultsOfAProcess) {
+  int to_stdin[2];
+  ASSERT_EQ(pipe(to_stdin), 0);
+  ASSERT_EQ(write(to_stdin[1], "typed\n", 6), 6);
+  close(to_stdin[1]);
+  const int own_stdin = dup(STDIN_FILENO);
+  dup2(to_stdin[0], STDIN_FILENO);
+  std::ofstream(folder / "inherited") << "text";
+  std::vector<int> inherited;  // the lowest free numbers, without O_CLOEXEC
+  for (int i = 0; i < 3; ++i) inherited.push_back(open((folder / "inherited").c_str(), O_RDONLY));
+  sigset_t all, before;
+  sigfillset(&all);
+  sigprocmask(SIG_SETMASK, &all, &before);
+  std::vector<sighandler_t> handlers;
+  for (const int number : {SIGINT, SIGTERM, SIGPIPE}) handlers.push_back(signal(number, SIG_IGN));
+  {
+    launch::ChildProcess child({"/bin/sh", "-c",
+                                "cat; echo to stderr >&2; ls -l /proc/self/fd | grep -c inherited; "
+                                "grep -E 'SigBlk|SigIgn' /proc/self/status"},
+                               {});
+    std::vector<std::string> printed;
+    const auto until = Clock::now() + kTimeout;
+    for (bool ended = false; !ended && Clock::now() < until;) {
+      ended = child.wait_for_end(1ms);
+      for (const std::string& line : child.read_lines(ended)) printed.push_back(line);
+    }
+    EXPECT_EQ(printed, (std::vector<std::string>{"to stderr", "0", "SigBlk:\t0000000000000000",
+                                                 "SigIgn:\t0000000000000000"}));
+    EXPECT_EQ(child.output_fd(), -1);
+  }
+  std::size_t i = 0;
+  for (const int number : {SIGINT, SIGTERM, SIGPIPE}) signal(number, handlers[i++]);
+  sigprocmask(SIG_SETMASK, &before, nullptr);
+  for (const int file : inherited) close(file);
+  dup2(own_stdin, STDIN_FILENO);
+  for (const int file : {own_stdin, to_stdin[0]}) close(file);
+}
+
+// The supervisor would otherwise need memory for any length.
+TEST_F(SupervisorTest, ALineOfMoreThan64KiBIsSplit) {
+  launch::ChildProcess child({"/bin/sh", "-c", "printf '%0300000d\\nlast\\n' 0"}, {});
+  std::vector<std::string> pieces;
+  const auto until = Clock::now() + kTimeout;
+  while (child.output_fd() >= 0 && Clock::now() < until)
+    for (const std::string& line : child.read_lines()) pieces.push_back(line);
+  ASSERT_GE(pieces.size(), 4u);
+  EXPECT_EQ(pieces.back(), "last");
+  pieces.pop_back();
+  std::size_t bytes = 0;
+  constexpr std::size_t kLimit = 64 * 1024, kReadBytes = 16 * 1024;
+  for (const std::string& piece : pieces) {
+    bytes += piece.size();
+    EXPECT_LE(piece.size(), kLimit + kReadBytes);
+    if (&piece != &pieces.back()) {
+      EXPECT_GT(piece.size(), kLimit);
+    }
+  }
+  EXPECT_EQ(bytes, 300'000u);
+}
+
 TEST(NodeClaims, ErrorNamesHolderOfTakenName) {
   const std::uint32_t domain = 100000 + std::uint32_t(getpid());  // unused by other tests
   launch::NodeClaims first(domain, {"capture", "sim"});
@@ -292,6 +483,10 @@ TEST(NodeClaims, ErrorNamesHolderOfTakenName) {
     EXPECT_NE(what.find("'sim'"), std::string::npos) << what;
     EXPECT_NE(what.find("process " + std::to_string(getpid())), std::string::npos) << what;
     EXPECT_EQ(what.find("'render'"), std::string::npos) << what;
+    EXPECT_NE(what.find("in domain " + std::to_string(domain) + ", started by process "),
+              std::string::npos)
+        << what;
+    EXPECT_TRUE(what.ends_with("\nStop that deployment or choose another --domain.")) << what;
   }
   launch::NodeClaims free_name(domain, {"render"});  // the refused claim does not hold it
   launch::NodeClaims other_domain(domain + 1'000'000'000, {"sim"});

@@ -22,6 +22,36 @@ TEST_F(Up, PassesArgumentsToNodes) {
     EXPECT_NE(args.find(part), std::string::npos) << part << " is not in " << args;
 }
 
+// llvmpipe would start a thread per core in each process.
+TEST_F(Up, NodesDrawWithOneThreadUnlessTheEnvironmentStatesAnotherNumber) {
+  write_nodes("echo threads $LP_NUM_THREADS\nexec sleep 1000\n");
+  const char* const set = getenv("LP_NUM_THREADS");
+  const std::string before = set ? set : "";
+  for (const auto& [given, expected] : {std::pair{"", "1"}, {"3", "3"}}) {
+    *given ? setenv("LP_NUM_THREADS", given, 1) : unsetenv("LP_NUM_THREADS");
+    fs::remove_all(folder_ / "out");
+    Program& up = start_up();
+    ASSERT_TRUE(all_nodes_run()) << up.said();
+    EXPECT_EQ(log_of("rendering"), std::string("threads ") + expected + "\n");
+    up.signal(SIGINT);
+    EXPECT_EQ(up.wait_for_end(kTimeout), 130) << up.said();
+  }
+  set ? setenv("LP_NUM_THREADS", before.c_str(), 1) : unsetenv("LP_NUM_THREADS");
+}
+
+TEST_F(Up, OnlyResultsOfAnEarlierRunAreDeleted) {
+  fs::create_directories(folder_ / "out");
+  for (const char* file : {"report.json", "composite.mp4", "composite_0001.png", "report.txt"})
+    std::ofstream(folder_ / "out" / file) << "earlier";
+  const Program& up = start_up();
+  ASSERT_TRUE(all_nodes_run()) << up.said();
+  for (const char* file : {"report.json", "composite.mp4", "composite_0001.png"})
+    EXPECT_FALSE(fs::exists(folder_ / "out" / file)) << file;
+  EXPECT_EQ(text_of(folder_ / "out" / "report.txt"), "earlier");
+  EXPECT_TRUE(says(up, "[capture]    pid ")) << up.said();
+  EXPECT_TRUE(says(up, "[simulation] pid ")) << "the widest name: " << up.said();
+}
+
 TEST_F(Up, SigintStopsAllWithinTwoSecondsAndWritesReport) {
   // One node ignores the signals.
   write_program("sim_node", "trap '' TERM INT\necho pid $$\nexec sleep 1000\n");
