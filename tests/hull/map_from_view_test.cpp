@@ -34,8 +34,8 @@ TEST(MapFromView, ProjectsThePointAtEachDepth) {
       const Vector2d uv(uniform(random, -0.5, 63.5), uniform(random, -0.5, 47.5));
       const double t = uniform(random, 0.1, 3);
       const geometry::Ray ray = geometry::ray_through(view, uv);
-      const Vector3d p_map = map_camera.camera_from_world *
-                             Vector3d(ray.origin_world_m + t * ray.direction_world);
+      const Vector3d p_map =
+          map_camera.camera_from_world * Vector3d(ray.origin_world_m + t * ray.direction_world);
       const Vector3d at = map.at_eye + t * (map.at_infinity * Vector3d(uv.x(), uv.y(), 1));
       EXPECT_NEAR(at.z(), p_map.z(), 1e-12);
       const geometry::Pinhole& k_map = map_camera.pinhole;  // half a pixel is added
@@ -155,16 +155,16 @@ TEST(ImageCone, DistancesToThePyramidsBorderAreTheClosedForm) {
   const geometry::Camera camera{{200, 200, 100, 100, 99.5, 99.5}, Eigen::Isometry3d::Identity()};
   const ImageCone cone(camera);
   const Pyramid pyramid = cone.pyramid({70, 80, 140, 110});
-  const auto distance = [](double slope, double across, double z) {  // to the plane across = slope z
+  const auto distance = [](double slope, double across,
+                           double z) {  // to the plane across = slope z
     return (slope * z - across) / std::hypot(1, slope);
   };
   Random random(4);
   int in = 0;
   for (int i = 0; i < 300; ++i) {
     const Vector3d p(uniform(random, -1, 1), uniform(random, -0.5, 0.5), uniform(random, -1, 3));
-    const double nearest =
-        std::min({-distance(-0.3, p.x(), p.z()), distance(0.4, p.x(), p.z()),
-                  -distance(-0.2, p.y(), p.z()), distance(0.1, p.y(), p.z())});
+    const double nearest = std::min({-distance(-0.3, p.x(), p.z()), distance(0.4, p.x(), p.z()),
+                                     -distance(-0.2, p.y(), p.z()), distance(0.1, p.y(), p.z())});
     const ProjectedPoint at = cone.see(p);
     EXPECT_NEAR(cone.inside_m(at, pyramid), nearest, 1e-12);
     EXPECT_NEAR(cone.outside_m(at, pyramid), -std::min(nearest, p.z()), 1e-12);

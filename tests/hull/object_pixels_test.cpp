@@ -75,8 +75,9 @@ TEST(ObjectPixels, RunsAreTheLongestInTheRegion) {
         if (u == 63 || !pixels.contains(u - 1, v)) expected.push_back({v, u, u});
         expected.back()[2] = u + 1;
       }
-    pixels.for_each_run(region,
-                        [&](int v, int begin, int end) { found.push_back({v, begin, end}); });
+    pixels.for_each_run(region, [&](int v, int begin, int end) {
+      found.push_back({v, begin, end});
+    });
     EXPECT_EQ(found, expected);
   }
 }
@@ -102,10 +103,11 @@ TEST(ObjectPixels, BoundsHoldEveryObjectPixelTightly) {
       for (int n = 1 + i % 3; n > 0; --n) {
         const int u = int(random() % unsigned(width)), v = int(random() % 9);
         pixels.set(u, v);
-        expected = expected.empty()
-                       ? PixelRect{u, v, u + 1, v + 1}
-                       : PixelRect{std::min(expected.u0_px, u), std::min(expected.v0_px, v),
-                                   std::max(expected.u1_px, u + 1), std::max(expected.v1_px, v + 1)};
+        expected =
+            expected.empty()
+                ? PixelRect{u, v, u + 1, v + 1}
+                : PixelRect{std::min(expected.u0_px, u), std::min(expected.v0_px, v),
+                            std::max(expected.u1_px, u + 1), std::max(expected.v1_px, v + 1)};
       }
       ASSERT_EQ(pixels.bounds(), expected) << width;
     }
@@ -152,7 +154,8 @@ TEST(PixelRect, SizesAreThoseOfAHalfOpenRectangle) {
   EXPECT_EQ(rect.area_px(), 10u);
   EXPECT_FALSE(rect.empty());
   EXPECT_FALSE((PixelRect{0, 0, 1, 1}).empty());
-  for (const PixelRect& none : {PixelRect{}, {2, 3, 2, 5}, {2, 3, 7, 3}, {4, 3, 3, 5}, {2, 4, 3, 2}}) {
+  for (const PixelRect& none :
+       {PixelRect{}, {2, 3, 2, 5}, {2, 3, 7, 3}, {4, 3, 3, 5}, {2, 4, 3, 2}}) {
     EXPECT_TRUE(none.empty());
     EXPECT_EQ(none.area_px(), 0u);
   }
