@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "common/gl/gl_error.h"
+#include "common/hull/gl/gl_hull_shaders.h"
 #include "tests/support/checked_gl_context.h"
 #include "tests/support/hull/backends.h"
 
@@ -93,29 +94,59 @@ UsualScene usual_scene(std::uint64_t seed) {
           {random_camera(random, 160, 121, 0.8), 0.05, 5.0}};
 }
 
-// Tighter or wider margins change these counts: the rays that float leaves to double, and the tiles
-// that the first pass does not find empty.
-TEST_F(GlHullTest, FloatDecidesNearlyAllRaysAndOnlyTilesNearTheHullAreTraced) {
-  std::size_t in_double = 0, traced = 0, tiles = 0, tiles_with_hits = 0;
+// The contents of the storage buffer bound at `binding`.
+template <class T>
+std::vector<T> bound_buffer(GLuint binding) {
+  GLint buffer = 0;
+  glGetIntegeri_v(GL_SHADER_STORAGE_BUFFER_BINDING, binding, &buffer);
+  GLint64 bytes = 0;
+  glGetNamedBufferParameteri64v(GLuint(buffer), GL_BUFFER_SIZE, &bytes);
+  std::vector<T> contents(std::size_t(bytes) / sizeof(T));
+  glGetNamedBufferSubData(GLuint(buffer), 0, GLsizeiptr(contents.size() * sizeof(T)),
+                          contents.data());
+  return contents;
+}
+
+// Tighter or wider margins change these numbers: the rays that float leaves to double, the tiles
+// that the first pass does not find empty, and how closely the ranges of tiles enclose the hull.
+TEST_F(GlHullTest, FloatDecidesNearlyAllRaysOfTilesAroundTheHull) {
+  std::size_t in_double = 0, traced = 0, tiles = 0, hits = 0, tiles_with_hits = 0;
+  double before_m = 0, after_m = 0;
   for (int seed = 1; seed <= 8; ++seed) {
     const UsualScene scene = usual_scene(std::uint64_t(seed));
     hull().set_silhouettes(scene.silhouettes);
-    const DepthTile tile = depth_of(hull(), whole_image(scene.view.camera), scene.view);
-    std::vector<bool> has_hit(20 * 16, false);
-    for (int i = 0; i < 160 * 121; ++i) {
-      const bool hit = tile.depth_m[std::size_t(i)] != kNoHull;
-      if (hit) has_hit[std::size_t(i / 160 / 8 * 20 + i % 160 / 8)] = true;
+    const DepthTile depth = depth_of(hull(), whole_image(scene.view.camera), scene.view);
+    const auto ranges = bound_buffer<gl_hull::Tile>(2);
+    const GlHull::Counts counts = hull().counts();
+    ASSERT_LE(counts.traced_tiles, ranges.size());
+    std::size_t hits_in_tiles = 0;
+    for (std::size_t i = 0; i < counts.traced_tiles; ++i) {
+      const gl_hull::Tile& tile = ranges[i];
+      const int u = int(tile.corner & 0xffff), v = int(tile.corner >> 16);
+      const std::size_t hits_before = hits_in_tiles;
+      for (int k = 0; k < 64; ++k) {
+        if (v + k / 8 >= 121) continue;
+        const double hit = depth.depth_m[std::size_t((v + k / 8) * 160 + u + k % 8)];
+        if (hit == kNoHull) continue;
+        ++hits_in_tiles;
+        ASSERT_GE(hit, tile.begin_m * (1 - 1e-6));
+        ASSERT_LE(hit, (tile.begin_m + double(tile.length_m)) * (1 + 1e-6));
+        before_m += hit - tile.begin_m, after_m += tile.begin_m + double(tile.length_m) - hit;
+      }
+      tiles_with_hits += hits_in_tiles > hits_before;
     }
-    tiles_with_hits += std::size_t(std::count(has_hit.begin(), has_hit.end(), true));
-    in_double += hull().counts().rays_in_double;
-    traced += hull().counts().traced_tiles;
-    tiles += hull().counts().tiles;
+    ASSERT_EQ(hits_in_tiles, std::size_t(std::count_if(depth.depth_m.begin(), depth.depth_m.end(),
+                                                       [](float d) { return d != kNoHull; })));
+    hits += hits_in_tiles;
+    in_double += counts.rays_in_double, traced += counts.traced_tiles, tiles += counts.tiles;
   }
   EXPECT_EQ(tiles, 8u * 20 * 16);
   EXPECT_EQ(tiles_with_hits, 791u);
   EXPECT_NEAR(double(traced), 941, 10);
   // llvmpipe's order of roundings differs between instruction sets.
   EXPECT_NEAR(double(in_double), 413, 35);
+  EXPECT_NEAR(before_m / double(hits), 0.0269, 0.0003);
+  EXPECT_NEAR(after_m / double(hits), 0.1546, 0.001);
 }
 
 TEST_F(GlHullTest, CountsTheTilesOfTheRects) {
@@ -135,17 +166,6 @@ TEST_F(GlHullTest, CountsTheTilesOfTheRects) {
   EXPECT_EQ(tiles({{3, 5, 70, 20}, {80, 20, 81, 121}}), 9u * 3 + 14);
   EXPECT_EQ(tiles({}), 0u);
   EXPECT_EQ(hull().counts().traced_tiles, 0u);
-}
-
-// The contents of the storage buffer bound at `binding`.
-std::vector<std::uint32_t> bound_words(GLuint binding) {
-  GLint buffer = 0;
-  glGetIntegeri_v(GL_SHADER_STORAGE_BUFFER_BINDING, binding, &buffer);
-  GLint64 bytes = 0;
-  glGetNamedBufferParameteri64v(GLuint(buffer), GL_BUFFER_SIZE, &bytes);
-  std::vector<std::uint32_t> words(std::size_t(bytes) / sizeof(std::uint32_t));
-  glGetNamedBufferSubData(GLuint(buffer), 0, bytes, words.data());
-  return words;
 }
 
 // One bit per pixel or cell. Everything outside is empty.
@@ -217,7 +237,8 @@ TEST_F(GlHullTest, PreparationComputesTheDistancesNearTheObject) {
         for (int strip = 0; strip < 2 * grids[g].words; ++strip)
           if (g % 2 || grids[g + 1].any({2 * strip - 1, row - 1, 2 * strip + 3, row + 2}))
             expected.push_back({g, std::uint32_t(row), std::uint32_t(strip)});
-    const std::vector<std::uint32_t> strips = bound_words(3), distances = bound_words(1);
+    const std::vector<std::uint32_t> strips = bound_buffer<std::uint32_t>(3),
+                                     distances = bound_buffer<std::uint32_t>(1);
     std::vector<std::array<std::uint32_t, 3>> found;
     ASSERT_GE(strips.size(), 4 + 2 * std::size_t(strips[3]));
     for (std::uint32_t i = 0; i < strips[3]; ++i)
