@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
+#include "common/hull/cpu/point_simd.h"
 #include "common/hull/cpu/ray_simd.h"
 #include "tests/support/hull/scenes.h"
 
@@ -19,11 +21,13 @@ base::WorkerPool& test_pool() {
   return pool;
 }
 
-// Tighter or wider margins and other orders of steps change these numbers: the rays that float
-// leaves to double, the tiles that may meet the hull, and their distance from it.
+// Tighter or wider margins and other steps change these numbers: the rays that float leaves to
+// double, the tiles that may meet the hull, their distance from it, the tests that stop a tile, the
+// error of a hit, and how far the cameras' verdicts hold beyond it.
 TEST(RayBlocks, FloatDecidesNearlyAllRaysOfTilesNearTheHull) {
   int uncertain_rays = 0, prepared = 0, tiles = 0, hits = 0;
-  double before_m = 0;
+  double before_m = 0, error_m = 0, hold_m = 0;
+  int stopped = 0, crossings = 0, holds = 0;
   SimdScratch scratch;
   for (int seed = 1; seed <= 8; ++seed) {
     Random random(seed);
@@ -59,12 +63,22 @@ TEST(RayBlocks, FloatDecidesNearlyAllRaysOfTilesNearTheHull) {
           }
         const TileSet& small = scratch.small_tiles;
         tiles += small.count;
+        for (std::size_t c = 0; c < maps.size(); ++c)
+          stopped += scratch.tiles.stopped[c] + small.stopped[c];
         for (int t = 0; t < small.count; ++t)
           for (int k = 0; k < 16; ++k) {
             const int i = int(small.center_i[t] - 1.5f) + k % 4,
                       j = int(small.center_j[t] - 1.5f) + k / 4;
             const float hit = expected(j * kBlock_px + i);
-            if (hit == kNoHull) continue;
+            if (hit == kNoHull || !decided[std::size_t(j * kBlock_px + i)]) continue;
+            const std::size_t ray = std::size_t(16 * t + k);
+            ASSERT_NEAR(block.begin + double(scratch.s[ray]), hit, 1e-5);
+            crossings += scratch.crossed[ray] >= 0;
+            error_m += double(scratch.s_error[ray]);
+            for (std::size_t c = 0; c < maps.size(); ++c)
+              if (const float hold = scratch.hold[c][ray]; hold < 1) {
+                ++holds, hold_m += double(hold - scratch.s[ray]);
+              }
             const double start_m = block.begin + double(small.s[t]);
             ASSERT_GE(hit, start_m * (1 - 1e-5));
             ++hits, before_m += hit - start_m;
@@ -73,10 +87,15 @@ TEST(RayBlocks, FloatDecidesNearlyAllRaysOfTilesNearTheHull) {
   }
   EXPECT_EQ(prepared, 8 * 20);
   // Instruction sets differ in the error of their reciprocals.
-  EXPECT_NEAR(uncertain_rays, 585, 15);
+  EXPECT_NEAR(uncertain_rays, 585, 8);
   EXPECT_NEAR(tiles, 8546, 4);
-  EXPECT_NEAR(hits, 40501, 20);
-  EXPECT_NEAR(before_m / hits, 0.0181, 0.0001);
+  EXPECT_NEAR(hits, 40316, 8);
+  EXPECT_EQ(crossings, hits);
+  EXPECT_NEAR(stopped, 48650, 10);
+  EXPECT_NEAR(holds, 161260, 40);
+  EXPECT_NEAR(before_m / hits, 0.018077, 1e-5);
+  EXPECT_NEAR(error_m / hits, 7.4e-7, 0.03e-7);
+  EXPECT_NEAR(hold_m / holds, 0.046796, 1e-5);
 }
 
 Silhouette square(const Vector3d& eye_m, const Vector3d& target_m, int half_px = 30) {
@@ -86,6 +105,88 @@ Silhouette square(const Vector3d& eye_m, const Vector3d& target_m, int half_px =
   for (int v = 100 - half_px; v < 100 + half_px; ++v)
     s.pixels.set_run(100 - half_px, 100 + half_px, v);
   return s;
+}
+
+// Points away from all pixel borders are decided, and as in_hull() does.
+TEST(PointsInSimd, AreDecidedAwayFromPixelBorders) {
+  int inside = 0;
+  for (int seed = 1; seed <= 6; ++seed) {
+    Random random(seed);
+    auto silhouettes =
+        silhouettes_of(random_object(random, 3), random_cameras(random, 1 + seed % 4));
+    if (seed % 2)
+      for (Silhouette& s : silhouettes) s.pixels = random_pixels(random, 160, 121, 0.6);
+    CpuHull hull(test_pool(), silhouettes);
+    hull.make_all_quadrants();
+    std::vector<Vector3d> points;
+    for (int i = 0; i < 2048; ++i)
+      points.push_back(random_in_ball(random, i % 3 == 0 ? 0.1 : i % 3 == 1 ? 0.5 : 4.0));
+    std::vector<InHull> verdicts(points.size());
+    contains_simd(point_simd_cameras(hull), points, verdicts.data());
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const bool expected = in_hull(silhouettes, points[i]);
+      ASSERT_EQ(verdicts[i], expected ? InHull::yes : InHull::no);
+      inside += expected;
+    }
+  }
+  EXPECT_GT(inside, 500);
+}
+
+// A camera at the origin that looks along z. The bound of a pixel's error is twice that of the
+// point's, times the focal length, plus that of the pixel itself, for 32 roundings of one epsilon.
+TEST(PointsInSimd, AreUncertainWithinTheBoundOfRounding) {
+  Silhouette s{{{200, 100, 150, 80, 99.5, 40.25}, Eigen::Isometry3d::Identity()},
+               ObjectPixels(200, 100)};
+  s.camera.camera_from_world.translation() = Vector3d(0.5, -0.25, 1);
+  for (int v = 0; v < 100; ++v) s.pixels.set_run(0, 200, v);
+  CpuHull hull(test_pool(), std::vector{s});
+  hull.make_all_quadrants();
+  const auto cameras = point_simd_cameras(hull);
+  const double unit = 32 * std::numeric_limits<double>::epsilon();
+  Random random(4);
+  for (int i = 0; i < 200; ++i) {
+    const double z = uniform(random, 0.5, 4);
+    const int axis = i % 2;
+    const double border = std::floor(uniform(random, 20, 80)) + 0.5,
+                 other = std::floor(uniform(random, 20, 80)) + 0.2;
+    const geometry::Pinhole& k = s.camera.pinhole;
+    const double focal = axis ? k.fy_px : k.fx_px, principal = axis ? k.cy_px : k.cx_px;
+    const double slope = (border - principal) / focal;
+    Vector3d p((axis ? other - k.cx_px : border - k.cx_px) / k.fx_px * z,
+               (axis ? border - k.cy_px : other - k.cy_px) / k.fy_px * z, z);
+    const Vector3d at = p - Vector3d(0.5, -0.25, 1);
+    const double rounding_m = unit * (at.cwiseAbs().sum() + 1.75),
+                 bound_px = 2 * focal * (1 + std::abs(slope)) * rounding_m / z +
+                            unit * (border + 0.5 + 1 + principal + 0.5);
+    for (const double factor : {-1.5, -0.7, 0.7, 1.5}) {
+      Vector3d moved = at;
+      moved[axis] += factor * bound_px / focal * z;
+      const std::vector<Vector3d> points(16, moved);
+      std::vector<InHull> verdicts(16);
+      contains_simd(cameras, points, verdicts.data());
+      for (const InHull verdict : verdicts)
+        ASSERT_EQ(verdict, std::abs(factor) < 1 ? InHull::uncertain : InHull::yes)
+            << i << ": " << factor;
+    }
+  }
+}
+
+// The last points that fill no vector are left to double.
+TEST(PointsInSimd, LeaveTheRestOfAVectorToDouble) {
+  CpuHull hull(test_pool(), std::vector{square({0, -2, 0}, {0, 0, 0})});
+  hull.make_all_quadrants();
+  for (const std::size_t count : {0u, 1u, 7u, 8u, 9u, 17u}) {
+    const std::vector<Vector3d> points(count, Vector3d(0.001, 0, 0.001));
+    std::vector<InHull> verdicts(count, InHull::no);
+    contains_simd(point_simd_cameras(hull), points, verdicts.data());
+    for (std::size_t i = 0; i < count; ++i) {
+      if (i < count / 8 * 8) {
+        EXPECT_EQ(verdicts[i], InHull::yes);
+      } else {
+        EXPECT_NE(verdicts[i], InHull::no);
+      }
+    }
+  }
 }
 
 // The rays of a view from the camera's left move to the right in its image, and so on.
