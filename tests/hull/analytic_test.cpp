@@ -110,25 +110,61 @@ TEST(TrueObjectPixels, CentreIsExactlyTheCentresInTheSilhouetteAndTouchedHoldsIt
 // Each set pixel has a point of the silhouette. A grid of 33 x 33 points over the pixel finds it,
 // unless the silhouette only grazes the pixel.
 TEST(TrueObjectPixels, TouchedPixelsMeetTheSilhouette) {
-  test::Random random(4);
-  const auto object = test::random_object(random, 2, 0.3);
-  const geometry::Camera camera = test::random_camera(random, 131, 90, 0.9);
-  const ObjectPixels touched = true_object_pixels(object, camera, PixelRule::touched);
-  int set = 0, found = 0;
-  for (int v = 0; v < 90; ++v)
-    for (int u = 0; u < 131; ++u) {
-      if (!touched.contains(u, v)) continue;
-      ++set;
-      bool meets = false;
-      for (int i = 0; i <= 32 && !meets; ++i)
-        for (int j = 0; j <= 32 && !meets; ++j)
-          meets = in_silhouette(object, camera,
-                                Eigen::Vector2d(u - 0.5 + i / 32.0, v - 0.5 + j / 32.0));
-      found += meets;
+  for (int seed = 4; seed <= 12; ++seed) {
+    test::Random random(seed);
+    const auto object = test::random_object(random, 2, 0.3);
+    const geometry::Camera camera = test::random_camera(random, 131, 90, 0.9);
+    const ObjectPixels touched = true_object_pixels(object, camera, PixelRule::touched);
+    int set = 0, found = 0;
+    for (int v = 0; v < 90; ++v)
+      for (int u = 0; u < 131; ++u) {
+        if (!touched.contains(u, v)) continue;
+        ++set;
+        bool meets = in_silhouette(object, camera, Eigen::Vector2d(u, v));
+        for (int i = 0; i <= 32 && !meets; ++i)
+          for (int j = 0; j <= 32 && !meets; ++j)
+            meets = in_silhouette(object, camera,
+                                  Eigen::Vector2d(u - 0.5 + i / 32.0, v - 0.5 + j / 32.0));
+        found += meets;
+      }
+    EXPECT_GT(set, 50) << seed;
+    EXPECT_GE(found,
+              set - 3);  // the grid misses overlaps below 1/32 px: about 1 in 1000 border pixels
+  }
+}
+
+// Capsules that cover no corner of any pixel: the pixels are those of their end points and of the
+// segment between these.
+TEST(TrueObjectPixels, ThreadsSetThePixelsOfTheirAxis) {
+  const geometry::Camera camera{{64, 48, 50, 50, 31.3, 24.2}, Eigen::Isometry3d::Identity()};
+  test::Random random(5);
+  for (int i = 0; i < 30; ++i) {
+    const auto point = [&](double u_px, double v_px, double z_m) {
+      return Vector3d((u_px - 31.3) / 50 * z_m, (v_px - 24.2) / 50 * z_m, z_m);
+    };
+    const Vector3d a = point(test::uniform(random, -5, 68), test::uniform(random, -5, 52), 1),
+                   b = point(test::uniform(random, -5, 68), test::uniform(random, -5, 52),
+                             i % 2 ? 1 : 3);
+    const ObjectPixels touched =
+        true_object_pixels(std::vector<Capsule>{{a, b, 1e-9}}, camera, PixelRule::touched);
+    ObjectPixels near(64, 48), on(64, 48);  // within 0.01 px of the axis; certainly on it
+    for (int k = 0; k <= 20'000; ++k) {
+      const auto uv = geometry::project(camera, a + k / 20'000.0 * (b - a));
+      for (const double du : {-1e-2, 1e-2})
+        for (const double dv : {-1e-2, 1e-2})
+          if (near.holds(uv->x() + du, uv->y() + dv))
+            near.set(int(uv->x() + du + 0.5), int(uv->y() + dv + 0.5));
+      if (on.holds(uv->x(), uv->y())) on.set(int(uv->x() + 0.5), int(uv->y() + 0.5));
     }
-  EXPECT_GT(set, 100);
-  EXPECT_GE(found,
-            set - 3);  // the grid misses overlaps below 1/32 px: about 1 in 1000 border pixels
+    for (int v = 0; v < 48; ++v)
+      for (int u = 0; u < 64; ++u) {
+        if (on.contains(u, v)) {
+          ASSERT_TRUE(touched.contains(u, v)) << i << ": " << u << ", " << v;
+        } else if (!near.contains(u, v)) {
+          ASSERT_FALSE(touched.contains(u, v)) << i << ": " << u << ", " << v;
+        }
+      }
+  }
 }
 
 TEST(TrueObjectPixels, SphereSmallerThanAPixelSetsItsPixel) {
@@ -189,11 +225,12 @@ TEST(TrueObjectPixels, EmptyImageOrNoObjectSetsNothing) {
                 PixelRule::touched)
                 .count(),
             0u);
-  const geometry::Camera none{{0, 0, 100, 100, 0, 0}, Eigen::Isometry3d::Identity()};
-  EXPECT_EQ(true_object_pixels(std::vector<Capsule>{{{0, 0, 1}, {0, 0, 1}, 0.1}}, none,
-                               PixelRule::touched)
-                .count(),
-            0u);
+  for (const auto& [width, height] : {std::pair{0, 0}, {0, 5}, {5, 0}}) {
+    const geometry::Camera none{{width, height, 100, 100, 0, 0}, Eigen::Isometry3d::Identity()};
+    const ObjectPixels pixels = true_object_pixels(
+        std::vector<Capsule>{{{0, 0, 1}, {0, 0, 1}, 0.1}}, none, PixelRule::touched);
+    EXPECT_EQ(pixels, ObjectPixels(width, height));
+  }
 }
 
 TEST(AnalyticHull, ContainsTheObjectAndLiesInTheTouchedHull) {
@@ -221,6 +258,44 @@ TEST(AnalyticHull, ContainsTheObjectAndLiesInTheTouchedHull) {
       }
     }
   }
+}
+
+// A ball in front of a whole image of 20 x 10 pixels: only the image limits the hull.
+TEST(AnalyticHull, EndsAtTheHalfOpenBordersOfTheImages) {
+  const std::vector<geometry::Camera> cameras{
+      {{20, 10, 16, 16, 4, 2}, Eigen::Isometry3d::Identity()}};
+  const std::vector<Capsule> ball{{{0, 0, 2}, {0, 0, 2}, 50}};
+  const auto inside = [&](double u_px, double v_px) {  // exact in binary
+    return in_analytic_hull(ball, cameras, {(u_px - 4) / 16, (v_px - 2) / 16, 1});
+  };
+  const double tiny = 1.0 / (1 << 20);
+  EXPECT_TRUE(inside(-0.5, -0.5) && inside(19.5 - tiny, 9.5 - tiny));
+  EXPECT_FALSE(inside(-0.5 - tiny, 3) || inside(19.5, 3));
+  EXPECT_FALSE(inside(3, -0.5 - tiny) || inside(3, 9.5));
+  EXPECT_FALSE(in_analytic_hull(ball, cameras, {0, 0, -1}));
+  EXPECT_FALSE(in_analytic_hull(ball, {}, {0, 0, 1}));
+  EXPECT_FALSE(in_analytic_hull({}, cameras, {0, 0, 1}));
+}
+
+// The entry is the first of all that the side and the two balls have.
+TEST(RayEntry, OfACapsuleIsTheClosedForm) {
+  const Capsule along_x{{-1, 0, 0}, {1, 0, 0}, 0.5};
+  const auto entry = [&](const Vector3d& from, const Vector3d& direction) {
+    return ray_entry(along_x, {from, direction}).value_or(-1);
+  };
+  EXPECT_DOUBLE_EQ(entry({0, -3, 0}, {0, 1, 0}), 2.5);    // the side
+  EXPECT_DOUBLE_EQ(entry({0, -3, 0.3}, {0, 2, 0}), 1.3);  // 3 - sqrt(0.5^2 - 0.3^2), at speed 2
+  EXPECT_DOUBLE_EQ(entry({-4, 0, 0}, {1, 0, 0}), 2.5);    // the axis, from both sides
+  EXPECT_DOUBLE_EQ(entry({4, 0, 0}, {-1, 0, 0}), 2.5);
+  EXPECT_DOUBLE_EQ(entry({-4, 0.3, 0}, {1, 0, 0}), 2.6);  // parallel to the axis
+  EXPECT_DOUBLE_EQ(entry({1.3, -3, 0}, {0, 1, 0}), 2.6);  // beyond the ends of the side
+  EXPECT_DOUBLE_EQ(entry({-1.3, -3, 0}, {0, 1, 0}), 2.6);
+  EXPECT_EQ(entry({0, -3, 0}, {0, -1, 0}), -1);  // away from it
+  EXPECT_EQ(entry({1.6, -3, 0}, {0, 1, 0}), -1);
+  EXPECT_EQ(entry({0, -3, 0.6}, {0, 1, 0}), -1);
+  EXPECT_EQ(entry({-4, 0.6, 0}, {1, 0, 0}), -1);
+  EXPECT_EQ(entry({0.9, 0.4, 0.1}, {1, 0, 0}), 0);  // inside
+  EXPECT_EQ(entry({1.3, 0.3, 0.2}, {1, 0, 0}), 0);
 }
 
 TEST(AnalyticHull, NotANumberIsNotInside) {

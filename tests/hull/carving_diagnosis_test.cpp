@@ -271,6 +271,191 @@ TEST_F(Prisms, NoCameraOrNoBoxIsReported) {
   }
 }
 
+// SplitMix64 (Steele, Lea and Flood, 2014): the points are those of its sequence, so a diagnosis is
+// the same on every machine.
+double splitmix64(std::uint64_t seed, std::uint64_t index) {
+  std::uint64_t z = seed * 0xd1342543de82ef95u + (index + 1) * 0x9e3779b97f4a7c15u;
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+  return double((z ^ (z >> 31)) >> 11) / 9007199254740992.0;
+}
+
+SampledVolume share_of(int count, int points, double box_m3) {
+  const double p = double(count) / points;
+  const bool certain = count == 0 || count == points;
+  return {p * box_m3, box_m3 * (certain ? 3.0 / points : std::sqrt(p * (1 - p) / points))};
+}
+
+void expect_equal(const SampledVolume& found, const SampledVolume& expected) {
+  EXPECT_DOUBLE_EQ(found.volume_m3, expected.volume_m3);
+  EXPECT_DOUBLE_EQ(found.error_m3, expected.error_m3);
+}
+
+// Every count is that of in_hull() with and without each camera, over more than one batch of
+// points.
+TEST(DiagnoseVolume, EqualsInHullAtEveryPointOfTheSequence) {
+  const AlignedBox3d box(Vector3d(-0.5, -0.3, -0.6), Vector3d(0.4, 0.5, 0.2));
+  constexpr int kPoints = 4500;
+  test::Random random(12);
+  auto silhouettes = test::silhouettes_of(test::random_object(random, 3, 0.3),
+                                          test::random_cameras(random, 4, 60, 45));
+  // One camera looks away from a part of the box, and one is inside of it.
+  silhouettes[2].camera.camera_from_world = geometry::look_at({0.9, 0, 0}, {0.2, 0.4, 0.1});
+  silhouettes[3].camera.camera_from_world = geometry::look_at({-0.2, 0, 0}, {0.2, 0, 0.05});
+  for (const HullRule& rule : kRules) {
+    int hull = 0, too_few = 0;
+    struct {
+      int removed = 0, alone = 0, unseen = 0, kept = 0;
+    } expected[4];
+    for (std::uint64_t i = 0; i < kPoints; ++i) {
+      const Vector3d p = box.min() + Vector3d(splitmix64(9, 3 * i), splitmix64(9, 3 * i + 1),
+                                              splitmix64(9, 3 * i + 2))
+                                         .cwiseProduct(box.sizes());
+      const PointDiagnosis point = diagnose_point(silhouettes, p, rule);
+      hull += in_hull(silhouettes, p, rule);
+      too_few += point.too_few;
+      for (int c = 0; c < 4; ++c) {
+        const CameraDiagnosis& camera = point.cameras[std::size_t(c)];
+        const bool others_keep = in_hull(without(silhouettes, c), p, rule);
+        expected[c].removed += camera.removes;
+        expected[c].kept += others_keep;
+        expected[c].alone += camera.removes && others_keep;
+        expected[c].unseen += camera.removes && others_keep &&
+                              (camera.verdict == CameraVerdict::behind ||
+                               camera.verdict == CameraVerdict::outside_image);
+      }
+    }
+    const VolumeDiagnosis found =
+        diagnose_volume(silhouettes, box, test_pool(), rule, {kPoints, 9});
+    EXPECT_EQ(found.points, kPoints);
+    const auto share = [&](int count) { return share_of(count, kPoints, box.volume()); };
+    expect_equal(found.hull, share(hull));
+    expect_equal(found.too_few, share(too_few));
+    for (int c = 0; c < 4; ++c) {
+      SCOPED_TRACE(c);
+      const CameraContribution& camera = found.cameras[std::size_t(c)];
+      expect_equal(camera.removed, share(expected[c].removed));
+      expect_equal(camera.removed_alone, share(expected[c].alone));
+      expect_equal(camera.removed_alone_unseen, share(expected[c].unseen));
+      expect_equal(camera.kept_by_others, share(expected[c].kept));
+    }
+  }
+}
+
+TEST(DiagnoseVolume, SamplesTwoHundredThousandPointsFromSeedOne) {
+  EXPECT_EQ(DiagnosisSampling{}.points, 200'000);
+  EXPECT_EQ(DiagnosisSampling{}.seed, 1u);
+}
+
+// The error of a fraction of 1 or of few points is never larger than the box.
+TEST_F(Prisms, TheErrorIsAtMostTheBox) {
+  for (int c = 0; c < 3; ++c) fill(c, {0, 0, 200, 200});
+  const AlignedBox3d small(Vector3d(-0.1, -0.1, -0.1), Vector3d(0.1, 0.1, 0.1));
+  const auto with = [&](int points) {
+    return diagnose_volume(silhouettes, small, test_pool(), {}, {points, 1}).hull;
+  };
+  expect_equal(with(2), {0.008, 0.008});
+  expect_equal(with(4), {0.008, 0.006});
+  for (int c = 0; c < 3; ++c) silhouettes[std::size_t(c)].pixels = ObjectPixels(200, 200);
+  expect_equal(with(4), {0, 0.006});
+}
+
+struct SummaryOfADiagnosis : ::testing::Test {
+  VolumeDiagnosis diagnosis;
+  SummaryOfADiagnosis() {  // a box of 2 m3
+    diagnosis.box_world_m = AlignedBox3d(Vector3d(0, 0, 0), Vector3d(1, 1, 2));
+    diagnosis.hull = {0.25, 0.0123};
+    diagnosis.cameras.resize(3);
+    for (CameraContribution& c : diagnosis.cameras) c.kept_by_others = {0.5, 0.01};
+  }
+};
+
+TEST_F(SummaryOfADiagnosis, NamesCamerasByWhatTheyRemoveAlone) {
+  diagnosis.cameras[0].removed_alone = {0.0051, 0.001};  // 1.02 % of 0.5 m3
+  diagnosis.cameras[1].removed_alone = {0.25, 0.02};
+  diagnosis.cameras[1].removed_alone_unseen = {0.125, 0.02};  // half, which is not most
+  diagnosis.cameras[2].removed_alone = {0.125, 0.02};
+  diagnosis.cameras[2].removed_alone_unseen = {0.07, 0.02};
+  EXPECT_EQ(summary(diagnosis, std::vector<std::string>{"left", "", "top", "unused"}),
+            "The hull fills 250 +- 1e+01 litres, 12 % of the box."
+            " camera 1 alone removes 50 % of what the others keep: 250 +- 2e+01 litres of"
+            " 500 +- 1e+01 litres."
+            " top alone removes 25 % of what the others keep: 125 +- 2e+01 litres of"
+            " 500 +- 1e+01 litres; most of that is outside its image or behind it."
+            " left alone removes 1 % of what the others keep: 5.1 +- 1 litres of"
+            " 500 +- 1e+01 litres.");
+}
+
+TEST_F(SummaryOfADiagnosis, KeepsTheOrderOfCamerasThatRemoveTheSame) {
+  for (CameraContribution& c : diagnosis.cameras) c.removed_alone = {0.05, 0.001};
+  const std::string text = summary(diagnosis);
+  EXPECT_LT(text.find("camera 0 alone"), text.find("camera 1 alone"));
+  EXPECT_LT(text.find("camera 1 alone"), text.find("camera 2 alone"));
+  EXPECT_NE(text.find("camera 2 alone"), std::string::npos);
+}
+
+TEST_F(SummaryOfADiagnosis, OmitsCamerasThatRemoveAtMostAHundredth) {
+  diagnosis.cameras[0].kept_by_others = {0.5, 0};
+  diagnosis.cameras[0].removed_alone = {0.01 * 0.5, 0};
+  diagnosis.cameras[1].removed_alone = {0.0049, 0};
+  diagnosis.hull.volume_m3 = 0.02;
+  EXPECT_EQ(summary(diagnosis),
+            "The hull fills 20 +- 1e+01 litres, 1 % of the box."
+            " No single camera removes more than 1 % of what the others keep.");
+  diagnosis.too_few = {0.003, 0.0002};
+  diagnosis.hull = {0, 0.0004};
+  EXPECT_EQ(summary(diagnosis),
+            "The hull is empty in this box (less than 0.4 litres)."
+            " No single camera empties it: other cameras remove the same points."
+            " 3 +- 0.2 litres are removed by no camera but seen by too few cameras.");
+  diagnosis.cameras.resize(2);
+  EXPECT_NE(summary(diagnosis).find("No single camera"), std::string::npos);
+  diagnosis.cameras.resize(1);  // with one camera there are no others
+  EXPECT_EQ(summary(diagnosis),
+            "The hull is empty in this box (less than 0.4 litres)."
+            " 3 +- 0.2 litres are removed by no camera but seen by too few cameras.");
+}
+
+TEST_F(SummaryOfADiagnosis, ListsCamerasThatEmptyTheHull) {
+  diagnosis.hull = {0, 0.0004};
+  for (CameraContribution& c : diagnosis.cameras) c.kept_by_others = {};
+  diagnosis.cameras[0].unusable = diagnosis.cameras[0].no_object_pixel = true;
+  diagnosis.cameras[2].no_object_pixel = true;
+  const std::string empty = "The hull is empty in this box (less than 0.4 litres).",
+                    others = " No single camera empties it: other cameras remove the same points.";
+  EXPECT_EQ(summary(diagnosis),
+            empty +
+                " The calibration of camera 0 is not finite, so there is no hull."
+                " No object pixel in camera 2: it removes everything in its view." +
+                others);
+  diagnosis.cameras[0].unusable = false;
+  diagnosis.cameras[1].no_object_pixel = true;
+  EXPECT_EQ(
+      summary(diagnosis, std::vector<std::string>{"a", "b", "c"}),
+      empty + " No object pixel in a, b and c: they remove everything in their views." + others);
+  diagnosis.cameras[0].unusable = diagnosis.cameras[1].unusable = true;
+  diagnosis.cameras[2].no_object_pixel = false;
+  EXPECT_EQ(summary(diagnosis, std::vector<std::string>{"a", "b"}),
+            empty + " The calibration of a and b is not finite, so there is no hull." + others);
+}
+
+// The others keep nothing, so the part that this camera removes has no percentage.
+TEST_F(SummaryOfADiagnosis, StatesZeroPercentOfNothing) {
+  diagnosis.cameras[1].kept_by_others = {};
+  diagnosis.cameras[1].removed_alone = {0.001, 0.001};
+  EXPECT_NE(summary(diagnosis).find("camera 1 alone removes 0 % of what the others keep: 1 +- 1 "
+                                    "litres of 0 +- 0 litres."),
+            std::string::npos)
+      << summary(diagnosis);
+}
+
+TEST_F(SummaryOfADiagnosis, ReportsAnEmptyBoxBeforeTheHull) {
+  diagnosis.box_world_m = AlignedBox3d(Vector3d(0, 0, 0), Vector3d(1, 0, 2));
+  EXPECT_EQ(summary(diagnosis), "The box is empty, so it has no volume to measure.");
+  diagnosis.box_world_m = AlignedBox3d(Vector3d(0, 0, 0), Vector3d(1, 0.001, 2));
+  EXPECT_EQ(summary(diagnosis).find("The box is empty"), std::string::npos);
+}
+
 // Only the fifth camera, from above, removes the ghosts alone.
 TEST(DiagnoseVolume, NoSingleCameraRemovesGhostVolumes) {
   const std::vector<Capsule> people{{{-0.6, 0, 0.2}, {-0.6, 0, 1.5}, 0.2},

@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <fstream>
+#include <sstream>
 
 #include "common/hull/pbm.h"
 #include "tests/support/hull/scenes.h"
@@ -31,6 +32,29 @@ TEST_F(Pbm, RoundTripsBitForBit) {
     write_pbm(file, pixels);
     EXPECT_EQ(read_pbm(file, width, height), pixels);
   }
+}
+
+// The file as other programs write it: the leftmost pixel is the highest bit, and each row begins
+// with a byte of its own.
+TEST_F(Pbm, IsP4WithOneBitPerPixel) {
+  ObjectPixels pixels(10, 2);
+  pixels.set(0, 0), pixels.set(7, 0), pixels.set(8, 0), pixels.set(9, 1);
+  write_pbm(file, pixels);
+  std::ostringstream bytes;
+  bytes << std::ifstream(file, std::ios::binary).rdbuf();
+  EXPECT_EQ(bytes.str(), std::string("P4\n10 2\n\x81\x80\x00\x40", 12));
+  std::ofstream(file, std::ios::binary) << std::string("P4 10 2 \x81\xbf\x00\x40", 12);
+  EXPECT_EQ(read_pbm(file, 10, 2), pixels);  // bits beyond the width are ignored
+}
+
+TEST_F(Pbm, DoesNotReadAnotherSize) {
+  write_pbm(file, ObjectPixels(10, 2));
+  for (const auto& [width, height] : {std::pair{9, 2}, {10, 1}, {10, 3}, {2, 10}})
+    EXPECT_NE(
+        why_not(width, height)
+            .find("not a binary PBM of " + std::to_string(width) + "x" + std::to_string(height)),
+        std::string::npos);
+  EXPECT_EQ(why_not(10, 2), "");
 }
 
 TEST_F(Pbm, ErrorsNameTheFile) {

@@ -200,6 +200,81 @@ TEST_F(Sweep, RejectsMoreThan255Cameras) {
   EXPECT_THROW(sweep.set_silhouettes(silhouettes), std::invalid_argument);
 }
 
+TEST_F(Sweep, SupportsAtMost255Cameras) { EXPECT_EQ(kMaxSweepCameras, 255u); }
+
+// The textures are kept from frame to frame where the size stays.
+TEST_F(Sweep, MapsMayChangeTheirSizesAndTheirNumber) {
+  Random random(5);
+  PlaneSweep sweep(40, 30, 4);
+  const geometry::Camera view = random_camera(random, 40, 30);
+  for (const auto& [width, height, cameras] :
+       {std::tuple{40, 30, 1}, {40, 30, 2}, {80, 30, 2}, {80, 60, 1}, {20, 60, 3}, {40, 30, 3}}) {
+    SCOPED_TRACE(width * 1000 + height);
+    const geometry::Camera camera{geometry::resized(view.pinhole, width, height),
+                                  view.camera_from_world};
+    std::vector<Silhouette> silhouettes;
+    for (int c = 0; c < cameras; ++c)
+      silhouettes.push_back({camera, random_pixels(random, width, height, 0.7)});
+    sweep.set_silhouettes(silhouettes);
+    const DepthTile tile =
+        depth_of(sweep, whole_image(view), View{view, 0.5, 2.0}, SweepRange{0.5, 2.0});
+    int decided = 0;
+    for (int i = 0; i < 40 * 30; ++i) {
+      const geometry::Ray ray = geometry::ray_through(view, Eigen::Vector2d(i % 40, i / 40));
+      const Membership m = membership(silhouettes, ray.origin_world_m + 0.5 * ray.direction_world);
+      if (m.certainly != m.perhaps) continue;  // a pixel border
+      ++decided;
+      ASSERT_EQ(tile.depth_m[i] != kNoHull, m.certainly) << i % 40 << ", " << i / 40;
+    }
+    EXPECT_GT(decided, 250);
+  }
+}
+
+TEST_F(Sweep, RectsAndRangesWithoutHull) {
+  Random random(6);
+  PlaneSweep sweep(24, 20, 8);
+  const geometry::Camera camera = random_camera(random, 24, 20);
+  sweep.set_silhouettes(std::vector<Silhouette>{{camera, random_pixels(random, 24, 20, 0.9)}});
+  const auto hits = [&](const geometry::Camera& view, const SweepRange& range,
+                        const PixelRect& rect) {
+    const DepthTile tile = depth_of(sweep, rect, View{view, 0.5, 2.0}, range);
+    EXPECT_EQ(tile.rect, rect);
+    EXPECT_EQ(tile.depth_m.size(), rect.area_px());
+    return std::count_if(tile.depth_m.begin(), tile.depth_m.end(),
+                         [](float d) { return d != kNoHull; });
+  };
+  const PixelRect all = whole_image(camera);
+  EXPECT_GT(hits(camera, {0.5, 2}, all), 300);
+  EXPECT_GT(hits(camera, {0.5, 2}, {3, 4, 10, 9}), 20);
+  EXPECT_EQ(hits(camera, {0.5, 2}, {3, 4, 3, 9}), 0);
+  for (const SweepRange& range :
+       {SweepRange{0, 2}, {-1, 2}, {2, 2}, {2, 0.5}, {0.5, INFINITY}, {0.5, NAN}, {NAN, 2}})
+    EXPECT_EQ(hits(camera, range, all), 0) << range.near_m << ", " << range.far_m;
+  geometry::Camera not_finite = camera;
+  not_finite.pinhole.cx_px = NAN;
+  EXPECT_EQ(hits(not_finite, {0.5, 2}, all), 0);
+  geometry::Camera also = camera;
+  const ObjectPixels nothing(24, 20), some = random_pixels(random, 24, 20, 0.9);
+  sweep.set_silhouettes(std::vector<Silhouette>{{camera, some}, {camera, nothing}});
+  EXPECT_EQ(hits(camera, {0.5, 2}, all), 0);
+  also.pinhole.fx_px = NAN;
+  sweep.set_silhouettes(std::vector<Silhouette>{{camera, some}, {also, some}});
+  EXPECT_EQ(hits(camera, {0.5, 2}, all), 0);
+  sweep.set_silhouettes(std::vector<Silhouette>{{camera, some}});
+  EXPECT_GT(hits(camera, {0.5, 2}, all), 300);
+}
+
+TEST_F(Sweep, LeavesItsTestsDisabled) {
+  Random random(7);
+  PlaneSweep sweep(24, 20, 8);
+  const geometry::Camera camera = random_camera(random, 24, 20);
+  sweep.set_silhouettes(std::vector<Silhouette>{{camera, random_pixels(random, 24, 20, 0.9)}});
+  depth_of(sweep, whole_image(camera), View{camera, 0.5, 2.0}, SweepRange{0.5, 2.0});
+  EXPECT_FALSE(glIsEnabled(GL_SCISSOR_TEST));
+  EXPECT_FALSE(glIsEnabled(GL_DEPTH_TEST));
+  EXPECT_FALSE(glIsEnabled(GL_STENCIL_TEST));
+}
+
 TEST(SweepRange, IsTheVolumesDepthWithinTheViews) {
   const View view{
       {geometry::pinhole_from_fov(16, 12, 1.0), geometry::look_at({0, -2, 0}, {0, 0, 0})},
@@ -212,6 +287,32 @@ TEST(SweepRange, IsTheVolumesDepthWithinTheViews) {
   EXPECT_TRUE(
       sweep_range(view, Eigen::AlignedBox3d(Eigen::Vector3d(-1, -9, 0), Eigen::Vector3d(1, -5, 1)))
           .empty());
+}
+
+TEST(SweepRange, HoldsEveryCornerOfTheVolume) {
+  Random random(8);
+  for (int i = 0; i < 50; ++i) {
+    const View view{random_camera(random, 16, 12, 5), 0.05, 100};
+    const Eigen::Vector3d a = random_in_ball(random, 1), b = random_in_ball(random, 1);
+    const Eigen::AlignedBox3d box(a.cwiseMin(b), a.cwiseMax(b));
+    double nearest = 100, farthest = 0;
+    for (const double x : {a.x(), b.x()})
+      for (const double y : {a.y(), b.y()})
+        for (const double z : {a.z(), b.z()}) {
+          const double depth = (view.camera.camera_from_world * Eigen::Vector3d(x, y, z)).z();
+          nearest = std::min(nearest, depth), farthest = std::max(farthest, depth);
+        }
+    const SweepRange range = sweep_range(view, box);
+    EXPECT_NEAR(range.near_m, nearest, 1e-12);
+    EXPECT_NEAR(range.far_m, farthest, 1e-12);
+    EXPECT_FALSE(range.empty());
+  }
+}
+
+TEST(SweepRange, IsEmptyUnlessItsEndIsBeyondItsStart) {
+  EXPECT_FALSE((SweepRange{1, 1.5}).empty());
+  EXPECT_TRUE((SweepRange{1, 1}).empty());
+  EXPECT_TRUE((SweepRange{1.5, 1}).empty());
 }
 
 }  // namespace

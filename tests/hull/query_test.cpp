@@ -151,6 +151,120 @@ TEST(HullQueryBall, BallsAreUniformForEveryCameraCount) {
   }
 }
 
+// A camera's bounds for the surroundings of a point, and the radii that follow from them, as
+// hull_query.h describes them. The radii are the largest that these bounds give: smaller ones would
+// slow down sphere tracing.
+struct Surroundings {
+  bool sees = false, object = false;
+  double off_object_m = 0, on_object_m = 0, to_image_border_m = kInfinity;
+};
+
+Surroundings surroundings(const CpuHull::MapCamera& c, bool limits_seen,
+                          const Vector3d& p_world_m) {
+  const SkipMap& map = c.skip_map;
+  const ImageCone cone(c.camera);
+  const ProjectedPoint p = cone.see(p_world_m);
+  const PixelRect image = image_of(c.camera);
+  const auto uv = geometry::project(c.camera, p_world_m);
+  Surroundings found;
+  found.sees = uv && holds(image, uv->x(), uv->y());
+  if (limits_seen && !image.empty())
+    found.to_image_border_m =
+        found.sees ? cone.inside_m(p, cone.pyramid(image)) : cone.outside_m(p, cone.pyramid(image));
+  found.off_object_m = map.bounds().empty()
+                           ? kInfinity
+                           : std::max(0.0, cone.outside_m(p, cone.pyramid(map.bounds())));
+  if (!uv || !holds(map.stored(), uv->x(), uv->y())) return found;
+  const int u = int(std::lround(uv->x() + 1000)) - 1000,
+            v = int(std::lround(uv->y() + 1000)) - 1000;
+  const auto extent = [&](Quadrant box) { return std::abs(map.at(box, u, v)); };
+  const int right = std::min(extent(Quadrant::right_down), extent(Quadrant::right_up)),
+            left = std::min(extent(Quadrant::left_down), extent(Quadrant::left_up)),
+            down = std::min(extent(Quadrant::right_down), extent(Quadrant::left_down)),
+            up = std::min(extent(Quadrant::right_up), extent(Quadrant::left_up));
+  found.object = map.at(Quadrant::left_up, u, v) < 0;
+  double border_m = cone.inside_m(p, cone.pyramid({u - left + 1, v - up + 1, u + right, v + down}));
+  if (right == 1 || left == 1 || down == 1 || up == 1) {  // tests the adjacent pixels
+    double other_m = cone.inside_m(p, cone.pyramid({u - 1, v - 1, u + 2, v + 2}));
+    for (const int dv : {-1, 0, 1})
+      for (const int du : {-1, 0, 1})
+        if ((map.at(Quadrant::left_up, u + du, v + dv) < 0) != found.object)
+          other_m = std::min(
+              other_m, cone.outside_m(p, cone.pyramid({u + du, v + dv, u + du + 1, v + dv + 1})));
+    border_m = std::max(border_m, other_m);
+  }
+  if (found.object)
+    found.on_object_m = border_m;
+  else
+    found.off_object_m = std::max(found.off_object_m, border_m);
+  return found;
+}
+
+struct Radii {
+  double free_m = 0, solid_m = 0;
+};
+Radii radii_of(const CpuHull& hull, const Vector3d& p) {
+  const HullRule& rule = hull.rule();
+  const bool all = rule.limits == Limits::all;
+  const int cameras = int(hull.cameras().size()), needed = all ? cameras : rule.min_seen;
+  std::vector<double> off;
+  Radii radii{0, kInfinity};
+  int seen = 0;
+  for (const CpuHull::MapCamera& c : hull.cameras()) {
+    const Surroundings s = surroundings(c, !all, p);
+    off.push_back(s.off_object_m);
+    seen += s.sees;
+    if (!all && s.sees && !s.object)
+      radii.free_m = std::max(radii.free_m, std::min(s.off_object_m, s.to_image_border_m));
+    radii.solid_m = std::min(radii.solid_m, all || s.sees ? s.on_object_m : s.to_image_border_m);
+  }
+  std::sort(off.begin(), off.end());
+  if (needed > cameras) radii.free_m = kInfinity;
+  if (needed > 0 && needed <= cameras)
+    radii.free_m = std::max(radii.free_m, off[std::size_t(needed - 1)]);
+  if (!(radii.solid_m > 0) || (!all && seen < rule.min_seen)) radii.solid_m = 0;
+  if (hull.empty()) radii = {kInfinity, 0};
+  return radii;
+}
+
+TEST(HullQueryBall, RadiiAreTheBoundsOfTheCameras) {
+  std::vector<HullRule> rules(std::begin(test::kRules), std::end(test::kRules));
+  rules.push_back({Limits::seen, 0}), rules.push_back({Limits::seen, -1});
+  int free = 0, solid = 0;
+  for (int seed = 1; seed <= 12; ++seed) {
+    SCOPED_TRACE(seed);
+    test::Random random(seed);
+    const auto cameras = test::random_cameras(random, 1 + seed % 4, 40, 31);
+    auto silhouettes = test::silhouettes_of(test::random_object(random, 3, 0.3), cameras);
+    if (seed % 3 == 0)  // noise, so that most pixels have a neighbour of the other kind
+      for (Silhouette& s : silhouettes)
+        s.pixels = test::random_pixels(random, 40, 31, seed % 2 ? 0.5 : 0.95);
+    if (seed % 4 == 3) silhouettes.back().pixels = ObjectPixels(40, 31);
+    for (const HullRule& rule : rules) {
+      const test::Queries q(silhouettes, rule);
+      for (int i = 0; i < 150; ++i) {
+        const Vector3d p = test::random_in_ball(random, i % 3 == 0 ? 0.2 : i % 3 == 1 ? 0.6 : 3.0);
+        const Radii expected = radii_of(q.hull, p);
+        const double free_m = q.query.free_radius_m(p), solid_m = q.query.solid_radius_m(p);
+        ASSERT_DOUBLE_EQ(free_m, expected.free_m) << p.transpose();
+        ASSERT_DOUBLE_EQ(solid_m, expected.solid_m) << p.transpose();
+        free += free_m > 0, solid += solid_m > 0;
+      }
+    }
+  }
+  EXPECT_GT(free, 3000);
+  EXPECT_GT(solid, 300);
+}
+
+TEST(HullQueryBall, IsZeroBeyondARadiusThatMayOverflow) {
+  test::Random random(2);
+  const test::Queries q(
+      test::silhouettes_of(test::random_object(random, 2), test::random_cameras(random, 3)));
+  EXPECT_GT(q.query.free_radius_m({0, 0.9e100, 0}), 1e90);
+  EXPECT_EQ(q.query.free_radius_m({0, 1.1e100, 0}), 0);
+  EXPECT_EQ(q.query.free_radius_m({0, 0, -1.1e100}), 0);
+}
+
 // The solid radius is exact to rounding within a pixel. Farther away it is at least half the
 // distance, because each extent is at most twice the one before. Smaller radii would slow down
 // sphere tracing.

@@ -255,6 +255,168 @@ TEST(RayMargins, TilesStayOnPixelsOfOneKind) {
   EXPECT_GT(steps, 10'000);
 }
 
+// What prepare() computes for a camera, from the images of the block's corner rays in long double.
+struct ExpectedCamera {
+  int right, down;  // offsets of the last ray, in whole tiles
+  int origin_px[2];
+  bool back[2], both_ways = false, near_a_limit = false, supported = false;
+  Exact eps_px = 0, eps_px_per_m = 0;
+
+  explicit ExpectedCamera(const Scene& scene) {
+    const PixelRect& rays = scene.block.rays;
+    right = 8 * ((rays.width_px() + 7) / 8) - 1, down = 8 * ((rays.height_px() + 7) / 8) - 1;
+    set_origin(scene);
+    set_directions(scene);
+  }
+  void set_origin(const Scene& scene) {
+    const PixelRect& rays = scene.block.rays;
+    const Vector3d center =
+        scene.map.at_eye + scene.block.begin * scene.map.at_infinity *
+                               Vector3d(rays.u0_px + 0.5 * right, rays.v0_px + 0.5 * down, 1);
+    const PixelRect& stored = scene.skip_map.stored();
+    const int low[] = {stored.u0_px, stored.v0_px}, high[] = {stored.u1_px - 1, stored.v1_px - 1};
+    for (const int axis : {0, 1})
+      origin_px[axis] = int(
+          std::clamp(std::trunc(center[axis] / center.z()), double(low[axis]), double(high[axis])));
+  }
+  void set_directions(const Scene& scene) {
+    for (const int axis : {0, 1}) {
+      int backward = 0;
+      for (const int corner : {0, 1, 2, 3}) {
+        const Vector3d ray(scene.block.rays.u0_px + (corner & 1 ? right : 0),
+                           scene.block.rays.v0_px + (corner & 2 ? down : 0), 1);
+        const Exact a = Exact(scene.map.at_infinity.row(axis).dot(ray)) * scene.map.at_eye.z(),
+                    b = Exact(scene.map.at_infinity.row(2).dot(ray)) * scene.map.at_eye[axis],
+                    uncertain = 1e-4L * (std::abs(a) + std::abs(b));
+        backward += a < b;
+        if (std::abs(a - b) <= uncertain) both_ways = true;
+        near_a_limit |= std::abs(std::abs(a - b) - uncertain) < 1e-3L * uncertain;
+      }
+      back[axis] = backward == 4;
+      both_ways |= backward % 4 != 0;
+    }
+  }
+  // The bound of every rounding, in units of half an ulp, and whether the kernels accept it.
+  void set_bounds(const Scene& scene) {
+    const Exact span = scene.block.end - Exact(scene.block.begin);
+    const ExactLine first = scene.line(0, 0), along_u = scene.line(1, 0),
+                    along_v = scene.line(0, 1);
+    Exact min_w = 1e30L, max_begin = 0, max_slope = 0, terms_begin[3], terms_slope[3];
+    for (const int corner : {0, 1, 2, 3}) {
+      const ExactLine line =
+          scene.line(corner & 1 ? float(right) : 0, corner & 2 ? float(down) : 0);
+      min_w = std::min({min_w, line.w(0), line.w(span)});
+      for (const int axis : {0, 1}) {
+        max_begin = std::max(max_begin, std::abs(line.at_begin[axis]));
+        max_slope = std::max(max_slope, std::abs(line.slope[axis]));
+      }
+    }
+    for (const int k : {0, 1, 2}) {
+      const auto terms = [&](const auto of) {
+        return std::abs(of(first)) + right * std::abs(of(along_u) - of(first)) +
+               down * std::abs(of(along_v) - of(first));
+      };
+      terms_begin[k] = terms([k](const ExactLine& l) { return l.at_begin[k]; });
+      terms_slope[k] = terms([k](const ExactLine& l) { return l.slope[k]; });
+    }
+    const Exact terms_w = terms_begin[2] + span * terms_slope[2], ratio = terms_w / min_w;
+    const auto eps = [&](const Exact* terms, Exact max) {
+      return 0x1p-24L / min_w * (4 * std::max(terms[0], terms[1]) + (4 * ratio + 6) * max);
+    };
+    eps_px = eps(terms_begin, max_begin), eps_px_per_m = eps(terms_slope, max_slope);
+    const Exact largest = eps_px + span * eps_px_per_m;
+    supported = min_w > 0 && ratio <= 64 && largest < 1 / 64.0L;
+    near_a_limit |= std::abs(ratio - 64) < 0.1L || std::abs(largest - 1 / 64.0L) < 1e-5L ||
+                    std::abs(min_w) < 1e-9L;
+  }
+};
+
+TEST(RayBlocks, CamerasArePreparedFromTheCornerRays) {
+  Random random(3);
+  Scene scene;
+  int supported = 0, rejected = 0, both_ways = 0, back = 0;
+  for (int n = 0; n < 800; ++n) {
+    scene.block.cameras.clear();
+    scene.make(random);
+    if (scene.block.cameras.empty()) continue;  // the scene was not visible
+    const SkipMap* of_camera = &scene.skip_map;
+    if (n % 2) {  // a block of parts of tiles
+      scene.block.rays.u1_px -= int(random() % 31), scene.block.rays.v1_px -= int(random() % 31);
+    }
+    const bool prepared = prepare(scene.block, {&scene.map, 1}, {&of_camera, 1});
+    ExpectedCamera expected(scene);
+    if (expected.near_a_limit) continue;
+    const BlockCamera& c = scene.camera();
+    ASSERT_EQ(c.both_ways, expected.both_ways);
+    const int sign[] = {c.sign_u, c.sign_v}, origin[] = {c.origin_u_px, c.origin_v_px};
+    for (const int axis : {0, 1}) {
+      ASSERT_EQ(sign[axis], expected.back[axis] && !expected.both_ways ? -1 : 1);
+      ASSERT_NEAR(origin[axis], expected.origin_px[axis], 1e-9);
+    }
+    expected.set_bounds(scene);
+    if (expected.near_a_limit) continue;
+    ASSERT_EQ(prepared, expected.supported) << n;
+    (prepared ? supported : rejected)++;
+    if (!prepared) continue;
+    ASSERT_NEAR(c.eps_px, double(expected.eps_px), 1e-5 * c.eps_px);
+    ASSERT_NEAR(c.eps_px_per_m, double(expected.eps_px_per_m), 1e-5 * c.eps_px_per_m);
+    both_ways += c.both_ways, back += c.sign_u < 0 || c.sign_v < 0;
+  }
+  EXPECT_GT(supported, 150);
+  EXPECT_GT(rejected, 15);
+  EXPECT_GT(both_ways, 4);
+  EXPECT_GT(back, 80);
+}
+
+// Pixels of the block, along the mirrored axes, are those of the skip map.
+TEST(RayBlocks, BytesAreTheExtentsOfTheQuadrantAhead) {
+  for_scenes(150, [&](Random& random, const Scene& scene) {
+    const BlockCamera& c = scene.camera();
+    const PixelRect& stored = scene.skip_map.stored();
+    const auto in_map = [](float p, int origin_px, int sign) {
+      return sign > 0 ? origin_px + int(p) : origin_px - int(p) - 1;
+    };
+    const auto ends = [&](float low, float high, int origin_px, int sign) {
+      return std::minmax({in_map(low, origin_px, sign), in_map(high, origin_px, sign)});
+    };
+    const auto u_ends = ends(c.min_u, c.max_u, c.origin_u_px, c.sign_u),
+               v_ends = ends(c.min_v, c.max_v, c.origin_v_px, c.sign_v);
+    ASSERT_LE(c.min_u, c.max_u);
+    ASSERT_LE(c.min_v, c.max_v);
+    ASSERT_EQ((PixelRect{u_ends.first, v_ends.first, u_ends.second + 1, v_ends.second + 1}),
+              stored);
+    for (int n = 0; n < 50; ++n) {
+      const float fu = c.min_u + float(random() % unsigned(stored.width_px())),
+                  fv = c.min_v + float(random() % unsigned(stored.height_px()));
+      const int u = in_map(fu, c.origin_u_px, c.sign_u), v = in_map(fv, c.origin_v_px, c.sign_v);
+      const std::int8_t* at = c.at_origin + int(fv * c.step_v) + int(fu * c.step_u);
+      if (!c.both_ways) {
+        ASSERT_EQ(*at, scene.skip_map.at(quadrant_ahead(c.sign_u < 0, c.sign_v < 0), u, v));
+        continue;
+      }
+      for (int box = 0; box < kQuadrants; ++box)
+        ASSERT_EQ(at[box * std::ptrdiff_t(c.box_bytes)], scene.skip_map.at(Quadrant(box), u, v));
+    }
+  });
+}
+
+// A map without the quadrant ahead is left to double.
+TEST(RayBlocks, NeedTheQuadrantsAhead) {
+  for_scenes(40, [&](Random&, const Scene& scene) {
+    Block block = scene.block;
+    for (int missing = 0; missing < kQuadrants; ++missing) {
+      SkipMap map;
+      map.assign(scene.silhouette.pixels);
+      for (int box = 0; box < kQuadrants; ++box)
+        if (box != missing) map.make(Quadrant(box));
+      const SkipMap* of_camera = &map;
+      const BlockCamera& c = scene.camera();
+      ASSERT_EQ(prepare(block, {&scene.map, 1}, {&of_camera, 1}),
+                !c.both_ways && Quadrant(missing) != quadrant_ahead(c.sign_u < 0, c.sign_v < 0));
+    }
+  });
+}
+
 }  // namespace
 }  // namespace HWY_NAMESPACE
 }  // namespace fivepipe::hull

@@ -91,6 +91,44 @@ TEST(Reference, FineMapsGiveTheAnalyticHull) {
   }
 }
 
+TEST(Reference, NoCameraHasNoHull) {
+  for (const HullRule& rule : {HullRule{}, HullRule{Limits::seen, 1}, HullRule{Limits::seen, 0}})
+    EXPECT_TRUE(
+        reference_intervals(std::span<const Silhouette>(), {{0, 0, 1}, {1, 0, 0}}, 0, 1, rule)
+            .empty());
+}
+
+// Two cameras at right angles see a cube of about 1 m. The ray starts in front of it.
+TEST(Reference, DepthIsTheStartOfTheFirstIntervalByTheRule) {
+  std::vector<Silhouette> silhouettes;
+  for (const Eigen::Vector3d& eye : {Eigen::Vector3d(100, 0, 0), Eigen::Vector3d(0, 0, 100)}) {
+    silhouettes.push_back({{{200, 200, 5000, 5000, 99.5, 99.5},
+                            geometry::look_at(eye, {0, 0, 0}, Eigen::Vector3d(0, 1, 0))},
+                           ObjectPixels(200, 200)});
+    for (int v = 75; v < 125; ++v) silhouettes.back().pixels.set_run(75, 125, v);
+  }
+  const View view{
+      {{11, 11, 10, 10, 5, 5}, geometry::look_at({0.01, -10, 0.01}, {0.01, 0, 0.01})}, 1, 30};
+  const auto depth = reference_depth_m(silhouettes, view, 5, 5);
+  ASSERT_TRUE(depth);
+  EXPECT_NEAR(*depth, 9.5, 0.01);
+  EXPECT_FALSE(reference_depth_m(silhouettes, view, 0, 5));
+  View from_inside = view;
+  from_inside.near_m = 10;
+  EXPECT_EQ(reference_depth_m(silhouettes, from_inside, 5, 5), 10.0);
+  View short_view = view;
+  short_view.far_m = 9;
+  EXPECT_FALSE(reference_depth_m(silhouettes, short_view, 5, 5));
+  // With Limits::seen the second camera alone, if it does not see the object, removes it.
+  EXPECT_EQ(reference_depth_m(silhouettes, view, 5, 5, {Limits::seen, 2}), depth);
+  silhouettes.push_back(silhouettes[1]);
+  silhouettes[2].camera.camera_from_world =
+      geometry::look_at({0, 0, 100}, {0, 0, 200}, Eigen::Vector3d(0, 1, 0));  // looks away
+  EXPECT_FALSE(reference_depth_m(silhouettes, view, 5, 5));
+  EXPECT_EQ(reference_depth_m(silhouettes, view, 5, 5, {Limits::seen, 2}), depth);
+  EXPECT_FALSE(reference_depth_m(silhouettes, view, 5, 5, {Limits::seen, 3}));
+}
+
 TEST(Reference, NotANumberHasNoHull) {
   Silhouette s{{{11, 11, 10, 10, 5, 5}, Eigen::Isometry3d::Identity()}, ObjectPixels(11, 11)};
   s.pixels.set(5, 5);

@@ -137,6 +137,24 @@ TEST(HullBounds, AreIndependentOfOrder) {
   }
 }
 
+// A camera at distance 2 sees a rect of 100 x 80 px in the middle of the box. The cut of its
+// pyramid with the box's far side is the rect and 0.01 px more on each side, times depth and focal
+// length.
+TEST(HullBounds, WidenARectByAHundredthOfAPixel) {
+  const geometry::Camera camera{{200, 160, 100, 50, 99.5, 79.5}, Eigen::Isometry3d::Identity()};
+  const Eigen::AlignedBox3d box(Vector3d(-3, -3, 1), Vector3d(3, 3, 2));
+  const auto corners = corners_around_hull(
+      std::vector<SilhouetteBounds>{{camera, {50, 40, 150, 120}}}, box, kNearest_m);
+  const double wide_m = 2 * 50.01 / 100, high_m = 2 * 40.01 / 50;
+  EXPECT_NEAR(support(corners, {1, 0, 0}), wide_m, 1e-12);
+  EXPECT_NEAR(support(corners, {-1, 0, 0}), wide_m, 1e-12);
+  EXPECT_NEAR(support(corners, {0, 1, 0}), high_m, 1e-12);
+  EXPECT_NEAR(support(corners, {0, -1, 0}), high_m, 1e-12);
+  EXPECT_NEAR(support(corners, {0, 0, 1}), 2, 1e-12);
+  EXPECT_NEAR(support(corners, {0, 0, -1}), -1, 1e-12);
+  EXPECT_NEAR(support(corners, {1, 0, -1}), 50.01 / 100 - 1, 1e-12);
+}
+
 TEST(HullBounds, AreEmptyForDisjointRects) {
   const geometry::Camera left{geometry::pinhole_from_fov(720, 486, 1.0),
                               geometry::look_at({-2, 0, 0.5}, {0, 0, 0.5})},

@@ -110,6 +110,72 @@ TEST(SkipMap, IsEmptyWithoutObjectPixels) {
   }
 }
 
+// Whole words of the rows around the object, and beyond them the distance to the stored region and
+// its margin.
+TEST(SkipMap, StoresTheBoundsAndEightPixelsMore) {
+  for (const auto& [u0, u1] :
+       {std::pair{0, 1}, {7, 20}, {8, 20}, {71, 120}, {72, 120}, {72, 121}}) {
+    SCOPED_TRACE(u0);
+    ObjectPixels pixels(300, 60);
+    for (int v = 20; v < 33; ++v) pixels.set_run(u0, u1, v);
+    SkipMap map;
+    map.assign(pixels);
+    test::make_all(map);
+    const PixelRect stored{u0 < 8    ? -64
+                           : u0 < 72 ? 0
+                                     : 64,
+                           12,
+                           u1 <= 56    ? 64
+                           : u1 <= 120 ? 128
+                                       : 192,
+                           41};
+    ASSERT_EQ(map.stored(), stored);
+    EXPECT_EQ(map.bounds(), (PixelRect{u0, 20, u1, 33}));
+    EXPECT_EQ(map.stride(), stored.width_px());
+    EXPECT_EQ(map.box_bytes(), stored.area_px() + 64);
+    for (int box = 0; box < kQuadrants; ++box) {
+      EXPECT_EQ(map.bytes(Quadrant(box)) - map.bytes(Quadrant(0)),
+                std::ptrdiff_t(box) * std::ptrdiff_t(map.box_bytes()));
+      for (const int beyond : {1, 2, 100}) {
+        EXPECT_EQ(map.at(Quadrant(box), stored.u0_px - beyond, 30), beyond + 8);
+        EXPECT_EQ(map.at(Quadrant(box), stored.u1_px - 1 + beyond, 30), beyond + 8);
+        EXPECT_EQ(map.at(Quadrant(box), u0, stored.v0_px - beyond), beyond + 8);
+        EXPECT_EQ(map.at(Quadrant(box), u0, stored.v1_px - 1 + beyond), beyond + 8);
+        EXPECT_EQ(map.at(Quadrant(box), stored.u0_px - 3, stored.v0_px - beyond),
+                  std::max(beyond, 3) + 8);
+      }
+      for (int u = stored.u0_px; u < stored.u1_px; u += 5)
+        for (int v = stored.v0_px; v < stored.v1_px; ++v)
+          ASSERT_EQ(map.at(Quadrant(box), u, v),
+                    map.bytes(Quadrant(box))[(v - stored.v0_px) * map.stride() + u - stored.u0_px]);
+    }
+  }
+  EXPECT_EQ(kExtents_px, (std::array{1, 2, 3, 5, 9, 17, 33, 65}));
+}
+
+TEST(SkipMap, HasTheQuadrantsMadeSinceTheLastAssign) {
+  ObjectPixels pixels(30, 20);
+  pixels.set(4, 5);
+  SkipMap map;
+  for (int round = 0; round < 2; ++round)
+    for (int made = 0; made < kQuadrants; ++made) {
+      map.assign(pixels);
+      map.make(Quadrant(made));
+      for (int box = 0; box < kQuadrants; ++box) EXPECT_EQ(map.has(Quadrant(box)), box == made);
+    }
+}
+
+TEST(SkipMap, QuadrantsAreNamedByTheirDirections) {
+  EXPECT_EQ(quadrant_ahead(false, false), Quadrant::right_down);
+  EXPECT_EQ(quadrant_ahead(true, false), Quadrant::left_down);
+  EXPECT_EQ(quadrant_ahead(false, true), Quadrant::right_up);
+  EXPECT_EQ(quadrant_ahead(true, true), Quadrant::left_up);
+  for (int box = 0; box < kQuadrants; ++box)
+    for (const int r : {1, 2, 5})
+      EXPECT_EQ(quadrant_rect(Quadrant(box), 10, 20, r),
+                pixels_of_quadrant(Quadrant(box), 10, 20, r));
+}
+
 TEST(SkipMap, ReuseForAnotherSizeLeavesNoTrace) {
   test::Random random(3);
   SkipMap skip_map;
