@@ -1,5 +1,7 @@
 // The stages of the paper's method: bounding boxes, then triangles (paper, sections 4.2.4 and
 // 4.4.1). backends_test.cpp tests its results.
+#include <algorithm>
+#include <cmath>
 #include <limits>
 #include <stdexcept>
 
@@ -55,6 +57,64 @@ TEST(BoxQuery, CertifiesBoxesBesideASilhouette) {
       collision::is_certainly_free({}, {Eigen::Vector3d(-1, -1, -1), Eigen::Vector3d(1, 1, 1)}));
   EXPECT_FALSE(collision::is_certainly_free(
       silhouettes, {Eigen::Vector3d(-1, -1, -1), Eigen::Vector3d(1, 1, 1)}, 3));
+}
+
+// The bounding rectangle of a box's corners in each image, pixel by pixel.
+bool reference_free(std::span<const hull::Silhouette> silhouettes, const Eigen::AlignedBox3d& box,
+                    int depth) {
+  for (const hull::Silhouette& s : silhouettes) {
+    Eigen::AlignedBox2d image;
+    bool all_in_front = true, any_in_front = false;
+    for (const double x : {box.min().x(), box.max().x()})
+      for (const double y : {box.min().y(), box.max().y()})
+        for (const double z : {box.min().z(), box.max().z()}) {
+          const auto uv_px = geometry::project(s.camera, {x, y, z});
+          uv_px ? any_in_front = true : all_in_front = false;
+          if (uv_px) image.extend(*uv_px);
+        }
+    bool any = !all_in_front && any_in_front;
+    for (int v = 0; v < s.pixels.height_px() && all_in_front && !any; ++v)
+      for (int u = 0; u < s.pixels.width_px(); ++u)
+        any |= s.pixels.contains(u, v) && u + 0.5 >= image.min().x() &&
+               u - 0.5 <= image.max().x() && v + 0.5 >= image.min().y() &&
+               v - 0.5 <= image.max().y();
+    if (!any) return true;
+  }
+  if (depth == 0) return false;
+  const Eigen::Vector3d half_m = 0.5 * box.sizes();
+  for (int octant = 0; octant < 8; ++octant) {
+    const Eigen::Vector3d low =
+        box.min() + half_m.cwiseProduct(Eigen::Vector3d(octant & 1, octant >> 1 & 1, octant >> 2));
+    if (!reference_free(silhouettes, {low, low + half_m}, depth - 1)) return false;
+  }
+  return true;
+}
+
+TEST(BoxQuery, CertifiesExactlyTheBoxesWithoutAnObjectPixelInTheirImage) {
+  Random random(14);
+  int free = 0, not_free = 0;
+  for (int scene = 0; scene < 12; ++scene) {
+    std::vector<hull::Silhouette> silhouettes;
+    for (const geometry::Camera& camera : random_cameras(random, 1 + scene % 3, 141, 65)) {
+      silhouettes.push_back({camera, hull::ObjectPixels(141, 65)});
+      for (int i = 0; i < 12; ++i)  // also in the image's first and last columns and rows
+        silhouettes.back().pixels.set(std::clamp(int(uniform(random, -30, 170)), 0, 140),
+                                      std::clamp(int(uniform(random, -20, 85)), 0, 64));
+    }
+    for (int i = 0; i < 250; ++i) {
+      const double size_m = std::exp(uniform(random, std::log(0.005), std::log(1.5)));
+      Eigen::AlignedBox3d box(random_in_ball(random, i % 5 ? 0.4 : 2.0));
+      box.extend(box.min() + size_m * random_direction(random));
+      for (const int depth : {0, 1, 2}) {
+        const bool expected = reference_free(silhouettes, box, depth);
+        EXPECT_EQ(collision::is_certainly_free(silhouettes, box, depth), expected)
+            << scene << ' ' << i << ' ' << depth;
+        ++(expected ? free : not_free);
+      }
+    }
+  }
+  EXPECT_GT(free, 500);
+  EXPECT_GT(not_free, 500);
 }
 
 TEST(BoxQuery, CertifiesABoxBehindACameraButNotABoxAroundIt) {
