@@ -194,10 +194,40 @@ TEST(CpuDetection, CountsItsBoxesAndTriangles) {
     EXPECT_EQ(counts.triangles_classified, expected.triangles_classified);
     EXPECT_EQ(counts.triangles_walked, expected.triangles_walked);
     EXPECT_EQ(counts.over_budget, 0u);
+    EXPECT_GT(counts.points_in_double, 0u);  // samples at a pixel's border
+    EXPECT_LT(counts.points_in_double, 40u);
   }
   EXPECT_GT(expected.boxes, 10u);
   EXPECT_GT(expected.triangles_walked, 100u);
   EXPECT_LT(expected.triangles_walked, expected.triangles_classified);
+}
+
+// For parts of eps_m / 16 a triangle of 460 m has to be cut more often than allowed. The small ones
+// are not cut.
+TEST(CpuDetection, CountsTrianglesOverBudget) {
+  std::vector<hull::Silhouette> silhouettes =
+      silhouettes_of({ball(kOrigin, 0.05)}, ring(2, 1.2, 0.6, 300, 0.5));
+  for (hull::Silhouette& s : silhouettes)
+    for (int v = 0; v < 300; ++v) s.pixels.set_run(0, 300, v);
+  const CollisionHull hull(silhouettes);
+  const Vector3d eye = geometry::camera_center_world_m(silhouettes[0].camera), y(0, 200, 0);
+  const collision::Triangle through = {100 * eye, -100 * eye + y, -100 * eye - y},
+                            behind = {1.1 * eye, 1.3 * eye, 1.2 * eye + Vector3d(0.1, 0, 0)},
+                            within = {kOrigin, Vector3d(0.05, 0, 0), Vector3d(0, 0.05, 0)};
+  const collision::Bvh tree(mesh_of({through, behind, within, through}));
+  const collision::DetectionObject object{&tree};
+  collision::CpuDetection detection;
+  for (const double spacing_m : {0.0, 0.02, 0.0}) {
+    collision::CpuDetectionCounts counts;
+    const auto found =
+        detection.detect(hull.query, {&object, 1},
+                         {.eps_m = 1e-6, .spacing_m = spacing_m, .max_points = 4096}, &counts);
+    EXPECT_TRUE(test::holds(found[0].triangles, 2));
+    EXPECT_EQ(found[0].triangles.size() + found[0].undecided.size(), 3u);
+    EXPECT_FALSE(test::holds(found[0].triangles, 1) || test::holds(found[0].undecided, 1));
+    EXPECT_EQ(counts.over_budget, 2u) << spacing_m;
+    EXPECT_GT(counts.points_in_double, 0u);
+  }
 }
 
 // The grid is the smallest of 1, 2, 3, 4, 6, 8, 12, ... divisions whose samples are near enough, or
