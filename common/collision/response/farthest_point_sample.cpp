@@ -15,6 +15,7 @@ bool less(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
 std::vector<std::size_t> farthest_point_sample(std::span<const Eigen::Vector3d> points_m,
                                                std::size_t first, std::size_t count, double min_m) {
   std::vector<double> distance2(points_m.size(), std::numeric_limits<double>::infinity());
+  distance2[first] = 0;
   std::vector<std::size_t> taken{first};
   while (taken.size() < count) {
     std::size_t farthest = first;

@@ -156,6 +156,32 @@ TEST_P(EveryBackend, AnEmptyHullOrAnEmptyMeshIsFree) {
   EXPECT_TRUE(detect(hull, std::span<const collision::DetectionObject>()).empty());
 }
 
+TEST_P(EveryBackend, CountsTheObjectsOfAllCallsByVerdict) {
+  const CollisionHull hull(hand_like());
+  const collision::Bvh sphere(geometry::sphere_mesh(0.04, 2)), none(geometry::Mesh{});
+  const std::vector<collision::DetectionObject> objects{
+      {&sphere, at({-0.05, 0, 0})}, {&sphere, at({1, 0, 0})}, {&sphere, at({0, 0.01, 0})}, {&none}};
+  const auto detector = make_detector(kVerdictOnly);
+  EXPECT_EQ(detector->counts().objects, 0u);
+  detector->set_hull(hull.query, hull.silhouettes);
+  std::size_t undecided = 0;
+  for (std::size_t call = 1; call <= 3; ++call) {
+    for (const collision::ObjectCollision& found : detector->detect(objects))
+      undecided += found.verdict == CollisionVerdict::undecided;
+    EXPECT_EQ(detector->counts().objects, 4 * call);
+    EXPECT_EQ(detector->counts().colliding, 2 * call);
+    EXPECT_EQ(detector->counts().undecided, undecided);
+  }
+  // The backend `paper` leaves a box around the hull undecided.
+  const CollisionHull small = ball_hull(0.02);
+  const collision::Bvh box(geometry::box_mesh({0.2, 0.2, 0.2}));
+  const collision::DetectionObject around{&box};
+  detector->set_hull(small.query, small.silhouettes);
+  detector->detect({&around, 1});
+  EXPECT_EQ(detector->counts().objects, 13u);
+  EXPECT_EQ(detector->counts().undecided, undecided + (GetParam() == Backend::paper));
+}
+
 TEST_P(EveryBackend, RejectsAPoseThatIsNotFinite) {
   const CollisionHull hull(hand_like());
   const collision::Bvh tree(geometry::box_mesh({0.1, 0.1, 0.1}));

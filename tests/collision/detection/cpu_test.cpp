@@ -3,12 +3,16 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <bit>
 #include <chrono>
 #include <fstream>
+#include <functional>
 #include <limits>
 
 #include "common/collision/detection/contact_points.h"
 #include "common/collision/detection/cpu/cpu_detection.h"
+#include "common/collision/detection/cpu/detection_common.h"
+#include "common/collision/detection/cpu/triangle_walk.h"
 #include "tests/support/collision_triangles.h"
 
 namespace fivepipe::test {
@@ -120,6 +124,150 @@ TEST(ContactPoints, SamplesAreTheCellCenters) {
     EXPECT_EQ(written[i], (collision::CollisionPoint{Vector3d(8, 8, 8), 3}));
     EXPECT_EQ(written[i + 1].triangle, 5u);  // not written
   }
+}
+
+TEST(ContactPoints, ClearedPointsStartAgain) {
+  collision::ContactPoints points;
+  const collision::SampledPart part{kOrigin,           Vector3d::UnitY(), 0, 1,
+                                    Vector3d::UnitX(), Vector3d::UnitZ(), 2};
+  for (int round = 0; round < 2; ++round) {
+    points.begin_triangle();
+    EXPECT_EQ(points.first_run(), 0u);
+    points.add(Vector3d(1, 2, 3));
+    points.add(part);
+    points.begin_triangle();
+    EXPECT_EQ(points.first_run(), 2u);
+    points.add(part);
+    points.add(Vector3d(4, 5, 6));
+    points.add(Vector3d(7, 8, 9));  // in the run of the point before
+    points.begin_triangle();
+    EXPECT_EQ(points.first_run(), 4u);
+    points.add(Vector3d(1, 1, 1));
+    EXPECT_EQ(points.size(), 12u);
+    std::vector<collision::CollisionPoint> written(3, {kOrigin, 0});
+    points.write(4, 9, written.data(), 1);
+    EXPECT_EQ(written[0], (collision::CollisionPoint{Vector3d(1, 1, 1), 9}));
+    points.write(3, 8, written.data(), 2);
+    EXPECT_EQ(written[0], (collision::CollisionPoint{Vector3d(4, 5, 6), 8}));
+    EXPECT_EQ(written[1], (collision::CollisionPoint{Vector3d(7, 8, 9), 8}));
+    EXPECT_EQ(written[2], (collision::CollisionPoint{kOrigin, 0}));
+    points.clear();
+    EXPECT_EQ(points.size(), 0u);
+  }
+}
+
+// The counts are those of a plain descent with the same kernels, and start again in each call.
+TEST(CpuDetection, CountsItsBoxesAndTriangles) {
+  Random random(17);
+  const CollisionHull hull(hand_like(), 2);
+  const collision::Bvh scattered(mesh_of(random_triangles(random, 900))),
+      sphere(geometry::sphere_mesh(0.05, 4));
+  const std::vector<collision::DetectionObject> objects{
+      {&scattered}, {&sphere, at({0.03, 0, 0})}, {&sphere, at({0.5, 0.5, 0})}};
+  collision::CpuDetectionCounts expected;
+  for (const collision::DetectionObject& object : objects) {
+    const auto maps = collision::object_maps(hull.query, object);
+    ASSERT_EQ(maps.size(), 4u);
+    const std::function<void(int, int)> descend = [&](int level, int node) {
+      ++expected.boxes;
+      const auto free = collision::classify_boxes(maps, object.tree->boxes(level, node)).free;
+      for (int child = 0; child < 16; ++child) {
+        const int index = 16 * node + child;
+        if (free >> child & 1) continue;
+        if (level > 0) {
+          descend(level - 1, index);
+          continue;
+        }
+        const int count = int(object.tree->triangles_of(index).size());
+        expected.triangles_classified += std::size_t(count);
+        const auto bits = collision::classify_leaf(maps, object.tree->leaf(index), count);
+        expected.triangles_walked += std::size_t(count - std::popcount(bits.free));
+      }
+    };
+    descend(object.tree->levels() - 1, 0);
+  }
+  collision::CpuDetection detection;
+  for (int call = 0; call < 2; ++call) {
+    collision::CpuDetectionCounts counts;
+    detection.detect(hull.query, objects, kVerdictOnly, &counts);
+    EXPECT_EQ(counts.boxes, expected.boxes);
+    EXPECT_EQ(counts.triangles_classified, expected.triangles_classified);
+    EXPECT_EQ(counts.triangles_walked, expected.triangles_walked);
+    EXPECT_EQ(counts.over_budget, 0u);
+    EXPECT_GT(counts.points_in_double, 0u);  // samples at a pixel's border
+    EXPECT_LT(counts.points_in_double, 40u);
+  }
+  EXPECT_GT(expected.boxes, 10u);
+  EXPECT_GT(expected.triangles_walked, 100u);
+  EXPECT_LT(expected.triangles_walked, expected.triangles_classified);
+}
+
+// For parts of eps_m / 16 a triangle of 460 m has to be cut more often than allowed. The small ones
+// are not cut.
+TEST(CpuDetection, CountsTrianglesOverBudget) {
+  std::vector<hull::Silhouette> silhouettes =
+      silhouettes_of({ball(kOrigin, 0.05)}, ring(2, 1.2, 0.6, 300, 0.5));
+  for (hull::Silhouette& s : silhouettes)
+    for (int v = 0; v < 300; ++v) s.pixels.set_run(0, 300, v);
+  const CollisionHull hull(silhouettes);
+  const Vector3d eye = geometry::camera_center_world_m(silhouettes[0].camera), y(0, 200, 0);
+  const collision::Triangle through = {100 * eye, -100 * eye + y, -100 * eye - y},
+                            behind = {1.1 * eye, 1.3 * eye, 1.2 * eye + Vector3d(0.1, 0, 0)},
+                            within = {kOrigin, Vector3d(0.05, 0, 0), Vector3d(0, 0.05, 0)};
+  const collision::Bvh tree(mesh_of({through, behind, within, through}));
+  const collision::DetectionObject object{&tree};
+  collision::CpuDetection detection;
+  for (const double spacing_m : {0.0, 0.02, 0.0}) {
+    collision::CpuDetectionCounts counts;
+    const auto found =
+        detection.detect(hull.query, {&object, 1},
+                         {.eps_m = 1e-6, .spacing_m = spacing_m, .max_points = 4096}, &counts);
+    EXPECT_TRUE(test::holds(found[0].triangles, 2));
+    EXPECT_EQ(found[0].triangles.size() + found[0].undecided.size(), 3u);
+    EXPECT_FALSE(test::holds(found[0].triangles, 1) || test::holds(found[0].undecided, 1));
+    EXPECT_EQ(counts.over_budget, 2u) << spacing_m;
+    EXPECT_GT(counts.points_in_double, 0u);
+  }
+}
+
+// The grid is the smallest of 1, 2, 3, 4, 6, 8, 12, ... divisions whose samples are near enough, or
+// the largest with at most max_points samples.
+TEST(TriangleGrid, IsTheCoarsestOneThatIsFineEnough) {
+  Random random(18);
+  int coarser = 0;
+  for (int i = 0; i < 3000; ++i) {
+    const collision::Triangle t = random_triangle(random, 0.1, 0.1);
+    const double longest_m =
+        std::max({(t[0] - t[1]).norm(), (t[1] - t[2]).norm(), (t[2] - t[0]).norm()});
+    const double spacing_m = i % 5 == 0 ? 0 : std::exp(uniform(random, std::log(1e-4), 0)),
+                 eps_m = std::exp(uniform(random, std::log(1e-5), std::log(1e-2)));
+    const std::size_t max_points = std::size_t(std::exp(uniform(random, 0, 9)));
+    const collision::TriangleGrid grid =
+        collision::triangle_grid(t, {eps_m, max_points}, spacing_m);
+    // Sample centers are two thirds of a part's edge apart.
+    const double needed = spacing_m > 0 ? 2.0 / 3 * longest_m / spacing_m : 0;
+    int expected = 1, start = 1;
+    for (const int next : {2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192}) {
+      if (expected >= needed) break;
+      // Three quarters of a power of two are a choice only if they are fine enough.
+      const bool three = next % 3 == 0;
+      const int room = three ? next / 3 * 4 : next;
+      if (double(room) * room > double(max_points) || (three && next < needed)) continue;
+      expected = next, start = three ? 3 : 1;
+    }
+    EXPECT_EQ(grid.divisions, expected) << i;
+    EXPECT_EQ(grid.start, start) << i;
+    EXPECT_EQ(grid.coarser, expected < needed) << i;
+    coarser += grid.coarser;
+    // The finest parts are the first ones of at most a sixteenth of eps_m.
+    double units = expected;
+    while (longest_m / units > eps_m / 16) units *= 2;
+    EXPECT_EQ(grid.units, units) << i;
+  }
+  EXPECT_GT(coarser, 100);
+  // Float cannot represent a finer grid.
+  const collision::Triangle huge{kOrigin, Vector3d(1e4, 0, 0), Vector3d(0, 1e4, 0)};
+  EXPECT_EQ(collision::triangle_grid(huge, {1e-6, 1}, 0).units, 2 * collision::kMaxUnits);
 }
 
 std::size_t resident_mb() {

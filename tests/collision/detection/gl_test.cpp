@@ -1,8 +1,10 @@
 // Backend `gl` of collision detection: agreement with backend `cpu`, error margins, capacity limits
 // and fallbacks to the CPU. backends_test.cpp and certified_properties_test.cpp test its results.
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <vector>
 
 #include "common/collision/detection/cpu/contact_simd.h"
 #include "common/collision/detection/gl/gl_contact_camera.h"
@@ -281,10 +283,167 @@ TEST_F(GlDetectionTest, ErrorMarginBoundsFloatRounding) {
   EXPECT_GT(worst, 0.005);
 }
 
+void expect_equal(const collision::GlDetectionCounts& a, const collision::GlDetectionCounts& b) {
+  EXPECT_EQ(a.triangles_open, b.triangles_open);
+  EXPECT_EQ(a.parts, b.parts);
+  EXPECT_EQ(a.found, b.found);
+  EXPECT_EQ(a.triangles_on_cpu, b.triangles_on_cpu);
+  EXPECT_EQ(a.objects_on_cpu, b.objects_on_cpu);
+  EXPECT_EQ(a.over_budget, b.over_budget);
+}
+
+// Each call counts anew. A detection that has grown its buffers keeps them, and one that may not
+// grow refines nothing.
+TEST_F(GlDetectionTest, CountsEachCallAndKeepsItsBuffers) {
+  Random random(16);
+  const CollisionHull hull(hand_like());
+  const collision::Bvh tree(mesh_of(random_triangles(random, 300))),
+      huge(mesh_of({{Vector3d(-1e37, -1e37, 0), Vector3d(1e37, -1e37, 0), Vector3d(0, 1e37, 0)}}));
+  const std::vector<collision::DetectionObject> objects{{&tree}, {&huge}};
+  for (const collision::DetectionOptions& options : {kVerdictOnly, kAllPoints}) {
+    detect(*detection_, hull, objects, options);
+    const collision::GlDetectionCounts first = counts_;
+    EXPECT_EQ(first.objects_on_cpu, 1u);
+    EXPECT_GT(first.parts, first.triangles_open);
+    EXPECT_GT(first.found, 0u);
+    EXPECT_LT(first.found, first.parts);
+    detect(*detection_, hull, objects, options);
+    expect_equal(counts_, first);
+    EXPECT_EQ(counts_.overflows, 0u);
+    collision::GlDetection growing({.first = 64, .max = 1 << 18});
+    detect(growing, hull, objects, options);
+    const std::size_t overflows = counts_.overflows;
+    EXPECT_GT(overflows, 1u);
+    expect_equal(counts_, first);
+    detect(growing, hull, objects, options);
+    EXPECT_EQ(counts_.overflows, 0u);
+    expect_equal(counts_, first);
+    // The same room at once suffices; half of it does not.
+    collision::GlDetection enough({.first = std::size_t{64} << overflows, .max = 1 << 18}),
+        half({.first = std::size_t{32} << overflows, .max = std::size_t{32} << overflows});
+    detect(enough, hull, objects, options);
+    EXPECT_EQ(counts_.overflows, 0u);
+    for (int call = 0; call < 2; ++call) {
+      detect(half, hull, objects, options);
+      EXPECT_EQ(counts_.overflows, 1u);
+      EXPECT_EQ(counts_.parts, 0u);
+      EXPECT_EQ(counts_.found, 0u);
+      // All except those that are wholly in the hull.
+      EXPECT_GT(double(counts_.triangles_on_cpu), 0.9 * double(counts_.triangles_open));
+      EXPECT_LE(counts_.triangles_on_cpu, counts_.triangles_open);
+    }
+    // A free object, and no object.
+    const std::vector<collision::DetectionObject> far{{&tree, at({3, 3, 0})}};
+    detect(*detection_, hull, far, options);
+    EXPECT_EQ(counts_.triangles_open + counts_.parts + counts_.found + counts_.objects_on_cpu, 0u);
+  }
+}
+
+// Both backends have about the same margins, so they leave about the same triangles open.
+TEST_F(GlDetectionTest, OpensAsManyTrianglesAsBackendCpu) {
+  Random random(17);
+  for (int scene = 0; scene < 4; ++scene) {
+    const CollisionHull hull(
+        scene == 0 ? hand_like()
+                   : silhouettes_of(random_object(random, 3), random_cameras(random, 1 + scene)));
+    const collision::Bvh tree(mesh_of(random_triangles(random, 1500)));
+    const collision::DetectionObject object{&tree};
+    collision::CpuDetectionCounts cpu;
+    collision::detect(hull.query, {&object, 1}, kVerdictOnly, &cpu);
+    detect(hull, tree);
+    EXPECT_NEAR(double(counts_.triangles_open), double(cpu.triangles_walked),
+                2 + 0.005 * double(cpu.triangles_walked))
+        << scene;
+  }
+}
+
+// The origin minimises the squared distances to the cameras' lines of sight through their base
+// pixels, with a thousandth of the squared distances to the cameras.
+TEST_F(GlDetectionTest, TheOriginIsNearTheHull) {
+  Random random(18);
+  for (int scene = 0; scene < 5; ++scene) {
+    const Vector3d center = random_in_ball(random, 0.05);
+    const CollisionHull hull(
+        silhouettes_of({ball(center, 0.04)}, random_cameras(random, 2 + scene, 400, 301)));
+    const Vector3d origin = collision::world_origin_near_hull_m(hull.hull);
+    EXPECT_LT((origin - center).norm(), 0.02) << scene;
+    Vector3d slope = Vector3d::Zero();
+    for (const hull::Silhouette& s : hull.silhouettes) {
+      const hull::PixelRect bounds = s.pixels.bounds();
+      const geometry::Ray ray = geometry::ray_through(
+          s.camera,
+          Eigen::Vector2d((bounds.u0_px + bounds.u1_px) / 2, (bounds.v0_px + bounds.v1_px) / 2));
+      const Vector3d off = origin - ray.origin_world_m, d = ray.direction_world.normalized();
+      slope += off - off.dot(d) * d + 1e-3 * off;
+    }
+    EXPECT_LT(slope.norm(), 1e-12) << scene;
+  }
+}
+
+TEST_F(GlDetectionTest, CamerasHaveTheLimitsOfTheirMaps) {
+  Random random(19);
+  for (int i = 0; i < 50; ++i) {
+    hull::CpuHull::MapCamera camera;
+    camera.camera = random_camera(random, 320, 240);
+    hull::ObjectPixels pixels(320, 240);
+    for (int k = 0; k < 3; ++k)
+      pixels.set(int(uniform(random, 0, 320)), int(uniform(random, 0, 240)));
+    camera.skip_map.assign(pixels);
+    const hull::PixelRect bounds = pixels.bounds(), &stored = camera.skip_map.stored();
+    const int u = (bounds.u0_px + bounds.u1_px) / 2, v = (bounds.v0_px + bounds.v1_px) / 2;
+    const collision::BasePixel base = collision::base_pixel(camera);
+    EXPECT_EQ(base.u, u);
+    EXPECT_EQ(base.v, v);
+    const Isometry3d pose = at(random_in_ball(random, 1));
+    const double radius_m = uniform(random, 0.1, 1);
+    const auto c = collision::gl_camera(camera, pose, radius_m);
+    const int limits[2][4] = {
+        {stored.u0_px - u, stored.u1_px - 1 - u, stored.v0_px - v, stored.v1_px - 1 - v},
+        {bounds.u0_px - u, bounds.u1_px - u, bounds.v0_px - v, bounds.v1_px - v}};
+    for (int k = 0; k < 4; ++k) {
+      EXPECT_EQ(c.stored[k], float(limits[0][k]));
+      EXPECT_EQ(c.bounds[k], float(limits[1][k]));
+    }
+    const double farthest_px = std::max(bounds.width_px(), bounds.height_px()) / 2.0 + 1;
+    EXPECT_EQ(c.farthest_px, float(farthest_px));
+    EXPECT_FLOAT_EQ(c.behind, float(-2 / farthest_px));
+    // (U, V, W) of a point is its image, from the base pixel's border, times its depth.
+    const Vector3d p = random_in_ball(random, radius_m);
+    const Vector3d in_camera = camera.camera.camera_from_world * (pose * p);
+    const geometry::Pinhole& k = camera.camera.pinhole;
+    const double image[3] = {k.fx_px * in_camera.x() + (k.cx_px + 0.5 - u) * in_camera.z(),
+                             k.fy_px * in_camera.y() + (k.cy_px + 0.5 - v) * in_camera.z(),
+                             in_camera.z()};
+    for (int row = 0; row < 3; ++row)
+      EXPECT_NEAR(c.at[row] + p.x() * c.of_x[row] + p.y() * c.of_y[row] + p.z() * c.of_z[row],
+                  image[row], 1e-3);
+    // The margins are a small multiple of float's rounding of the terms.
+    double terms = 0, at_terms = 0;
+    for (int row = 0; row < 3; ++row) {
+      const double weight = row < 2 ? 1 : farthest_px;
+      at_terms = std::max(at_terms, weight * std::abs(c.at[row]));
+      terms = std::max(
+          terms, weight * (std::abs(c.of_x[row]) + std::abs(c.of_y[row]) + std::abs(c.of_z[row])));
+    }
+    constexpr double kRounding = 32 * 0x1p-23;
+    EXPECT_GE(c.of_x[3], kRounding * at_terms);
+    EXPECT_LE(c.of_x[3], 2.1 * kRounding * at_terms);
+    EXPECT_GE(c.at[3], kRounding * terms);
+    EXPECT_LE(c.at[3], 2.1 * kRounding * terms);
+    const double depth_terms =
+        std::abs(c.at[2]) +
+        radius_m * (std::abs(c.of_x[2]) + std::abs(c.of_y[2]) + std::abs(c.of_z[2]));
+    EXPECT_NEAR(c.of_y[3], kRounding * depth_terms, 0.04 * kRounding * depth_terms);
+    EXPECT_NEAR(c.of_z[3] * farthest_px, 0x1p-20 * (farthest_px + 1), 1e-7);
+  }
+}
+
 TEST_F(GlDetectionTest, RejectsAnInvalidCapacity) {
   EXPECT_THROW(collision::GlDetection({.first = 0, .max = 64}), std::invalid_argument);
   EXPECT_THROW(collision::GlDetection({.first = 128, .max = 64}), std::invalid_argument);
   EXPECT_THROW(collision::GlDetection({.first = 64, .max = 100}), std::invalid_argument);
+  EXPECT_THROW(collision::GlDetection({.first = 100, .max = 128}), std::invalid_argument);
+  EXPECT_NO_THROW(collision::GlDetection({.first = 64, .max = 64}));
 }
 
 }  // namespace

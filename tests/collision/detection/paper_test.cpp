@@ -1,11 +1,14 @@
 // The stages of the paper's method: bounding boxes, then triangles (paper, sections 4.2.4 and
 // 4.4.1). backends_test.cpp tests its results.
+#include <algorithm>
+#include <cmath>
 #include <limits>
 #include <stdexcept>
 
 #include "common/collision/detection/box_query.h"
 #include "common/collision/detection/paper/paper_detection.h"
-#include "tests/support/collision_scene.h"
+#include "common/collision/detection/paper/paper_detector.h"
+#include "tests/support/collision_triangles.h"
 
 namespace fivepipe::test {
 namespace {
@@ -55,6 +58,64 @@ TEST(BoxQuery, CertifiesBoxesBesideASilhouette) {
       collision::is_certainly_free({}, {Eigen::Vector3d(-1, -1, -1), Eigen::Vector3d(1, 1, 1)}));
   EXPECT_FALSE(collision::is_certainly_free(
       silhouettes, {Eigen::Vector3d(-1, -1, -1), Eigen::Vector3d(1, 1, 1)}, 3));
+}
+
+// The bounding rectangle of a box's corners in each image, pixel by pixel.
+bool reference_free(std::span<const hull::Silhouette> silhouettes, const Eigen::AlignedBox3d& box,
+                    int depth) {
+  for (const hull::Silhouette& s : silhouettes) {
+    Eigen::AlignedBox2d image;
+    bool all_in_front = true, any_in_front = false;
+    for (const double x : {box.min().x(), box.max().x()})
+      for (const double y : {box.min().y(), box.max().y()})
+        for (const double z : {box.min().z(), box.max().z()}) {
+          const auto uv_px = geometry::project(s.camera, {x, y, z});
+          uv_px ? any_in_front = true : all_in_front = false;
+          if (uv_px) image.extend(*uv_px);
+        }
+    bool any = !all_in_front && any_in_front;
+    for (int v = 0; v < s.pixels.height_px() && all_in_front && !any; ++v)
+      for (int u = 0; u < s.pixels.width_px(); ++u)
+        any |= s.pixels.contains(u, v) && u + 0.5 >= image.min().x() &&
+               u - 0.5 <= image.max().x() && v + 0.5 >= image.min().y() &&
+               v - 0.5 <= image.max().y();
+    if (!any) return true;
+  }
+  if (depth == 0) return false;
+  const Eigen::Vector3d half_m = 0.5 * box.sizes();
+  for (int octant = 0; octant < 8; ++octant) {
+    const Eigen::Vector3d low =
+        box.min() + half_m.cwiseProduct(Eigen::Vector3d(octant & 1, octant >> 1 & 1, octant >> 2));
+    if (!reference_free(silhouettes, {low, low + half_m}, depth - 1)) return false;
+  }
+  return true;
+}
+
+TEST(BoxQuery, CertifiesExactlyTheBoxesWithoutAnObjectPixelInTheirImage) {
+  Random random(14);
+  int free = 0, not_free = 0;
+  for (int scene = 0; scene < 12; ++scene) {
+    std::vector<hull::Silhouette> silhouettes;
+    for (const geometry::Camera& camera : random_cameras(random, 1 + scene % 3, 141, 65)) {
+      silhouettes.push_back({camera, hull::ObjectPixels(141, 65)});
+      for (int i = 0; i < 12; ++i)  // also in the image's first and last columns and rows
+        silhouettes.back().pixels.set(std::clamp(int(uniform(random, -30, 170)), 0, 140),
+                                      std::clamp(int(uniform(random, -20, 85)), 0, 64));
+    }
+    for (int i = 0; i < 80; ++i) {
+      const double size_m = std::exp(uniform(random, std::log(0.005), std::log(1.5)));
+      Eigen::AlignedBox3d box(random_in_ball(random, i % 5 ? 0.4 : 2.0));
+      box.extend(box.min() + size_m * random_direction(random));
+      for (const int depth : {0, 1, 2}) {
+        const bool expected = reference_free(silhouettes, box, depth);
+        EXPECT_EQ(collision::is_certainly_free(silhouettes, box, depth), expected)
+            << scene << ' ' << i << ' ' << depth;
+        ++(expected ? free : not_free);
+      }
+    }
+  }
+  EXPECT_GT(free, 200);
+  EXPECT_GT(not_free, 200);
 }
 
 TEST(BoxQuery, CertifiesABoxBehindACameraButNotABoxAroundIt) {
@@ -122,6 +183,83 @@ TEST_F(PaperDetectionTest, StageCountsSumToTheNumberOfObjects) {
         detect_all(random_object(random, 2), objects, random_cameras(random, 3));
     EXPECT_EQ(stages_sum(detection.counts), objects.size());
   }
+}
+
+// Each stage, computed for one object at a time from the queries it consists of.
+TEST_F(PaperDetectionTest, EqualsTheQueriesOfEachStage) {
+  Random random(15);
+  std::size_t by_cells = 0, may_hold = 0;
+  const auto detector = collision::paper_detector(400, 10);
+  for (int scene = 0; scene < 8; ++scene) {
+    const CollisionHull hull(
+        silhouettes_of(scene % 4 ? random_object(random, 3) : std::vector{ball(kOrigin, 0.02)},
+                       random_cameras(random, 2 + scene % 3)));
+    std::vector<collision::Bvh> trees{collision::Bvh(geometry::Mesh{})};
+    std::vector<collision::DetectionObject> moved;
+    for (int i = 0; i < 6; ++i)
+      trees.emplace_back(geometry::sphere_mesh(uniform(random, 0.02, 0.15), 1 + i % 2));
+    std::vector<std::vector<collision::Triangle>> objects;
+    for (const collision::Bvh& tree : trees) {
+      moved.push_back({&tree, at(random_in_ball(random, scene % 4 ? 0.25 : 0.05))});
+      objects.push_back(collision::world_triangles(tree.mesh(), moved.back().world_from_object));
+    }
+    query_.set_silhouettes(hull.silhouettes);
+    const collision::Detection found = collision::detect(query_, objects);
+    collision::DetectionCounts expected{.objects = objects.size()};
+    for (std::size_t i = 0; i < objects.size(); ++i) {
+      const collision::ObjectCollision& object = found.objects[i];
+      Eigen::AlignedBox3d box;
+      for (const collision::Triangle& t : objects[i])
+        for (const Eigen::Vector3d& v : t) box.extend(v);
+      if (objects[i].empty() || collision::is_certainly_free(hull.silhouettes, box)) {
+        ++expected.free_by_image;
+        EXPECT_EQ(object.verdict, collision::CollisionVerdict::free);
+        EXPECT_FALSE(object.hull_in_box);
+        continue;
+      }
+      const auto faces =
+          collision::world_triangles(geometry::box_mesh(box.sizes()), at(box.center()));
+      if (!query_.query(faces).points.empty()) {
+        ++expected.box_colliding;
+      } else if (collision::is_certainly_free(hull.silhouettes, box, 3)) {
+        ++expected.free_by_cells;
+        EXPECT_EQ(object.verdict, collision::CollisionVerdict::free);
+        EXPECT_FALSE(object.hull_in_box);
+        continue;
+      } else {
+        ++expected.box_may_hold;
+      }
+      const collision::TriangleQueryResult own = query_.query(objects[i]);
+      expected.triangles_queried += objects[i].size();
+      expected.points_unconfirmed += own.points_unconfirmed;
+      expected.colliding += !own.points.empty();
+      EXPECT_EQ(object.verdict, own.points.empty() ? collision::CollisionVerdict::undecided
+                                                   : collision::CollisionVerdict::colliding);
+      EXPECT_EQ(object.hull_in_box, own.points.empty());
+      EXPECT_EQ(object.points, own.points);
+      std::vector<std::uint32_t> triangles;
+      for (const collision::CollisionPoint& p : own.points) triangles.push_back(p.triangle);
+      triangles.erase(std::unique(triangles.begin(), triangles.end()), triangles.end());
+      EXPECT_EQ(object.triangles, triangles);
+    }
+    EXPECT_EQ(found.counts.objects, expected.objects);
+    EXPECT_EQ(found.counts.free_by_image, expected.free_by_image);
+    EXPECT_EQ(found.counts.box_colliding, expected.box_colliding);
+    EXPECT_EQ(found.counts.free_by_cells, expected.free_by_cells);
+    EXPECT_EQ(found.counts.box_may_hold, expected.box_may_hold);
+    EXPECT_EQ(found.counts.colliding, expected.colliding);
+    EXPECT_EQ(found.counts.triangles_queried, expected.triangles_queried);
+    EXPECT_EQ(found.counts.points_unconfirmed, expected.points_unconfirmed);
+    by_cells += expected.free_by_cells, may_hold += expected.box_may_hold;
+    detector->set_hull(hull.query, hull.silhouettes);
+    const std::size_t before = detector->counts().points_unconfirmed;
+    const auto again = detector->detect(moved);
+    for (std::size_t i = 0; i < objects.size(); ++i)
+      EXPECT_EQ(again[i].points, found.objects[i].points);
+    EXPECT_EQ(detector->counts().points_unconfirmed, before + expected.points_unconfirmed);
+  }
+  EXPECT_GT(by_cells, 0u);
+  EXPECT_GT(may_hold, 0u);
 }
 
 TEST_F(PaperDetectionTest, RejectsAVertexThatIsNotFinite) {

@@ -1,5 +1,6 @@
 // Reduction of an object's collision points, which both certified backends share.
 #include <algorithm>
+#include <limits>
 #include <map>
 
 #include "common/collision/detection/cpu/detection_common.h"
@@ -53,6 +54,25 @@ TEST(Subsample, KeepsOnePointOfEachPart) {
       }
     }
   }
+}
+
+// The first of several farthest points is kept.
+TEST(Subsample, KeepsTheFirstOfEquallyFarPoints) {
+  const std::vector<CollisionPoint> all{{Vector3d(0.1, 0, 0), 0},
+                                        {Vector3d(1, 0, 0), 1},
+                                        {Vector3d(0, 1, 0), 2},
+                                        {Vector3d(0, 0, 0), 3}};
+  std::vector<CollisionPoint> kept = all;
+  EXPECT_TRUE(collision::subsample(kept, Vector3d::Zero(), 2));
+  EXPECT_EQ(kept, (std::vector<CollisionPoint>{all[1], all[2]}));
+}
+
+TEST(MaxPointsFound, GrowsWithTheOptionAndTheTriangles) {
+  EXPECT_EQ(collision::max_points_found({.spacing_m = 1e-3, .max_points = 10}, 7),
+            10u * 64 + 4 * 7);
+  EXPECT_EQ(collision::max_points_found({.spacing_m = 1e-3, .max_points = 1}, 0), 64u);
+  EXPECT_EQ(collision::max_points_found({.spacing_m = 0, .max_points = 10}, 7),
+            std::numeric_limits<std::size_t>::max());
 }
 
 TEST(Subsample, LeavesAShortEnoughListAlone) {

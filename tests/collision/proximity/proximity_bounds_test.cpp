@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "common/collision/proximity/lazy_octree.h"
 #include "common/hull/oracle/reference.h"
@@ -90,6 +91,80 @@ TEST(ProximityCubes, FreeCubesContainNoHullPoint) {
   }
   EXPECT_GT(free, 5000);
   EXPECT_GT(near, 2000);
+}
+
+// The other direction of FreeCubesContainNoHullPoint: without an object pixel in the image of a
+// slightly larger cube, the cube is certified. The center's verdict is that of in_hull().
+TEST(ProximityCubes, CubesBesideTheObjectPixelsAreFreeAndCentersAreExact) {
+  int beside = 0, behind = 0, in = 0, out = 0;
+  for (int seed = 1; seed <= 300; ++seed) {
+    Random random(seed);
+    const auto silhouettes = random_rig(random, seed % 5 == 0);
+    const hull::HullRule rule = kRules[seed % 4];
+    const Queries q(silhouettes, rule);
+    // A camera without object pixels gives no hint either.
+    if (q.hull.empty() ||
+        std::any_of(silhouettes.begin(), silhouettes.end(),
+                    [](const hull::Silhouette& s) { return s.pixels.count() == 0; }))
+      continue;
+    const bool all = rule.limits == hull::Limits::all;
+    const collision::CubeQuery cubes(q.query);
+    for (int i = 0; i < 60; ++i) {
+      const Vector3d center = random_in_ball(random, i % 3 ? 0.15 : 1.0);
+      const double half_edge_m = std::pow(10.0, uniform(random, -5, -1.5));
+      const collision::CubeVerdict verdict = cubes.test(center, half_edge_m);
+      const bool in_hull = hull::in_hull(silhouettes, center, rule);
+      // A camera inside the cube gives no hint.
+      const bool is_around_a_camera =
+          std::any_of(silhouettes.begin(), silhouettes.end(), [&](const hull::Silhouette& s) {
+            return std::abs((s.camera.camera_from_world * center).z()) <= 1.8 * half_edge_m;
+          });
+      if (!is_around_a_camera) {
+        ASSERT_EQ(verdict.center_in_hull, in_hull) << "seed " << seed << ' ' << i;
+      }
+      ++(in_hull ? in : out);
+      bool must_be_free = false;
+      int may_hold = 0;
+      for (const hull::Silhouette& s : silhouettes) {
+        const Vector3d p = s.camera.camera_from_world * center;
+        const double reach_m = std::sqrt(3.0) * half_edge_m;
+        if (p.z() < -1.01 * reach_m) {
+          must_be_free |= all, behind += all;
+          continue;
+        }
+        if (p.z() < 20 * reach_m) {  // perspective may enlarge the image by more than a tenth
+          ++may_hold;
+          continue;
+        }
+        Eigen::AlignedBox2d image;
+        for (int corner = 0; corner < 8; ++corner)
+          image.extend(*geometry::project(
+              s.camera, center + 1.15 * half_edge_m *
+                                     Vector3d(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1,
+                                              corner & 4 ? 1 : -1)));
+        bool any = false;
+        const int width = s.pixels.width_px(), height = s.pixels.height_px();
+        for (int v = 0; v < height && !any; ++v)
+          for (int u = 0; u < width; ++u)
+            any |= s.pixels.contains(u, v) && u + 0.5 >= image.min().x() &&
+                   u - 0.5 <= image.max().x() && v + 0.5 >= image.min().y() &&
+                   v - 0.5 <= image.max().y();
+        const bool sees_all = image.min().x() >= -0.5 && image.min().y() >= -0.5 &&
+                              image.max().x() < width - 0.5 && image.max().y() < height - 0.5;
+        may_hold += any;
+        must_be_free |= !any && (all || sees_all);
+      }
+      must_be_free |= may_hold < (all ? int(silhouettes.size()) : rule.min_seen);
+      if (must_be_free) {
+        EXPECT_TRUE(verdict.free) << "seed " << seed << ' ' << i;
+        ++beside;
+      }
+    }
+  }
+  EXPECT_GT(beside, 3000);
+  EXPECT_GT(behind, 100);
+  EXPECT_GT(in, 500);
+  EXPECT_GT(out, 3000);
 }
 
 TEST(Proximity, BoundsHoldOnEveryRig) {

@@ -2,10 +2,16 @@
 #include "common/collision/response/contact_manifold.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <iostream>
+#include <limits>
 #include <set>
 #include <stdexcept>
+#include <tuple>
+#include <utility>
 
+#include "common/collision/response/farthest_point_sample.h"
 #include "common/collision/response/recovery.h"
 #include "tests/support/collision_response.h"
 
@@ -137,6 +143,114 @@ TEST_F(ContactManifoldTest, IgnoresOutsidePointsAndRejectsNonFiniteOnes) {
                std::invalid_argument);
   collision_.points[1].p_world_m.z() = kNaN;
   EXPECT_THROW(manifold(), std::invalid_argument);
+}
+
+// Each next point maximises the distance to the nearest one taken; of equals, the first in
+// lexicographic order of the coordinates is taken.
+TEST(FarthestPointSample, TakesTheFarthestOfTheRestUntilTheyAreTooNear) {
+  Random random(64);
+  for (int scene = 0; scene < 200; ++scene) {
+    std::vector<Vector3d> points;
+    for (int i = 0; i < 1 + scene % 30; ++i)  // on a coarse grid, so that distances are often equal
+      points.emplace_back(std::floor(uniform(random, 0, 4)), std::floor(uniform(random, 0, 3)),
+                          std::floor(uniform(random, 0, 2)));
+    const std::size_t first = random() % points.size(), count = 1 + random() % 12;
+    const double min_m = std::array{0.0, 1.0, 1.2}[std::size_t(scene % 3)];
+    std::vector<std::size_t> expected{first};
+    while (expected.size() < count) {
+      const auto to_taken2 = [&](std::size_t i) {
+        double least = std::numeric_limits<double>::infinity();
+        for (const std::size_t t : expected)
+          least = std::min(least, (points[i] - points[t]).squaredNorm());
+        return least;
+      };
+      const auto key = [&](std::size_t k) {
+        return std::tuple(-to_taken2(k), points[k].x(), points[k].y(), points[k].z());
+      };
+      std::size_t best = 0;
+      for (std::size_t i = 1; i < points.size(); ++i)
+        if (key(i) < key(best)) best = i;
+      if (!(to_taken2(best) > min_m * min_m)) break;
+      expected.push_back(best);
+    }
+    const auto found = collision::farthest_point_sample(points, first, count, min_m);
+    ASSERT_EQ(found.size(), expected.size()) << scene;
+    for (std::size_t i = 0; i < found.size(); ++i)
+      EXPECT_EQ(points[found[i]], points[expected[i]]) << scene << ' ' << i;
+    EXPECT_EQ(found[0], first);
+  }
+}
+
+// With fewer points than the search samples, the first contact is the deepest one towards RP_obj,
+// the others are a farthest-point sample, and each status tells what was found.
+TEST_F(ContactManifoldTest, StartsWithTheDeepestPointAndFollowsTheFarthestSample) {
+  Random random(65);
+  int no_exit = 0;
+  for (int i = 0; i < 6; ++i) {
+    place(above(kRealRadius_m + kVirtualRadius_m - uniform(random, 0.002, 0.012),
+                uniform(random, 0, 3.1), uniform(random, 0, 6.28)));
+    std::shuffle(collision_.points.begin(), collision_.points.end(), random);
+    collision_.points.resize(std::min<std::size_t>(collision_.points.size(), 60));
+    const double reach_m = i % 3 ? 0.05 : 0.003;
+    const auto depth_m = [&](const Vector3d& p) {
+      const auto exit =
+          collision::exit_outward(query(), p, (rp_object_m_ - p).normalized(), reach_m);
+      return exit ? exit->distance_m : reach_m;
+    };
+    const auto found =
+        collision::contact_manifold(query(), collision_, {rp_object_m_, 5, reach_m}).contacts;
+    ASSERT_FALSE(found.empty());
+    double deepest_m = 0;
+    std::vector<Vector3d> positions;
+    for (const collision::CollisionPoint& p : collision_.points) {
+      deepest_m = std::max(deepest_m, depth_m(p.p_world_m));
+      positions.push_back(p.p_world_m);
+    }
+    EXPECT_GT(depth_m(found[0].on_object.p_world_m), deepest_m - 1.5 * kFootprint_m) << i;
+    const auto first =
+        std::size_t(std::find(positions.begin(), positions.end(), found[0].on_object.p_world_m) -
+                    positions.begin());
+    const double footprint_m = collision::pixel_footprint_m(query(), positions[first]);
+    EXPECT_NEAR(footprint_m, kFootprint_m, 0.1 * kFootprint_m);
+    const auto sample = collision::farthest_point_sample(positions, first, 5, footprint_m);
+    ASSERT_EQ(found.size(), sample.size());
+    for (std::size_t k = 0; k < sample.size(); ++k) {
+      EXPECT_EQ(found[k].on_object.p_world_m, positions[sample[k]]) << i << ' ' << k;
+      if (found[k].status == collision::ContactStatus::no_exit_within_reach) {
+        ++no_exit;
+        EXPECT_EQ(found[k].camera, -1);
+        EXPECT_EQ(found[k].depth_m, 0);
+        EXPECT_FALSE(found[k].converged);
+        continue;
+      }
+      EXPECT_LT(found[k].depth_m, reach_m);
+      EXPECT_GE(found[k].camera, 0);
+      EXPECT_GT(found[k].normal_error_rad, 0);
+      EXPECT_GT(found[k].depth_error_m, 0);
+    }
+  }
+  EXPECT_GT(no_exit, 0);
+}
+
+// RP_obj is the point itself, so the axes are tried: the nearest exit of a plate is up or down.
+TEST_F(ContactManifoldTest, WithoutADirectionTheNearestAxisIsTried) {
+  std::vector<hull::Silhouette> silhouettes = plane_silhouettes();  // z < 0, down to z = -0.04
+  for (hull::Silhouette& s : silhouettes) {
+    hull::ObjectPixels pixels(kImage_px, kImage_px);
+    for (int v = kImage_px / 2; v < kImage_px / 2 + 80; ++v) pixels.set_run(10, kImage_px - 10, v);
+    s.pixels = pixels;
+  }
+  see(silhouettes);
+  for (const auto& [z_m, up] : {std::pair{-0.01, true}, {-0.03, false}}) {
+    collision_.points = {{{0.001, 0.002, z_m}, 4}};
+    const auto contacts =
+        collision::contact_manifold(query(), collision_, {{0.001, 0.002, z_m}, 4, 0.05}).contacts;
+    ASSERT_EQ(contacts.size(), 1u);
+    EXPECT_EQ(contacts[0].status, collision::ContactStatus::defined);
+    EXPECT_NEAR(contacts[0].depth_m, 0.01, 5e-4);
+    EXPECT_LT(angle_rad(contacts[0].normal_world, Vector3d(0, 0, up ? 1 : -1)), 0.05);
+    EXPECT_EQ(contacts[0].on_object.triangle, 4u);
+  }
 }
 
 }  // namespace

@@ -152,5 +152,55 @@ TEST_F(LocalMinimumTranslationTest, RequiresAnExit) {
                std::invalid_argument);
 }
 
+// Points of a ball, of which those in the hull collide. The descent is deterministic, so each of
+// its directions, limits and steps changes these numbers.
+TEST(LocalMinimumTranslation, DescentOfPointsKeepsItsValues) {
+  struct Case {
+    collision::LocalMinimumTranslationStatus status;
+    int requeries;
+    double length_m;
+  };
+  using collision::LocalMinimumTranslationStatus;
+  const Case cases[] = {
+      {LocalMinimumTranslationStatus::shorter_found, 5, 0.01470305413919},
+      {LocalMinimumTranslationStatus::shorter_found, 5, 0.01671736614303},
+      {LocalMinimumTranslationStatus::shorter_found, 8, 0.01428093338871},
+      {LocalMinimumTranslationStatus::shorter_found, 5, 0.031752692014},
+      {LocalMinimumTranslationStatus::shorter_found, 2, 0.006927607096638},
+      {LocalMinimumTranslationStatus::shorter_found, 3, 0.008615676926619},
+  };
+  for (int scene = 0; scene < 6; ++scene) {
+    Random random(std::uint64_t(700 + scene));
+    const auto silhouettes = silhouettes_of(
+        {{random_in_ball(random, 0.03), random_in_ball(random, 0.03), uniform(random, 0.01, 0.02)},
+         {random_in_ball(random, 0.03), random_in_ball(random, 0.03), uniform(random, 0.01, 0.02)}},
+        ring(5, 1.0, 0.3, 320, 0.16));
+    const Queries q(silhouettes);
+    const Vector3d center = 0.03 * random_direction(random);
+    std::vector<Vector3d> surface;
+    for (int i = 0; i < 400; ++i) surface.push_back(center + 0.02 * random_direction(random));
+    const collision::Requery requery = [&](const Vector3d& move_m) {
+      collision::ObjectCollision found;
+      for (std::size_t i = 0; i < surface.size(); ++i)
+        if (const Vector3d p = surface[i] + move_m; q.query.contains(p))
+          found.points.push_back({p, std::uint32_t(i)});
+      return found;
+    };
+    const collision::ObjectCollision collision = requery(kOrigin);
+    ASSERT_FALSE(collision.points.empty()) << scene;
+    const collision::Response response =
+        collision::respond(q.query, collision,
+                           {.rp_object_world_m = center,
+                            .v_rec_world = Vector3d(center + 0.02 * random_direction(random))},
+                           requery, {.height_m = 0.2});
+    ASSERT_TRUE(response.has_exit()) << scene;
+    const auto found =
+        collision::find_local_minimum_translation(q.query, collision, response, requery);
+    EXPECT_EQ(found.status, cases[scene].status) << scene;
+    EXPECT_EQ(found.requeries, cases[scene].requeries) << scene;
+    EXPECT_NEAR(found.length_m, cases[scene].length_m, 1e-10) << scene;
+  }
+}
+
 }  // namespace
 }  // namespace fivepipe::test

@@ -1,9 +1,11 @@
 // First contact between two frames.
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <limits>
 #include <numbers>
 #include <stdexcept>
+#include <utility>
 
 #include "common/collision/tracking/first_contact.h"
 #include "tests/support/collision_scene.h"
@@ -201,6 +203,125 @@ TEST(FirstContact, IgnoresOtherComponents) {
   EXPECT_FALSE(collision::first_contact({&first.query, 0, component_near(first, 0)},
                                         {&second.query, 1, component_near(second, 0)},
                                         {&tree, Isometry3d::Identity(), Isometry3d::Identity()}));
+}
+
+// A component with the box [-0.02, 0.02]^3 in a hull that is the ball around it. The path length is
+// that of its farthest corner and decides the number of steps; six bisections follow.
+TEST(FirstContact, TimeErrorIsTheStepOfTheWholePathHalvedSixTimes) {
+  const std::vector<geometry::Camera> cameras = lab_cameras();
+  const std::vector<hull::Capsule> object = {ball(kOrigin, 0.01)};
+  const Frame frame(object, cameras, around(object));
+  const collision::Bvh plate(geometry::box_mesh({0.005, 0.3, 0.3}));
+  const Eigen::AlignedBox3d box(Vector3d::Constant(-0.02), Vector3d::Constant(0.02));
+  const auto snapshot = [&](double time_s, const Vector3d& center) {
+    collision::HullComponent component;
+    component.centroid_world_m = center;
+    component.box_world_m = box;
+    return collision::HullSnapshot{&frame.query, time_s, component};
+  };
+  const double radius_m = 0.02 * std::sqrt(3.0);
+  const auto steps_of = [&](const collision::FirstContact& contact) {
+    return std::lround(2 / (64 * contact.time_error_s));  // between the times 5 s and 7 s
+  };
+  Isometry3d turned = at({0.1, 0, 0});
+  turned.linear() = Eigen::AngleAxisd(0.5, Vector3d(1, 2, -1).normalized()).toRotationMatrix();
+  const Vector3d turn(0.2, -0.3, 0.1);
+  struct Case {
+    Isometry3d from, to;
+    Vector3d turn_rad;
+    double step_m, path_m;
+  };
+  for (const Case& c :
+       {Case{at({-0.1, 0, 0}), at({0.1, 0, 0}), kOrigin, 0.0015, 0.2},
+        Case{at({-0.1, 0, 0}), at({0.1, 0, 0}), kOrigin, 0.003, 0.2},
+        Case{at({-0.1, 0, 0}), at({0.1, 0, 0}), turn, 0.0015, 0.2 + turn.norm() * radius_m},
+        Case{at({-0.1, 0, 0}), turned, kOrigin, 0.0015, 0.2 + 0.5 * (0.1 + radius_m)},
+        Case{at({-0.15, 0, 0}), turned, turn, 0.0015,
+             0.25 + 0.5 * (0.15 + radius_m) + turn.norm() * radius_m}}) {
+    const auto contact =
+        collision::first_contact(snapshot(5, kOrigin), snapshot(7, kOrigin), {&plate, c.from, c.to},
+                                 {.step_m = c.step_m, .rotation_world_rad = c.turn_rad});
+    ASSERT_TRUE(contact);
+    EXPECT_EQ(steps_of(*contact), std::ceil(c.path_m / c.step_m)) << c.path_m;
+    EXPECT_FALSE(contact->coarse);
+    EXPECT_GT(contact->time_s, 5);
+    EXPECT_LT(contact->time_s, 7);
+    EXPECT_LE(contact->p_world_m.norm(), 0.02);  // of the resting ball
+    EXPECT_LT(contact->triangle, 12u);
+  }
+  // As many steps as allowed, and one fewer.
+  for (const auto& [max_steps, coarse] : {std::pair{134, false}, {133, true}, {4, true}}) {
+    const auto contact = collision::first_contact(snapshot(5, kOrigin), snapshot(7, kOrigin),
+                                                  {&plate, at({-0.1, 0, 0}), at({0.1, 0, 0})},
+                                                  {.step_m = 0.0015, .max_steps = max_steps});
+    ASSERT_TRUE(contact);
+    EXPECT_EQ(contact->coarse, coarse) << max_steps;
+    EXPECT_EQ(steps_of(*contact), max_steps);
+  }
+}
+
+// The ball turns about its component's centroid, 0.1 m beside it, by a quarter turn, and the
+// centroid moves by 0.04 m. A small box waits where the ball is at a fraction of the interval.
+TEST(FirstContact, FollowsTheComponentsRotationAndTranslation) {
+  const std::vector<geometry::Camera> cameras = ring(6, 1.2, 0.7, 400, 0.6);
+  const Vector3d turn(0, 0, std::numbers::pi / 2), move(0, 0, 0.04);
+  const auto place = [&](double t) -> Vector3d {
+    return t * move + 0.1 * Vector3d(std::cos(t * turn.z()), std::sin(t * turn.z()), 0);
+  };
+  const std::vector<hull::Capsule> first = {ball(place(0), 0.01)}, second = {ball(place(1), 0.01)};
+  const Frame before(first, cameras, around(first)), after(second, cameras, around(second));
+  const auto component = [&](const Frame& frame, double t) {
+    collision::HullComponent c = frame.components[0];
+    c.centroid_world_m = t * move;
+    return c;
+  };
+  for (const double t : {0.3, 0.45, 0.55, 0.8}) {
+    geometry::Mesh box = geometry::box_mesh({0.004, 0.004, 0.004});
+    for (Vector3d& v : box.vertices_m) v += place(t);
+    const collision::Bvh tree(box);
+    const auto contact = collision::first_contact(
+        {&before.query, 0, component(before, 0)}, {&after.query, 1, component(after, 1)},
+        {&tree, Isometry3d::Identity(), Isometry3d::Identity()}, {.rotation_world_rad = turn});
+    ASSERT_TRUE(contact) << t;
+    // The ball's surface is there earlier, by its radius over the path of 0.16 m; the hull is up to
+    // two pixels larger.
+    EXPECT_NEAR(contact->time_s, t - 0.012 / 0.162, 0.025) << t;
+    EXPECT_LT((contact->p_world_m - place(t)).norm(), 0.0045) << t;
+  }
+}
+
+TEST(FirstContact, RejectsEachInvalidNumber) {
+  const std::vector<geometry::Camera> cameras = lab_cameras();
+  const std::vector<hull::Capsule> object = {ball(kOrigin, 0.01)};
+  const Frame frame(object, cameras, around(object));
+  const collision::Bvh plate(geometry::box_mesh({0.005, 0.3, 0.3}));
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  const collision::HullSnapshot now{&frame.query, 1, frame.components[0]},
+      later{&frame.query, 2, frame.components[0]};
+  const collision::MovingObject resting{&plate, at({0.5, 0, 0}), at({0.5, 0, 0})};
+  EXPECT_NO_THROW(collision::first_contact(now, later, resting));
+  EXPECT_NO_THROW(collision::first_contact(now, later, resting, {.max_steps = 1}));
+  EXPECT_THROW(collision::first_contact(now, now, resting), std::invalid_argument);
+  EXPECT_THROW(collision::first_contact(now, later, resting, {.max_steps = 0}),
+               std::invalid_argument);
+  EXPECT_THROW(collision::first_contact(now, later, resting, {.step_m = kInfinity}),
+               std::invalid_argument);
+  EXPECT_THROW(collision::first_contact(now, later, resting, {.step_m = 0.9e-6}),
+               std::invalid_argument);
+  EXPECT_THROW(
+      collision::first_contact(now, later, {&plate, at({0.5, 0, 0}), at({0, kInfinity, 0})}),
+      std::invalid_argument);
+  for (const bool is_later : {false, true}) {
+    const auto with = [&](const auto& change) {
+      collision::HullSnapshot snapshots[] = {now, later};
+      change(snapshots[is_later]);
+      EXPECT_THROW(collision::first_contact(snapshots[0], snapshots[1], resting),
+                   std::invalid_argument);
+    };
+    with([&](collision::HullSnapshot& s) { s.time_s = is_later ? kInfinity : -kInfinity; });
+    with([](collision::HullSnapshot& s) { s.component.centroid_world_m.y() = kInfinity; });
+    with([](collision::HullSnapshot& s) { s.component.box_world_m.setEmpty(); });
+  }
 }
 
 TEST(FirstContact, RejectsInvalidArguments) {

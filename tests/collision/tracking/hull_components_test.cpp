@@ -1,6 +1,9 @@
 // Connected components of the hull.
 #include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <array>
 #include <limits>
+#include <map>
 #include <numbers>
 #include <stdexcept>
 
@@ -57,6 +60,153 @@ TEST(HullComponents, MomentsEqualTheSumOverCellsInTheHull) {
       EXPECT_LT((found_sum - sum).norm() / count, 1e-9);
     }
   }
+}
+
+struct Reference {
+  std::size_t cells = 0;
+  Vector3d centroid_world_m = Vector3d::Zero();
+  Eigen::Matrix3d covariance_world_m2 = Eigen::Matrix3d::Zero();
+  Eigen::AlignedBox3d box_world_m;
+  bool at_the_search_box = false;
+};
+
+// The components of the cells whose center is in the hull, cell by cell: neighbours share a face,
+// an edge or a corner. Each cell is a cube, so its own moments count.
+std::vector<Reference> reference_components(const std::vector<hull::Silhouette>& silhouettes,
+                                            const Eigen::AlignedBox3d& within, double cell_m,
+                                            std::size_t min_cells) {
+  const Eigen::Vector3i size = (within.sizes() / cell_m).array().ceil().cast<int>();
+  std::map<std::array<int, 3>, bool> open;  // by (z, y, x)
+  const auto center = [&](const std::array<int, 3>& cell) -> Vector3d {
+    return within.min() + cell_m * Vector3d(cell[2] + 0.5, cell[1] + 0.5, cell[0] + 0.5);
+  };
+  for (int z = 0; z < size.z(); ++z)
+    for (int y = 0; y < size.y(); ++y)
+      for (int x = 0; x < size.x(); ++x)
+        if (hull::in_hull(silhouettes, center({z, y, x}))) open[{z, y, x}] = true;
+  std::vector<Reference> found;
+  for (auto& [seed, is_open] : open) {
+    if (!is_open) continue;
+    std::vector<std::array<int, 3>> cells{seed};
+    is_open = false;
+    for (std::size_t i = 0; i < cells.size(); ++i)
+      for (int n = 0; n < 27; ++n) {
+        const auto next = open.find(
+            {cells[i][0] + n / 9 - 1, cells[i][1] + n / 3 % 3 - 1, cells[i][2] + n % 3 - 1});
+        if (next != open.end() && next->second) next->second = false, cells.push_back(next->first);
+      }
+    if (cells.size() < min_cells) continue;
+    Reference component;
+    component.cells = cells.size();
+    const double count = double(cells.size());
+    for (const auto& cell : cells) {
+      component.centroid_world_m += center(cell) / count;
+      component.box_world_m.extend(center(cell) - Vector3d::Constant(0.5 * cell_m));
+      component.box_world_m.extend(center(cell) + Vector3d::Constant(0.5 * cell_m));
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        component.at_the_search_box |=
+            cell[axis] == 0 || cell[axis] == size[2 - Eigen::Index(axis)] - 1;
+    }
+    for (const auto& cell : cells) {
+      const Vector3d off = center(cell) - component.centroid_world_m;
+      component.covariance_world_m2 +=
+          (off * off.transpose() + cell_m * cell_m / 12 * Eigen::Matrix3d::Identity()) / count;
+    }
+    found.push_back(component);
+  }
+  std::stable_sort(found.begin(), found.end(),
+                   [](const Reference& a, const Reference& b) { return a.cells > b.cells; });
+  return found;
+}
+
+TEST(HullComponents, EqualALabellingCellByCell) {
+  Random random(7);
+  std::size_t components = 0, at_the_search_box = 0;
+  for (int scene = 0; scene < 6; ++scene) {
+    // Scattered squares, seen by two to four cameras, that the images' borders do not clip.
+    std::vector<hull::Silhouette> silhouettes;
+    for (const geometry::Camera& camera :
+         ring(2 + scene % 2, 1.2, 0.15 + 0.05 * scene, 120, 0.7, Vector3d(0, 0, 0.02))) {
+      silhouettes.push_back({camera, hull::ObjectPixels(120, 120)});
+      for (int i = 0; i < 60; ++i) {
+        const int u0 = int(uniform(random, 2, 100)), v0 = int(uniform(random, 2, 100)),
+                  side = int(uniform(random, 1, 5));
+        for (int v = v0; v < v0 + side; ++v)
+          for (int u = u0; u < u0 + side; ++u) silhouettes.back().pixels.set(u, v);
+      }
+    }
+    // From less than one word of cells to more than two, and sizes that cells do not divide.
+    const Eigen::AlignedBox3d within(Vector3d(-0.2, -0.15, -0.12), Vector3d(scene % 3 == 0   ? 0.1
+                                                                            : scene % 3 == 1 ? 0.19
+                                                                                             : 0.6,
+                                                                            0.15, 0.111));
+    const double cell_m = 0.0061;
+    base::WorkerPool pool(2);
+    hull::CpuHull hull(pool, silhouettes);
+    for (const std::size_t min_cells : {1u, 30u}) {
+      const auto found =
+          collision::hull_components(hull::HullQuery(hull), {within, cell_m, min_cells});
+      const auto expected = reference_components(silhouettes, within, cell_m, min_cells);
+      ASSERT_EQ(found.size(), expected.size()) << scene;
+      for (std::size_t i = 0; i < found.size(); ++i) {
+        const collision::HullComponent& component = found[i];
+        const Reference& truth = expected[i];
+        EXPECT_EQ(component.cells, truth.cells) << scene << ' ' << i;
+        EXPECT_NEAR(component.volume_m3, double(truth.cells) * cell_m * cell_m * cell_m, 1e-15);
+        EXPECT_LT((component.centroid_world_m - truth.centroid_world_m).norm(), 1e-12);
+        EXPECT_LT((component.covariance_world_m2 - truth.covariance_world_m2).norm(), 1e-13);
+        EXPECT_LT((component.box_world_m.min() - truth.box_world_m.min()).norm(), 1e-12);
+        EXPECT_LT((component.box_world_m.max() - truth.box_world_m.max()).norm(), 1e-12);
+        EXPECT_EQ(component.clipped, truth.at_the_search_box) << scene << ' ' << i;
+        EXPECT_TRUE(component.outlines.empty());
+        ++components, at_the_search_box += truth.at_the_search_box;
+      }
+    }
+  }
+  EXPECT_GT(components, 40u);
+  EXPECT_GT(at_the_search_box, 5u);
+  EXPECT_LT(at_the_search_box, components);
+}
+
+// Two squares in one image, of which the second touches one side of it, or is one pixel inside.
+TEST(HullComponents, AreClippedAtEachSideOfAnImage) {
+  const geometry::Camera camera = camera_at({0, 0, 1}, 64, 0.64, kOrigin, Vector3d::UnitY());
+  for (int side = 0; side < 4; ++side)
+    for (const int inside_px : {0, 1, 2}) {
+      hull::ObjectPixels pixels(64, 64);
+      const auto square = [&](int u0, int v0) {
+        for (int v = v0; v < v0 + 10; ++v)
+          for (int u = u0; u < u0 + 12; ++u) pixels.set(u, v);
+      };
+      square(26, 26);
+      const int low = inside_px;
+      square(side == 0   ? low
+             : side == 1 ? 52 - low
+                         : 26,
+             side == 2   ? low
+             : side == 3 ? 54 - low
+                         : 26);
+      const auto components = components_of({{camera, pixels}}, 0.005, 1,
+                                            {Vector3d(-1, -1, -0.02), Vector3d(1, 1, 0.02)});
+      ASSERT_EQ(components.size(), 2u);
+      EXPECT_TRUE(components[0].clipped && components[1].clipped);  // at the search box in z
+      // A ball's hull, which the search box does not clip.
+      std::vector<hull::Silhouette> both{{camera, pixels}};
+      const geometry::Camera across = camera_at({1, 0.1, 0}, 400, 2);
+      both.push_back({across, hull::ObjectPixels(400, 400)});
+      for (int v = 195; v < 205; ++v)
+        for (int u = 10; u < 390; ++u) both.back().pixels.set(u, v);
+      const auto thin =
+          components_of(both, 0.005, 1, {Vector3d(-0.5, -0.5, -0.2), Vector3d(0.5, 0.5, 0.2)});
+      ASSERT_EQ(thin.size(), 2u) << side;
+      int clipped = 0;
+      for (const collision::HullComponent& component : thin) {
+        const bool central = component.centroid_world_m.head<2>().norm() < 0.1;
+        EXPECT_FALSE(central && component.clipped) << side << ' ' << inside_px;
+        clipped += component.clipped;
+      }
+      EXPECT_EQ(clipped, inside_px == 0) << side << ' ' << inside_px;
+    }
 }
 
 TEST(HullComponents, BallAndRodMomentsAreCorrect) {

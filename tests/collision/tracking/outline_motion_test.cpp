@@ -1,7 +1,13 @@
 // Motion from exact outlines without pixels, and the outlines of hull components.
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <functional>
 #include <limits>
+#include <numbers>
+#include <set>
+#include <utility>
+#include <vector>
 
 #include "common/collision/tracking/hull_components.h"
 #include "common/collision/tracking/outline_motion.h"
@@ -306,6 +312,217 @@ TEST(ComponentOutlines, PiecesOfTwoComponentsHaveNoOutline) {
     EXPECT_EQ(outlines.size(), 4u);
   for (const auto& outlines : collision::component_outlines(query, shared))
     EXPECT_TRUE(outlines.empty());
+}
+
+// Label of each object pixel: 8-connected pieces, by flood fill; -1 for the other pixels.
+std::vector<int> pieces_of(const hull::ObjectPixels& pixels) {
+  const int width = pixels.width_px(), height = pixels.height_px();
+  std::vector<int> piece(std::size_t(width) * std::size_t(height), -1);
+  int count = 0;
+  for (int v = 0; v < height; ++v)
+    for (int u = 0; u < width; ++u) {
+      if (!pixels.contains(u, v) || piece[std::size_t(v * width + u)] >= 0) continue;
+      std::vector<std::pair<int, int>> open{{u, v}};
+      while (!open.empty()) {
+        const auto [x, y] = open.back();
+        open.pop_back();
+        if (!pixels.contains(x, y) || piece[std::size_t(y * width + x)] >= 0) continue;
+        piece[std::size_t(y * width + x)] = count;
+        for (int n = 0; n < 9; ++n) open.emplace_back(x + n % 3 - 1, y + n / 3 - 1);
+      }
+      ++count;
+    }
+  return piece;
+}
+
+using PixelSet = std::set<std::pair<int, int>>;
+// The corners of the convex hull: pixels p with a direction in which p alone is outermost, which is
+// so if every pixel is on one side of a line through p, within less than half a turn.
+PixelSet corners_of(const std::vector<std::pair<int, int>>& pixels) {
+  PixelSet corners;
+  for (const auto& p : pixels) {
+    std::vector<double> angles;
+    for (const auto& q : pixels)
+      if (q != p) angles.push_back(std::atan2(q.second - p.second, q.first - p.first));
+    std::sort(angles.begin(), angles.end());
+    double widest = angles.empty() ? 7 : angles.front() + 2 * std::numbers::pi - angles.back();
+    for (std::size_t i = 1; i < angles.size(); ++i)
+      widest = std::max(widest, angles[i] - angles[i - 1]);
+    if (widest > std::numbers::pi + 1e-6) corners.insert(p);
+  }
+  return corners.size() < 3 ? PixelSet{} : corners;
+}
+
+// One camera with scattered pixels; points on the rays of random pixels belong to three components.
+TEST(ComponentOutlines, EqualTheConvexHullsOfTheirPieces) {
+  Random random(7);
+  int with_outline = 0, without = 0;
+  for (int scene = 0; scene < 150; ++scene) {
+    const geometry::Camera camera = random_camera(random, 45, 31);
+    const hull::ObjectPixels pixels =
+        random_pixels(random, 45, 31, std::array{0.05, 0.12, 0.2, 0.3}[std::size_t(scene % 4)]);
+    base::WorkerPool pool(1);
+    const std::vector<hull::Silhouette> silhouettes{{camera, pixels}};
+    hull::CpuHull hull(pool, silhouettes);
+    std::vector<std::vector<Vector3d>> points(3);
+    const std::vector<int> piece = pieces_of(pixels);
+    std::vector<std::set<int>> owned(3);
+    for (int i = 0; i < 3 + scene % 9; ++i) {
+      const int u = int(uniform(random, 0, 45)), v = int(uniform(random, 0, 31));
+      const geometry::Ray ray = geometry::ray_through(
+          camera, {u + uniform(random, -0.49, 0.49), v + uniform(random, -0.49, 0.49)});
+      const auto component = std::size_t(i % 3);
+      points[component].push_back(ray.origin_world_m +
+                                  uniform(random, 0.5, 2) * ray.direction_world);
+      if (pixels.contains(u, v)) owned[component].insert(piece[std::size_t(v * 45 + u)]);
+    }
+    points[0].push_back(geometry::camera_center_world_m(camera) -
+                        geometry::ray_through(camera, {20, 15}).direction_world);  // behind it
+    const auto outlines = collision::component_outlines(hull::HullQuery(hull), points);
+    ASSERT_EQ(outlines.size(), 3u);
+    for (std::size_t component = 0; component < 3; ++component) {
+      bool is_clear = true;
+      std::vector<std::pair<int, int>> own;
+      for (int v = 0; v < 31; ++v)
+        for (int u = 0; u < 45; ++u) {
+          const int label = piece[std::size_t(v * 45 + u)];
+          if (label < 0 || !owned[component].contains(label)) continue;
+          own.emplace_back(u, v);
+          is_clear &= u > 0 && u < 44 && v > 0 && v < 30;
+          for (std::size_t other = 0; other < 3; ++other)
+            is_clear &= other == component || !owned[other].contains(label);
+        }
+      const PixelSet expected = is_clear ? corners_of(own) : PixelSet{};
+      PixelSet found;
+      for (const collision::ComponentOutline& outline : outlines[component]) {
+        EXPECT_LT((outline.eye_world_m - geometry::camera_center_world_m(camera)).norm(), 1e-12);
+        for (const Vector3d& ray : outline.corners_world) {
+          const Eigen::Vector2d uv = *geometry::project(camera, outline.eye_world_m + ray);
+          EXPECT_TRUE(found.emplace(std::lround(uv.x()), std::lround(uv.y())).second);
+        }
+      }
+      EXPECT_EQ(outlines[component].size(), expected.empty() ? 0u : 1u) << scene;
+      EXPECT_EQ(found, expected) << scene << ' ' << component;
+      ++(expected.empty() ? without : with_outline);
+    }
+  }
+  EXPECT_GT(with_outline, 40);
+  EXPECT_GT(without, 100);
+}
+
+// Outlines whose corners are off by up to half a milliradian, so that each step of the fit, each
+// pair of cameras and each limit changes the result. The values are those of this method; no other
+// one gives them.
+TEST(OutlineMotion, FitsOfDisturbedOutlinesKeepTheirValues) {
+  struct Case {
+    int cameras, frames;
+    double speed_m_s, rate_rad_s, size_m, disturbance;
+    double velocity_m_s[3], turn_rad_s[3];
+    int axes;
+    double residual_m;
+  };
+  const Case cases[] = {
+      {3,
+       6,
+       0.5,
+       1,
+       0.08,
+       5e-4,
+       {-0.0937929692019, -0.468545559556, -0.0756281515505},
+       {-0.132381756601, 0.845619199419, -0.127335631583},
+       2,
+       0.000464928599691},
+      {5,
+       9,
+       1,
+       3,
+       0.05,
+       5e-4,
+       {-0.0547543638957, -0.74939602062, -0.659373679143},
+       {1.93110377527, 2.17779323883, 0.692966203173},
+       3,
+       0.000669966336335},
+      {8,
+       20,
+       0.3,
+       2,
+       0.06,
+       1e-3,
+       {0.202103036352, 0.20345928666, 0.0926875276252},
+       {1.84623784641, 0.204659368804, 0.745374976549},
+       3,
+       0.00126947073432},
+      {12,
+       24,
+       0.5,
+       3,
+       0.08,
+       1e-3,
+       {0.113001150976, -0.486620770513, 0.0103930315906},
+       {-0.578208493845, -2.94372095934, -0.0309155758197},
+       3,
+       0.00136378747677},
+      {20,
+       33,
+       0.4,
+       1,
+       0.045,
+       2e-3,
+       {0.169724150614, 0.358911213422, 0.030477664124},
+       {0, 0, 0},
+       0,
+       0.0101213834252},
+      {6,
+       12,
+       2,
+       9,
+       0.08,
+       1e-3,
+       {-0.205339109568, 1.73694031218, 0.967971695132},
+       {-4.72140585824, 7.44586496225, -1.83106515707},
+       3,
+       0.00128969130588},
+      {4,
+       7,
+       1,
+       3,
+       0.05,
+       1e-3,
+       {0.022925690186, -0.944411291354, 0.313475649812},
+       {-0.13221942966, -1.69142176093, 2.35650011406},
+       3,
+       0.00120006505784},
+  };
+  int number = 0;
+  for (const Case& c : cases) {
+    Random random(std::uint64_t(100 + number));
+    const auto points = random_board(random);
+    const Script script = random_script(random, c.speed_m_s, c.rate_rad_s);
+    std::vector<geometry::Camera> cameras = ring(c.cameras, 1.3, 0.5, 480, 1.1);
+    for (std::size_t i = 1; i < cameras.size(); i += 2)
+      cameras[i] = ring(c.cameras, 1.9, 0.1, 480, 1.1)[i];
+    auto seen = outlines_of(points, script, cameras, c.frames);
+    for (std::size_t i = 0; i < seen.size(); ++i) {
+      seen[i].centroid_world_m += 0.002 * random_direction(random);
+      if (i % 4 == 1) seen[i].outlines.pop_back();
+      for (collision::ComponentOutline& outline : seen[i].outlines)
+        for (Vector3d& ray : outline.corners_world) ray += c.disturbance * random_direction(random);
+    }
+    const auto found = collision::outline_motion(
+        seen,
+        {script.motion.velocity_world_m_s + 0.2 * random_direction(random),
+         0.5 * script.motion.angular_velocity_world_rad_s},
+        c.size_m);
+    ASSERT_TRUE(found) << number;
+    const Vector3d velocity(c.velocity_m_s), turn(c.turn_rad_s);
+    const Vector3d &v = found->motion.velocity_world_m_s,
+                   &w = found->motion.angular_velocity_world_rad_s;
+    EXPECT_LT((v - velocity).norm(), 1e-9) << number;
+    EXPECT_LT((w - turn).norm(), 1e-9) << number;
+    EXPECT_EQ(found->determined_axes, c.axes) << number;
+    EXPECT_NEAR(found->residual_m, c.residual_m, 1e-11) << number;
+    ++number;
+  }
 }
 
 }  // namespace
