@@ -81,10 +81,9 @@ Body body_of(const config::SceneObject& object) {
   make_shape(object, body);
   const bool dynamic = object.motion == config::Motion::dynamic;
   const double mass_kg = dynamic ? object.mass_kg : 0.0;  // Bullet: mass 0 is a static body
-  btVector3 inertia(0, 0, 0);
-  if (dynamic) body.shape->calculateLocalInertia(mass_kg, inertia);
   body.start_world_from_body = bt(object.world_from_object * body.object_from_body);
-  btRigidBody::btRigidBodyConstructionInfo info(mass_kg, nullptr, body.shape.get(), inertia);
+  btRigidBody::btRigidBodyConstructionInfo info(mass_kg, nullptr, body.shape.get());
+  if (dynamic) body.shape->calculateLocalInertia(mass_kg, info.m_localInertia);
   info.m_startWorldTransform = body.start_world_from_body;
   info.m_restitution = dynamic ? object.restitution : 1.0;  // Bullet multiplies both bodies' values
   info.m_friction = kFriction;
@@ -127,7 +126,6 @@ RigidBodies::RigidBodies(const config::Scene& scene) : world_(std::make_unique<W
 }
 
 RigidBodies::~RigidBodies() = default;
-RigidBodies::RigidBodies(RigidBodies&&) noexcept = default;
 RigidBodies& RigidBodies::operator=(RigidBodies&&) noexcept = default;
 
 void RigidBodies::step(double step_s) {
@@ -163,7 +161,6 @@ void RigidBodies::respawn(std::size_t object) {
   body.setWorldTransform(world_->bodies[object].start_world_from_body);
   for (const auto set : {&btRigidBody::setLinearVelocity, &btRigidBody::setAngularVelocity})
     (body.*set)({0, 0, 0});
-  body.clearForces();
 }
 
 }  // namespace fivepipe::sim
