@@ -81,7 +81,7 @@ std::optional<ComponentContact> HullHistory::first_contact(
   const Frame &before = frames_[1 - now_], &now = frames_[now_];
   std::optional<ComponentContact> earliest;
   for (const collision::TrackedComponent& tracked : now.components) {
-    if (tracked.origin != collision::ComponentOrigin::tracked) continue;
+    // Null unless the component is tracked: others have new ids.
     const collision::TrackedComponent* previous = previous_component(tracked.id);
     if (!previous || !may_collide(previous->component, tracked.component, moving)) continue;
     collision::FirstContactOptions options;

@@ -268,6 +268,23 @@ TEST_F(SimulationBounce, HighlightIsReportedButNotMovedAndNoneIsNotQueried) {
   EXPECT_EQ(simulation.states()[0].world_from_object.translation(), Eigen::Vector3d(0, 0, 0.15));
 }
 
+// A reset after an odd number of steps, between two queries of the hull.
+TEST_F(SimulationBounce, AfterAResetTheBallBouncesAsFromTheStart) {
+  const auto silhouettes = bar();
+  const config::Scene scene = scene_of({virtual_ball({0, 0, 0.12})});
+  sim::Simulation simulation(scene, {}), fresh(scene, {});
+  simulation.advance_to(0, silhouettes);
+  simulation.advance_to(3 / 240.0, silhouettes);
+  simulation.reset();
+  fresh.advance_to(3 / 240.0, silhouettes);
+  for (int step = 4; step <= 64; ++step)
+    for (sim::Simulation* one : {&simulation, &fresh}) one->advance_to(step / 240.0, silhouettes);
+  EXPECT_GT(fresh.counters().contacts, 0u);
+  EXPECT_EQ(simulation.counters().contacts, fresh.counters().contacts);
+  EXPECT_EQ(simulation.states()[0].world_from_object.matrix(),
+            fresh.states()[0].world_from_object.matrix());
+}
+
 TEST_F(SimulationBounce, HeldHullSupportsTheBall) {
   // Maps at 5 Hz in a simulation at 240 Hz: the last hull is held between them.
   sim::Simulation simulation(scene_of({virtual_ball({0, 0, 0.12}, 0)}), {});

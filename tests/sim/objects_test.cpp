@@ -153,6 +153,27 @@ TEST(RigidBodies, ImpactKeepsTheMomentum) {
   EXPECT_NEAR(balls.velocity_m_s(0).x(), 0.75, 0.06);
 }
 
+// A body is swept, as a ball of half its half extent, from the first step that exceeds it: 2 cm.
+TEST(RigidBodies, AreSweptIfTheyMoveMoreThanTheirHalfExtentPerStep) {
+  constexpr double kTop_m = 0.0025, kRadius_m = 0.02;
+  const auto z_after_step_m = [](double start_m, double speed_m_s) {
+    config::SceneObject small_ball = virtual_ball({0, 0, start_m}, 0);
+    small_ball.shape = config::SphereShape{kRadius_m};
+    config::Scene scene = scene_of({small_ball, virtual_box("plate", kOrigin, {2, 2, 2 * kTop_m})});
+    scene.gravity_m_s2 = 0;
+    sim::RigidBodies bodies(scene);
+    bodies.set_velocity_m_s(0, {0, 0, -speed_m_s});
+    bodies.step(kStep_s);
+    return bodies.center_world_m(0).z();
+  };
+  for (const double step_m : {0.021, 0.025, 0.039, 0.041, 0.08})
+    EXPECT_NEAR(z_after_step_m(kTop_m + 0.021, step_m / kStep_s), kTop_m + 0.5 * kRadius_m, 1e-4)
+        << step_m;
+  for (const double step_m : {0.011, 0.015, 0.019})
+    EXPECT_NEAR(z_after_step_m(kTop_m + 0.021, step_m / kStep_s), kTop_m + 0.021 - step_m, 1e-9)
+        << step_m;
+}
+
 TEST(RigidBodies, MeshesAreOneMillimetreThicker) {
   const config::MeshShape block = mesh_beside_origin({0.2, 0.2, 0.2}, {1, 0, 0});
   const config::MeshShape ground = mesh_beside_origin({4, 4, 1}, {0, 0, 5});
