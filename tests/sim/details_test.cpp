@@ -336,7 +336,7 @@ TEST(History, LongFingerReportsFirstContact) {
   for (const double side : {-1.0, 1.0})
     for (const double origin_x_m : {-0.16, 0.16}) {
       config::Scene scene = scene_with_history(true);
-      scene.objects[0] = virtual_box("plate", {origin_x_m + side * 0.1, 0, 0}, {0.005, 0.1, 0.1},
+      scene.objects[0] = virtual_box("plate", {origin_x_m + side * 0.1, 0, 0}, {0.005, 0.02, 0.02},
                                      config::Reaction::highlight);
       scene.objects[0].requests.first_contact = true;
       sim::Simulation simulation(scene, {}, kSpace);
@@ -355,7 +355,7 @@ TEST(History, LongFingerReportsFirstContact) {
 TEST(History, ExtendedFingerReportsFirstContact) {
   config::Scene scene = scene_with_history(true);
   scene.objects[0] =
-      virtual_box("plate", {0.1, 0, 0}, {0.005, 0.1, 0.1}, config::Reaction::highlight);
+      virtual_box("plate", {0.1, 0, 0}, {0.005, 0.02, 0.02}, config::Reaction::highlight);
   scene.objects[0].requests.first_contact = true;
   sim::Simulation simulation(scene, {}, kSpace);
   for (int frame = 0; frame <= 3; ++frame) {
