@@ -154,24 +154,29 @@ TEST(RigidBodies, ImpactKeepsTheMomentum) {
 }
 
 // A body is swept, as a ball of half its half extent, from the first step that exceeds it: 2 cm.
+// Bullet adds the margin of a mesh, 1 mm, to its extent twice.
 TEST(RigidBodies, AreSweptIfTheyMoveMoreThanTheirHalfExtentPerStep) {
-  constexpr double kTop_m = 0.0025, kRadius_m = 0.02;
-  const auto z_after_step_m = [](double start_m, double speed_m_s) {
-    config::SceneObject small_ball = virtual_ball({0, 0, start_m}, 0);
-    small_ball.shape = config::SphereShape{kRadius_m};
-    config::Scene scene = scene_of({small_ball, virtual_box("plate", kOrigin, {2, 2, 2 * kTop_m})});
-    scene.gravity_m_s2 = 0;
-    sim::RigidBodies bodies(scene);
-    bodies.set_velocity_m_s(0, {0, 0, -speed_m_s});
-    bodies.step(kStep_s);
-    return bodies.center_world_m(0).z();
-  };
-  for (const double step_m : {0.021, 0.025, 0.039, 0.041, 0.08})
-    EXPECT_NEAR(z_after_step_m(kTop_m + 0.021, step_m / kStep_s), kTop_m + 0.5 * kRadius_m, 1e-4)
-        << step_m;
-  for (const double step_m : {0.011, 0.015, 0.019})
-    EXPECT_NEAR(z_after_step_m(kTop_m + 0.021, step_m / kStep_s), kTop_m + 0.021 - step_m, 1e-9)
-        << step_m;
+  constexpr double kTop_m = 0.0025, kHalf_m = 0.02, kStart_m = kTop_m + 0.0225;
+  for (const bool is_mesh : {false, true}) {
+    const double swept_m = 0.5 * (kHalf_m + (is_mesh ? 0.002 : 0));
+    const auto z_after_step_m = [&](double step_m) {
+      config::SceneObject body = virtual_ball({0, 0, kStart_m}, 0);
+      if (is_mesh)
+        body.shape = mesh_beside_origin(Vector3d::Constant(2 * kHalf_m), kOrigin);
+      else
+        body.shape = config::SphereShape{kHalf_m};
+      config::Scene scene = scene_of({body, virtual_box("plate", kOrigin, {2, 2, 2 * kTop_m})});
+      scene.gravity_m_s2 = 0;
+      sim::RigidBodies bodies(scene);
+      bodies.set_velocity_m_s(0, {0, 0, -step_m / kStep_s});
+      bodies.step(kStep_s);
+      return bodies.center_world_m(0).z();
+    };
+    for (const double step_m : {0.0225, 0.025, 0.039, 0.041, 0.08})
+      EXPECT_NEAR(z_after_step_m(step_m), kTop_m + swept_m, 1e-4) << step_m;
+    for (const double step_m : {0.011, 0.015, 0.019})
+      EXPECT_NEAR(z_after_step_m(step_m), kStart_m - step_m, 1e-9) << step_m;
+  }
 }
 
 TEST(RigidBodies, MeshesAreOneMillimetreThicker) {
