@@ -109,7 +109,6 @@ class SimulationPipe {
       components_->write(
           components_message(node_.node.name, result_frame(), *simulation_->hull_components())
               .message());
-    steps.end();
     traces_.handled(held_->frame, held_->capture_stamp_ns,
                     {held_->first_received_ns, held_->last_received_ns}, std::move(steps));
   }

@@ -43,8 +43,6 @@ void RigidContact::after_step() {
   bounce_off_hull();
 }
 
-void RigidContact::clear_contacts() { std::fill(contacts_.begin(), contacts_.end(), std::nullopt); }
-
 std::optional<HullContact> RigidContact::take_contact(std::size_t object) {
   return std::exchange(contacts_[object], std::nullopt);
 }

@@ -36,9 +36,8 @@ class RigidContact {
   // Restarts the query period.
   void reset() { steps_since_query_ = 0; }
 
-  // Forgets the contacts so far and begins a new report interval.
-  void clear_contacts();
-  // Returns the object's last contact in this interval and forgets it; nullopt if there was none.
+  // Returns the object's last contact since the previous call and forgets it; nullopt if there was
+  // none.
   std::optional<HullContact> take_contact(std::size_t object);
   const Counters& counters() const { return counters_; }
 

@@ -29,8 +29,6 @@ CurrentHull::CurrentHull(const config::Scene& scene, const config::SimConfig& co
 }
 
 void CurrentHull::set(double time_s, std::span<const hull::Silhouette> silhouettes) {
-  query_ = nullptr;
-  own_query_.reset();
   if (history_) {
     history_->add(time_s, silhouettes);
     query_ = &history_->query();

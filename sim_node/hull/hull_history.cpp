@@ -48,16 +48,12 @@ HullHistory::HullHistory(const config::HistoryRequests& requests,
 }
 
 void HullHistory::add(double time_s, std::span<const hull::Silhouette> silhouettes) {
-  const double gap_s = time_s - frames_[now_].time_s;
-  has_before_ = has_now_ && gap_s > 0 && gap_s <= kMaxGap_s;
   now_ = 1 - now_;
   Frame& now = frames_[now_];
-  now.query.reset();
   now.hull.assign(silhouettes);
   now.query.emplace(now.hull);
   now.time_s = time_s;
   now.components = tracker_.add(time_s, collision::hull_components(*now.query, options_));
-  has_now_ = true;
 }
 
 void HullHistory::keep_pose(std::size_t object, const Eigen::Isometry3d& world_from_object) {
@@ -80,12 +76,12 @@ std::optional<ComponentContact> HullHistory::first_contact(
     std::size_t object, const collision::Bvh& bvh,
     const Eigen::Isometry3d& world_from_object) const {
   const auto& world_from_object_before = world_from_objects_before_[object];
-  if (!has_before_ || !world_from_object_before) return std::nullopt;
+  if (!world_from_object_before) return std::nullopt;
   const collision::MovingObject moving{&bvh, *world_from_object_before, world_from_object};
   const Frame &before = frames_[1 - now_], &now = frames_[now_];
   std::optional<ComponentContact> earliest;
   for (const collision::TrackedComponent& tracked : now.components) {
-    if (tracked.origin != collision::ComponentOrigin::tracked) continue;
+    // Null unless the component is tracked: others have new ids.
     const collision::TrackedComponent* previous = previous_component(tracked.id);
     if (!previous || !may_collide(previous->component, tracked.component, moving)) continue;
     collision::FirstContactOptions options;

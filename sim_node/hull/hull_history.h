@@ -61,7 +61,6 @@ class HullHistory {
   collision::ComponentTracker tracker_;
   std::array<Frame, 2> frames_;
   std::size_t now_ = 0;
-  bool has_before_ = false, has_now_ = false;
   std::vector<std::optional<Eigen::Isometry3d>> world_from_objects_before_;  // by object
 };
 

@@ -22,18 +22,14 @@ btVector3 bt(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 Eigen::Vector3d eigen(const btVector3& v) { return {v.x(), v.y(), v.z()}; }
 
 btTransform bt(const Eigen::Isometry3d& b_from_a) {
-  const Eigen::Matrix3d& r = b_from_a.linear();
-  const btMatrix3x3 basis(r(0, 0), r(0, 1), r(0, 2), r(1, 0), r(1, 1), r(1, 2), r(2, 0), r(2, 1),
-                          r(2, 2));
-  return btTransform(basis, bt(Eigen::Vector3d(b_from_a.translation())));
+  btTransform result;
+  result.setFromOpenGLMatrix(b_from_a.data());  // 4x4, column-major
+  return result;
 }
 
 Eigen::Isometry3d eigen(const btTransform& b_from_a) {
-  Eigen::Isometry3d result = Eigen::Isometry3d::Identity();
-  for (int row = 0; row < 3; ++row)
-    for (int column = 0; column < 3; ++column)
-      result.linear()(row, column) = b_from_a.getBasis()[row][column];
-  result.translation() = eigen(b_from_a.getOrigin());
+  Eigen::Isometry3d result;
+  b_from_a.getOpenGLMatrix(result.data());
   return result;
 }
 
@@ -81,10 +77,9 @@ Body body_of(const config::SceneObject& object) {
   make_shape(object, body);
   const bool dynamic = object.motion == config::Motion::dynamic;
   const double mass_kg = dynamic ? object.mass_kg : 0.0;  // Bullet: mass 0 is a static body
-  btVector3 inertia(0, 0, 0);
-  if (dynamic) body.shape->calculateLocalInertia(mass_kg, inertia);
   body.start_world_from_body = bt(object.world_from_object * body.object_from_body);
-  btRigidBody::btRigidBodyConstructionInfo info(mass_kg, nullptr, body.shape.get(), inertia);
+  btRigidBody::btRigidBodyConstructionInfo info(mass_kg, nullptr, body.shape.get());
+  if (dynamic) body.shape->calculateLocalInertia(mass_kg, info.m_localInertia);
   info.m_startWorldTransform = body.start_world_from_body;
   info.m_restitution = dynamic ? object.restitution : 1.0;  // Bullet multiplies both bodies' values
   info.m_friction = kFriction;
@@ -119,6 +114,8 @@ struct RigidBodies::World {
 
 RigidBodies::RigidBodies(const config::Scene& scene) : world_(std::make_unique<World>()) {
   world_->dynamics.setGravity({0, 0, -scene.gravity_m_s2});
+  // By default Bullet sweeps no motion below 4 cm per step, whatever the body's threshold.
+  world_->dynamics.getDispatchInfo().m_allowedCcdPenetration = 0;
   world_->bodies.reserve(scene.objects.size());
   for (const config::SceneObject& object : scene.objects) {
     world_->bodies.push_back(body_of(object));
@@ -127,7 +124,6 @@ RigidBodies::RigidBodies(const config::Scene& scene) : world_(std::make_unique<W
 }
 
 RigidBodies::~RigidBodies() = default;
-RigidBodies::RigidBodies(RigidBodies&&) noexcept = default;
 RigidBodies& RigidBodies::operator=(RigidBodies&&) noexcept = default;
 
 void RigidBodies::step(double step_s) {
@@ -163,7 +159,6 @@ void RigidBodies::respawn(std::size_t object) {
   body.setWorldTransform(world_->bodies[object].start_world_from_body);
   for (const auto set : {&btRigidBody::setLinearVelocity, &btRigidBody::setAngularVelocity})
     (body.*set)({0, 0, 0});
-  body.clearForces();
 }
 
 }  // namespace fivepipe::sim

@@ -14,7 +14,6 @@ class RigidBodies {
  public:
   explicit RigidBodies(const config::Scene& scene);
   ~RigidBodies();
-  RigidBodies(RigidBodies&&) noexcept;
   RigidBodies& operator=(RigidBodies&&) noexcept;
 
   void step(double step_s);  // > 0; one step of the whole scene

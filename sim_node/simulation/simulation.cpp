@@ -54,7 +54,6 @@ void Simulation::advance_to(double time_s) {
 }
 
 void Simulation::advance(double time_s, bool is_new_hull) {
-  contact_.clear_contacts();
   for (std::uint64_t steps = clock_.advance_to(time_s); steps > 0; --steps) step();
   report(is_new_hull);
 }

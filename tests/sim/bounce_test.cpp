@@ -48,6 +48,46 @@ TEST(Bounce, IgnoresSeparatingObjects) {
       0, 1e-15);
 }
 
+struct BounceCase {
+  const char* description;
+  collision::RecoveryStatus status;
+  Eigen::Vector3d v_rec_world, velocity_m_s, move_m, velocity_after_m_s;
+};
+
+// Gravity 10 m/s2, restitution 0.5, rest below 0.25 m/s. The hull ends after 5 cm, with an error of
+// 1 cm and a residual of 2 cm.
+TEST(Bounce, MatchesTheFormulas) {
+  using Eigen::Vector3d;
+  constexpr auto kRecovered = collision::RecoveryStatus::recovered;
+  const Vector3d x = Vector3d::UnitX(), y = Vector3d::UnitY(), z = Vector3d::UnitZ();
+  const double lifted_m_s = std::sqrt(2.0 * 2.0 - 2 * 10 * 0.08);
+  for (const BounceCase& expected : {
+           BounceCase{"lift", kRecovered, z, {0.3, 0, -2}, 0.08 * z, {0.3, 0, 0.5 * lifted_m_s}},
+           {"no residual",
+            collision::RecoveryStatus::still_colliding,
+            z,
+            {0, 0, -2},
+            0.06 * z,
+            0.5 * std::sqrt(4.0 - 2 * 10 * 0.06) * z},
+           {"the lift exceeds the energy", kRecovered, z, {0.3, 0, -1.2}, 0.08 * z, 0.3 * x},
+           {"down", kRecovered, -z, 2 * z, -0.08 * z, -z},
+           {"slow", kRecovered, x, {-0.5, 0.125, 0}, 0.08 * x, {0.25, 0.125, 0}},
+           {"as slow as at rest", kRecovered, x, {-0.25, 1, 0}, 0.08 * x, y},
+           {"barely faster than at rest", kRecovered, x, -0.26 * x, 0.08 * x, 0.13 * x},
+           {"sideways", kRecovered, x, y, 0.08 * x, y},
+           {"away", kRecovered, x, {0.5, 1, 0}, 0.08 * x, {0.5, 1, 0}},
+       }) {
+    collision::Response response = response_up(0.05, 0.01);
+    response.status = expected.status;
+    response.residual_m = 0.02;
+    response.v_rec_world = expected.v_rec_world;
+    const sim::Bounce after = sim::bounce(response, expected.velocity_m_s, 0.5, 10, 0.25);
+    EXPECT_LT((after.move_world_m - expected.move_m).norm(), 1e-12) << expected.description;
+    EXPECT_LT((after.velocity_world_m_s - expected.velocity_after_m_s).norm(), 1e-12)
+        << expected.description;
+  }
+}
+
 TEST(Bounce, EnergyGrowsByAtMostTheLift) {
   Random random(31);
   for (int i = 0; i < 10000; ++i) {
@@ -226,6 +266,23 @@ TEST_F(SimulationBounce, HighlightIsReportedButNotMovedAndNoneIsNotQueried) {
   EXPECT_FALSE(report.response);
   EXPECT_EQ(simulation.counters().detection.objects, 4u);  // one query per frame
   EXPECT_EQ(simulation.states()[0].world_from_object.translation(), Eigen::Vector3d(0, 0, 0.15));
+}
+
+// A reset after an odd number of steps, between two queries of the hull.
+TEST_F(SimulationBounce, AfterAResetTheBallBouncesAsFromTheStart) {
+  const auto silhouettes = bar();
+  const config::Scene scene = scene_of({virtual_ball({0, 0, 0.12})});
+  sim::Simulation simulation(scene, {}), fresh(scene, {});
+  simulation.advance_to(0, silhouettes);
+  simulation.advance_to(3 / 240.0, silhouettes);
+  simulation.reset();
+  fresh.advance_to(3 / 240.0, silhouettes);
+  for (int step = 4; step <= 64; ++step)
+    for (sim::Simulation* one : {&simulation, &fresh}) one->advance_to(step / 240.0, silhouettes);
+  EXPECT_GT(fresh.counters().contacts, 0u);
+  EXPECT_EQ(simulation.counters().contacts, fresh.counters().contacts);
+  EXPECT_EQ(simulation.states()[0].world_from_object.matrix(),
+            fresh.states()[0].world_from_object.matrix());
 }
 
 TEST_F(SimulationBounce, HeldHullSupportsTheBall) {

@@ -48,6 +48,49 @@ TEST(SimulationClock, CatchUpWithinTheLimitSkipsNothing) {
   EXPECT_EQ(clock.counters().skipped_s, 0);
 }
 
+// A catch-up of kMaxCatchUp_s may end with one more step, which was due before.
+TEST(SimulationClock, SkipsOnlyMoreThanTheCatchUpAndOneStep) {
+  constexpr double kEighth_s = 0.125;  // exact in binary, as is kMaxCatchUp_s
+  SimulationClock clock(kEighth_s);
+  EXPECT_EQ(clock.time_s(), 0);
+  clock.advance_to(1);
+  EXPECT_EQ(clock.advance_to(1 + kMaxCatchUp_s + kEighth_s), 3u);
+  EXPECT_EQ(clock.counters().skipped_s, 0);
+  EXPECT_EQ(clock.advance_to(clock.time_s() + kMaxCatchUp_s + kEighth_s + 0.0625), 2u);
+  EXPECT_EQ(clock.counters().skipped_s, kEighth_s + 0.0625);
+  EXPECT_EQ(clock.advance_to(clock.time_s() + 4), 2u);
+  EXPECT_EQ(clock.counters().skipped_s, kEighth_s + 0.0625 + 4 - kMaxCatchUp_s);
+}
+
+TEST(SimulationClock, BackwardTimeUpToTheCatchUpIsIgnored) {
+  SimulationClock clock(kStep_s);
+  clock.advance_to(1);
+  EXPECT_EQ(clock.advance_to(1 - kMaxCatchUp_s), 0u);
+  EXPECT_EQ(clock.time_s(), 1);
+  EXPECT_EQ(clock.advance_to(0.999 - kMaxCatchUp_s), 0u);
+  EXPECT_EQ(clock.time_s(), 0.999 - kMaxCatchUp_s);
+  EXPECT_EQ(clock.counters().backward_stamps, 2u);
+}
+
+TEST(SimulationClock, TimesWithinANanosecondAreEqual) {
+  SimulationClock clock(kStep_s);
+  clock.advance_to(0);
+  for (const double time_s : {-0.9e-9, -1e-9}) EXPECT_EQ(clock.advance_to(time_s), 0u);
+  EXPECT_EQ(clock.counters().backward_stamps, 0u);
+  EXPECT_EQ(clock.advance_to(-1.1e-9), 0u);
+  EXPECT_EQ(clock.counters().backward_stamps, 1u);
+  EXPECT_EQ(clock.advance_to(kStep_s - 1.1e-9), 0u);
+  EXPECT_EQ(clock.advance_to(kStep_s - 0.9e-9), 1u);
+}
+
+TEST(SimulationClock, SettingTheClockDropsItsSteps) {
+  SimulationClock clock(kStep_s);
+  clock.advance_to(100);
+  EXPECT_EQ(clock.advance_to(100 + 6 * kStep_s), 6u);
+  EXPECT_EQ(clock.advance_to(10), 0u);
+  EXPECT_EQ(clock.time_s(), 10);
+}
+
 TEST(SimulationClock, SmallBackwardTimeIsIgnoredAndCounted) {
   SimulationClock clock(kStep_s);
   clock.advance_to(1);

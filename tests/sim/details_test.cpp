@@ -79,6 +79,63 @@ TEST(CollisionDetails, ComputesOnlyTheRequestedNormal) {
   }
 }
 
+TEST(CollisionDetails, ContactsNeedNoResponseAndAResponseNoContacts) {
+  config::SceneObject contacts = plate(), response = plate();
+  contacts.requests.contacts = 1;
+  response.requests.response = config::ResponseRequests{.v_rec_world = Vector3d::UnitX()};
+  sim::Simulation simulation(scene_of({contacts, response}), {});
+  simulation.advance_to(0, hand_at(0));
+  const sim::CollisionDetails &first = simulation.collisions().at(0).details,
+                              &second = simulation.collisions().at(1).details;
+  ASSERT_TRUE(first.contacts);
+  EXPECT_EQ(first.contacts->contacts.size(), 1u);
+  EXPECT_FALSE(first.response);
+  EXPECT_TRUE(second.response);
+  EXPECT_FALSE(second.contacts);
+}
+
+TEST(CollisionDetails, ReportsEvenlySpreadPointsUpToTheLimit) {
+  const auto silhouettes = hand_at(0);
+  for (const bool needs_all_points : {false, true}) {
+    config::SceneObject object = plate();
+    object.shape = config::BoxShape{{0.005, 0.1, 0.1}, 0.02};
+    if (needs_all_points) object.requests.contacts = 1;
+    const auto report_with = [&](std::size_t max_points) {
+      sim::Simulation simulation(scene_of({object}), {.max_points = int(max_points)});
+      simulation.advance_to(0, silhouettes);
+      return simulation.collisions().at(0);
+    };
+    const sim::CollisionReport whole = report_with(4000);
+    const std::vector<collision::CollisionPoint>& points = whole.collision.points;
+    ASSERT_GT(points.size(), 20u);
+    ASSERT_LT(points.size(), 4000u);
+    EXPECT_FALSE(whole.truncated);
+    for (const std::size_t limit : {points.size(), points.size() - 1, std::size_t(7)}) {
+      const sim::CollisionReport report = report_with(limit);
+      EXPECT_EQ(report.truncated, limit < points.size());
+      EXPECT_FALSE(report.collision.truncated);
+      EXPECT_EQ(report.collision.triangles, whole.collision.triangles);
+      std::vector<collision::CollisionPoint> expected;
+      for (std::size_t i = 0; i < limit; ++i) expected.push_back(points[i * points.size() / limit]);
+      EXPECT_EQ(report.collision.points, expected);
+    }
+    const sim::CollisionReport none = report_with(0);
+    EXPECT_TRUE(none.truncated);
+    EXPECT_TRUE(none.collision.points.empty());
+    EXPECT_TRUE(none.collision.colliding());
+  }
+}
+
+TEST(CollisionDetails, ReportsThatTheDetectorHadMorePoints) {
+  constexpr std::size_t kMaxFound = 4096;
+  config::SceneObject object = plate();
+  object.shape = config::BoxShape{{0.005, 0.1, 0.1}, 0.01};
+  sim::Simulation simulation(scene_of({object}), {.spacing_m = 2e-4, .max_points = 20000});
+  simulation.advance_to(0, hand_at(0));
+  EXPECT_EQ(simulation.collisions().at(0).collision.points.size(), kMaxFound);
+  EXPECT_TRUE(simulation.collisions().at(0).truncated);
+}
+
 TEST(CollisionDetails, ProximityHoldsTheExactDistance) {
   constexpr double kCap_m = 0.08, kTolerance_m = 0.002;
   const auto silhouettes = hand_at(-0.05);
@@ -191,6 +248,18 @@ TEST(Warmth, GrowsWithTheTimeSinceTheFirstFrame) {
   }
 }
 
+TEST(Warmth, BeforeTheFirstHullThereIsNoneAndNothingIsReported) {
+  config::SceneObject object = plate();
+  object.warming = config::Warming{};
+  sim::Simulation simulation(scene_of({object}), {});
+  simulation.advance_to(0);
+  simulation.advance_to(0.1);
+  EXPECT_EQ(simulation.counters().steps, 24u);
+  EXPECT_TRUE(simulation.collisions().empty());
+  const std::vector<float> warm = simulation.states()[0].warmth;
+  EXPECT_EQ(warm, std::vector<float>(warm.size(), 0.0f));
+}
+
 TEST(Warmth, IsKeptIfTheDistanceIsUnknown) {
   sim::Warmth warmth({.cap_m = 0.1, .heating_s = 0.1, .cooling_s = 0.1}, 3);
   const double inf = std::numeric_limits<double>::infinity();
@@ -212,7 +281,8 @@ config::Scene scene_with_history(bool first_contact) {
 
 // At 5 m/s the hand moves 8 cm per frame, through a plate of 5 mm; it touches it in no frame.
 TEST(History, FastHandReportsFirstContactWithAThinPlate) {
-  sim::Simulation simulation(scene_with_history(true), {}, kSpace);
+  sim::Simulation simulation(scene_with_history(true), {}, kSpace),
+      unrequested(scene_with_history(false), {}, kSpace);
   int contacts = 0;
   for (int frame = 0; frame <= 5; ++frame) {
     const double x_m =
@@ -220,6 +290,8 @@ TEST(History, FastHandReportsFirstContactWithAThinPlate) {
     simulation.advance_to(frame * kLabFrame_s, hand_at(x_m));
     const sim::CollisionReport& report = simulation.collisions().at(0);
     EXPECT_FALSE(report.collision.colliding()) << frame;
+    unrequested.advance_to(frame * kLabFrame_s, hand_at(x_m));
+    EXPECT_FALSE(unrequested.collisions().at(0).details.first_contact);
     if (!report.details.first_contact) continue;
     ++contacts;
     EXPECT_EQ(frame, 3);
@@ -229,8 +301,97 @@ TEST(History, FastHandReportsFirstContactWithAThinPlate) {
     EXPECT_NEAR(report.details.first_contact->contact.time_s, expected_s, 0.006 / 5);
     EXPECT_NEAR(report.details.first_contact->contact.p_world_m.x(), 0, 0.004);
     EXPECT_EQ(report.details.first_contact->component, simulation.hull_components()->at(0).id);
+    simulation.advance_to((frame + 0.5) * kLabFrame_s);
+    EXPECT_FALSE(simulation.collisions().at(0).details.first_contact) << "the hull is not new";
   }
   EXPECT_EQ(contacts, 1);
+}
+
+// The one ahead is the left and smaller, or the right and larger.
+TEST(History, ReportsTheEarlierOfTwoFirstContacts) {
+  for (const auto& [ahead_y_m, ahead_radius_m] : {std::pair{-0.12, 0.018}, {0.12, 0.022}}) {
+    sim::Simulation simulation(scene_with_history(true), {}, kSpace);
+    int contacts = 0;
+    for (int frame = 0; frame <= 4; ++frame) {
+      const double x_m = -0.2267 + 5 * kLabFrame_s * frame, ahead_x_m = x_m + 0.015;
+      simulation.advance_to(
+          frame * kLabFrame_s,
+          seen({{{ahead_x_m, ahead_y_m, 0}, {ahead_x_m, ahead_y_m, 0.01}, ahead_radius_m},
+                {{x_m, -ahead_y_m, 0}, {x_m, -ahead_y_m, 0.01}, 0.02}}));
+      ASSERT_EQ(simulation.hull_components()->size(), 2u);
+      const auto& contact = simulation.collisions().at(0).details.first_contact;
+      if (!contact) continue;
+      ++contacts;
+      EXPECT_NEAR(contact->contact.p_world_m.y(), ahead_y_m, 0.03);
+      for (const collision::TrackedComponent& hand : *simulation.hull_components())
+        EXPECT_EQ(hand.id == contact->component,
+                  hand.component.centroid_world_m.y() * ahead_y_m > 0);
+    }
+    EXPECT_EQ(contacts, 1);
+  }
+}
+
+// The contact is at the end of a long thin part, far from the component's centroid, on either side.
+TEST(History, LongFingerReportsFirstContact) {
+  for (const double side : {-1.0, 1.0})
+    for (const double origin_x_m : {-0.16, 0.16}) {
+      config::Scene scene = scene_with_history(true);
+      scene.objects[0] = virtual_box("plate", {origin_x_m + side * 0.1, 0, 0}, {0.005, 0.02, 0.02},
+                                     config::Reaction::highlight);
+      scene.objects[0].requests.first_contact = true;
+      sim::Simulation simulation(scene, {}, kSpace);
+      int contacts = 0;
+      for (int frame = 0; frame <= 4; ++frame) {
+        const double x_m = origin_x_m + side * 0.015 * (frame - 4);
+        simulation.advance_to(
+            frame * kLabFrame_s,
+            seen({ball({x_m, 0, 0}, 0.03), {{x_m, 0, 0}, {x_m + side * 0.1, 0, 0}, 0.008}}));
+        contacts += simulation.collisions().at(0).details.first_contact.has_value();
+      }
+      EXPECT_EQ(contacts, 1) << side << " at " << origin_x_m;
+    }
+}
+
+TEST(History, ExtendedFingerReportsFirstContact) {
+  config::Scene scene = scene_with_history(true);
+  scene.objects[0] =
+      virtual_box("plate", {0.1, 0, 0}, {0.005, 0.02, 0.02}, config::Reaction::highlight);
+  scene.objects[0].requests.first_contact = true;
+  sim::Simulation simulation(scene, {}, kSpace);
+  for (int frame = 0; frame <= 3; ++frame) {
+    std::vector<hull::Capsule> hand{ball(kOrigin, 0.03)};
+    if (frame == 3) hand.push_back({kOrigin, {0.1, 0, 0}, 0.008});
+    simulation.advance_to(frame * kLabFrame_s, seen(hand));
+    EXPECT_EQ(simulation.collisions().at(0).details.first_contact.has_value(), frame == 3) << frame;
+  }
+}
+
+// A stick turns about its centre by 0.3 rad per frame. Its end reaches the plate a quarter of a
+// frame after frame 5: the hull of frame 5 must turn with the stick.
+TEST(History, RotatingStickReportsWhenItsEndArrives) {
+  constexpr double kTurn_rad = 0.3, kLength_m = 0.12, kRadius_m = 0.01, kThickness_m = 0.004;
+  const double touched_rad = 5.25 * kTurn_rad;
+  const Vector3d end_m(kLength_m * std::cos(touched_rad), kLength_m * std::sin(touched_rad), 0);
+  // The plate is ahead of the end, along the stick.
+  config::Scene scene = scene_with_history(true);
+  scene.objects[0] =
+      virtual_box("plate", kOrigin, {0.02, kThickness_m, 0.02}, config::Reaction::highlight);
+  scene.objects[0].requests.first_contact = true;
+  Eigen::Isometry3d& pose = scene.objects[0].world_from_object;
+  pose.linear() = Eigen::AngleAxisd(touched_rad, Vector3d::UnitZ()).matrix();
+  pose.translation() = end_m + pose.linear() * Vector3d(0, kRadius_m + 0.5 * kThickness_m, 0);
+  sim::Simulation simulation(scene, {}, kSpace);
+  double contact_s = 0;
+  for (int frame = 0; frame <= 6; ++frame) {
+    const double angle_rad = kTurn_rad * frame;
+    const Vector3d half_m(kLength_m * std::cos(angle_rad), kLength_m * std::sin(angle_rad), 0);
+    simulation.advance_to(1 + frame * kLabFrame_s, seen({{-half_m, half_m, kRadius_m}}));
+    const auto& contact = simulation.collisions().at(0).details.first_contact;
+    if (!contact) continue;
+    EXPECT_EQ(contact_s, 0) << "only one";
+    contact_s = contact->contact.time_s;
+  }
+  EXPECT_NEAR(contact_s, 1 + 5.25 * kLabFrame_s, 0.12 * kLabFrame_s);
 }
 
 // Each component moves from its own position in the frame before.
@@ -304,14 +465,33 @@ TEST(History, RespawnedObjectHasNoFirstContact) {
   EXPECT_EQ(simulation.counters().respawned, 1u);
 }
 
+TEST(History, ResetObjectHasNoFirstContact) {
+  config::Scene scene = scene_with_history(true);
+  scene.objects[0] =
+      virtual_box("plate", {0, 0, 0.5}, {0.2, 0.2, 0.005}, config::Reaction::highlight);
+  scene.objects[0].motion = config::Motion::dynamic;
+  scene.objects[0].requests.first_contact = true;
+  sim::Simulation simulation(scene, {}, kSpace);
+  constexpr double kSlowFrame_s = 0.05;
+  const auto hand = hand_at(0);
+  for (int frame = 0; frame <= 12; ++frame) {
+    if (frame == 10) {
+      EXPECT_LT(simulation.states()[0].world_from_object.translation().z(), -0.2);
+      simulation.reset();  // a jump from below the hand to above it
+    }
+    simulation.advance_to(frame * kSlowFrame_s, frame < 8 ? std::vector<hull::Silhouette>{} : hand);
+    EXPECT_FALSE(simulation.collisions().at(0).details.first_contact) << frame;
+  }
+}
+
 TEST(History, LongGapReportsNoFirstContact) {
-  for (const double gap_s : {0.2, 1.0, 60.0}) {
+  for (const double gap_s : {0.2, 0.249, 0.251, 1.0, 60.0}) {
     sim::Simulation simulation(scene_with_history(true), {}, kSpace);
     for (int frame = 0; frame <= 3; ++frame)
       simulation.advance_to(frame * kLabFrame_s, hand_at(-0.1));
     const std::uint64_t id = simulation.hull_components()->at(0).id;
     simulation.advance_to(3 * kLabFrame_s + gap_s, hand_at(0.1));
-    const bool is_known = gap_s < sim::kMaxGap_s;
+    const bool is_known = gap_s <= 0.25;
     EXPECT_EQ(simulation.hull_components()->at(0).id == id, is_known) << gap_s;
     EXPECT_EQ(simulation.collisions().at(0).details.first_contact.has_value(), is_known) << gap_s;
   }

@@ -119,6 +119,24 @@ TEST_F(SimulationTime, LostObjectsAreRespawnedAndCounted) {
   EXPECT_GT(ball_position_m(simulation).z(), 0.2 - 3 - 0.5);
 }
 
+TEST_F(SimulationTime, ObjectsAreLostThreeMetresOutsideTheStart) {
+  for (const double down : {1.0, -1.0}) {
+    config::Scene scene = scene_of({virtual_ball({0, 0, 0.2})});
+    scene.gravity_m_s2 *= down;
+    sim::Simulation simulation(scene, {});
+    double farthest_m = 0;
+    for (int step = 0; simulation.counters().respawned == 0 && step < 240; ++step) {
+      simulation.advance_to(step / 240.0, {});
+      farthest_m = std::max(farthest_m, down * (0.2 - ball_position_m(simulation).z()));
+    }
+    // From its centre to the ball's edge and 3 m farther, less up to a step of 3.2 cm.
+    EXPECT_LE(farthest_m, kBallRadius_m + 3);
+    EXPECT_GT(farthest_m, kBallRadius_m + 3 - 0.033);
+    EXPECT_EQ(simulation.counters().respawned, 1u);
+    EXPECT_EQ(ball_position_m(simulation), Eigen::Vector3d(0, 0, 0.2));
+  }
+}
+
 TEST_F(SimulationTime, StackAndOffCenterMeshStand) {
   std::vector<config::SceneObject> objects = {virtual_box("floor", {0, 0, -0.05}, {2, 2, 0.1})};
   for (int i = 0; i < 4; ++i) {
@@ -166,14 +184,38 @@ TEST_F(SimulationTime, FallingBallDoesNotTunnelThroughAThinPlate) {
   }
 }
 
-TEST_F(SimulationTime, RejectsInvalidTimesAndSteps) {
+TEST_F(SimulationTime, RejectsInvalidTimes) {
   sim::Simulation simulation(ball_over_floor(), {});
   EXPECT_THROW(simulation.advance_to(std::numeric_limits<double>::quiet_NaN(), {}),
                std::invalid_argument);
-  EXPECT_THROW(sim::Simulation(ball_over_floor(), {.step_s = 0}), std::invalid_argument);
-  EXPECT_THROW(
-      sim::Simulation(ball_over_floor(), {.step_s = std::numeric_limits<double>::infinity()}),
-      std::invalid_argument);
+  EXPECT_THROW(simulation.advance_to(std::numeric_limits<double>::quiet_NaN()),
+               std::invalid_argument);
+}
+
+TEST_F(SimulationTime, RejectsOnlyInvalidConfigurations) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity(),
+                   kNan = std::numeric_limits<double>::quiet_NaN();
+  const auto is_valid = [](const config::SimConfig& config) {
+    try {
+      sim::Simulation simulation(ball_over_floor(), config);
+      return true;
+    } catch (const std::invalid_argument&) {
+      return false;
+    }
+  };
+  EXPECT_TRUE(is_valid({.step_s = 1e-3}));
+  for (const double step_s : {0.0, -1e-3, kInfinity, kNan})
+    EXPECT_FALSE(is_valid({.step_s = step_s})) << step_s;
+  EXPECT_TRUE(is_valid({.eps_m = collision::kMinEps_m}));
+  for (const double eps_m : {0.5 * collision::kMinEps_m, kInfinity, kNan})
+    EXPECT_FALSE(is_valid({.eps_m = eps_m})) << eps_m;
+  EXPECT_TRUE(is_valid({.spacing_m = 1e-3}));
+  for (const double spacing_m : {0.0, -1e-3, kInfinity, kNan})
+    EXPECT_FALSE(is_valid({.spacing_m = spacing_m})) << spacing_m;
+  EXPECT_TRUE(is_valid({.max_points = 0}));
+  EXPECT_FALSE(is_valid({.max_points = -1}));
+  EXPECT_TRUE(is_valid({.threads = 1}));
+  EXPECT_FALSE(is_valid({.threads = 0}));
 }
 
 }  // namespace

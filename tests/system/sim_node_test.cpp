@@ -366,6 +366,42 @@ TEST_F(SimNode, ExecutesItsCommandsBeforeTheNextFrame) {
   EXPECT_GT(next(), paused_m);
 }
 
+// DDS reports the end of a writer as a sample without data.
+TEST_F(SimNode, TheEndOfACommandersWriterIsNoCommand) {
+  start_with(kScene);
+  begin_replay(true);
+  simulate(0);
+  simulate(1);
+  {
+    auto commander = bus_.writer<bus::topics::Command>();
+    wait_for_readers(commander);
+    fivepipe_v1_Command pause{};
+    messages::set_text(pause.target, "simulation");
+    pause.kind = fivepipe_v1_pause_simulation;
+    deliver(commander, pause);
+  }
+  const double paused_m = states_.all().back().world_from_object.at("faller").translation().z();
+  EXPECT_LT(paused_m, 5);
+  for (const std::uint64_t frame : {2, 3, 4}) {
+    simulate(frame);
+    EXPECT_EQ(states_.all().back().world_from_object.at("faller").translation().z(), paused_m);
+  }
+}
+
+// Without frame sets the node sleeps. A node that polls takes a whole core.
+TEST_F(SimNode, TakesNoTimeOfTheProcessorWithoutFrameSets) {
+  Collected<bus::topics::NodeStatus, double> cpu_s(
+      bus_, [](const bus::Sample<bus::topics::NodeStatus>& sample) { return sample->cpu_s; });
+  start_with(kScene);
+  simulate(0);
+  ASSERT_TRUE(reports_again(4));  // the hull is held for 1 s
+  cpu_s.take();
+  const std::size_t first = cpu_s.all().size();
+  ASSERT_TRUE(holds([&] { return cpu_s.take().size() >= first + 3; })) << said();
+  // Two periods of half a second.
+  EXPECT_LT(cpu_s.all()[first + 2] - cpu_s.all()[first], 0.2);
+}
+
 // A replay starts from the state after the start of the process. Its frames have earlier stamps.
 TEST_F(SimNode, EachReplayStartsAnew) {
   start_with(kScene);
