@@ -4,7 +4,9 @@
 
 #include <cmath>
 #include <limits>
+#include <map>
 
+#include "common/config/yaml/key_suggestion.h"
 #include "tests/support/scene_files.h"
 
 namespace fivepipe::config {
@@ -254,6 +256,88 @@ TEST_F(YamlReader, FilesThatAreNoMappingsAreVoid) {
             "b.yaml:2:1: the file contains a second YAML document: remove it");
   EXPECT_EQ(problem("a: [1\n").substr(0, 21), "b.yaml:2:1: not YAML:");
   EXPECT_EQ(problem(",\n"), "b.yaml:1:1: not YAML: a value cannot start with a comma");
+}
+
+class SettingsOfAFile : public test::SceneFiles {
+ protected:
+  Settings settings(const std::map<std::string, std::string>& overrides) {
+    return Settings("d.yaml", {1, 1},
+                    {{"rate", {"12", false, {2, 3}}},
+                     {"place", {"sub", false, {3, 3}}},
+                     {"data", {"", false, {4, 3}}},
+                     {"name", {"", false, {5, 3}}}},
+                    overrides, problems_);
+  }
+  Strings problems() {
+    return problems_of([&] { problems_.throw_if_any(); });
+  }
+  Problems problems_;
+};
+
+TEST_F(SettingsOfAFile, AreReplacedWhereverTheyAppear) {
+  Settings of_file = settings({{"place", "here"}});
+  const auto expanded = [&](const std::string& text) {
+    const Settings::Expanded result = of_file.expand(text, {7, 8}, problems_);
+    EXPECT_TRUE(result.usable) << text;
+    return std::pair(result.text, result.starts_on_command_line);
+  };
+  using Result = std::pair<std::string, bool>;
+  EXPECT_EQ(expanded(""), Result("", false));
+  EXPECT_EQ(expanded("none"), Result("none", false));
+  EXPECT_EQ(expanded("${rate}"), Result("12", false));
+  EXPECT_EQ(expanded("${place}/${rate}"), Result("here/12", true));
+  EXPECT_EQ(expanded("${rate}${place}x"), Result("12herex", false));
+  EXPECT_EQ(expanded("a ${place} b $ {} }"), Result("a here b $ {} }", false));
+  EXPECT_EQ(problems(), Strings{});
+}
+
+TEST_F(SettingsOfAFile, UnusableOnesAreProblems) {
+  Settings of_file = settings({{"speed", "3"}});
+  for (const std::string text : {"${data}/x", "${data}/y", "a/${name}", "${where}", "x${rate"})
+    EXPECT_FALSE(of_file.expand(text, {7, 8}, problems_).usable) << text;
+  const std::string known = "unknown setting; known settings: data, name, place, rate";
+  EXPECT_THAT(problems(),
+              ElementsAre("d.yaml:1:1: --set speed: " + known,
+                          "d.yaml:4:3: data is not set: pass --set data=FOLDER",
+                          "d.yaml:5:3: name is not set: pass --set name=VALUE",
+                          "d.yaml:7:8: ${where}: " + known, "d.yaml:7:8: ${ without a closing }"));
+}
+
+TEST(ProblemList, IsSortedByPlaceInTheOrderOfTheFiles) {
+  Problems problems;
+  EXPECT_NO_THROW(problems.throw_if_any());
+  problems.add("b", {3, 1}, "third");
+  problems.add("a", {1, 1}, "of the second file");
+  problems.add("b", {2, 5}, "second");
+  problems.add("b", {2, 4}, "first");
+  problems.add("b", {2, 5}, "second");
+  problems.add("b", {2, 5}, "another one there");
+  problems.add("c", {}, "without a place");
+  EXPECT_EQ(problems.count(), 6u);
+  try {
+    problems.throw_if_any();
+    FAIL();
+  } catch (const ConfigError& error) {
+    EXPECT_STREQ(error.what(),
+                 "b:2:4: first\nb:2:5: second\nb:2:5: another one there\nb:3:1: third\n"
+                 "a:1:1: of the second file\nc: without a place");
+  }
+}
+
+TEST(NearestWord, IsWithinTwoEditsOrAThirdOfTheLength) {
+  const auto nearest = [](const std::string& word, const Strings& known) {
+    return nearest_word(word, known).value_or("none");
+  };
+  EXPECT_EQ(nearest("abcd", {"abxy"}), "abxy");
+  EXPECT_EQ(nearest("abcd", {"axyz"}), "none");
+  EXPECT_EQ(nearest("abcdefghijkl", {"abcdefgh1234"}), "abcdefgh1234");
+  EXPECT_EQ(nearest("abcdefghijkl", {"abcdefg12345"}), "none");
+  EXPECT_EQ(nearest("abcd", {"abxy", "abcx", "abxd"}), "abcx") << "the first of the nearest";
+  EXPECT_EQ(nearest("abcd", {"bcd", "abcde"}), "bcd");
+  EXPECT_EQ(nearest("kitten", {"sitting"}), "none");
+  EXPECT_EQ(nearest("kittens", {"sitten"}), "sitten");
+  EXPECT_EQ(nearest("a", {"b", "bc"}), "none") << "no letter is the same";
+  EXPECT_EQ(nearest("xyz", {"ab", "xz"}), "xz");
 }
 
 TEST(Numbers, AreParsedInYamlsForms) {
