@@ -22,11 +22,11 @@ Polygon clipped(const Polygon& polygon, const Eigen::Vector3d& normal) {
 }
 
 // Returns the inward normals, in the camera frame, of the planes through the camera's centre and
-// the edges of its image. The first is the half-space Z >= 0.
-std::array<Eigen::Vector3d, 5> pyramid_of(const Pinhole& k) {
+// the edges of its image.
+std::array<Eigen::Vector3d, 4> pyramid_of(const Pinhole& k) {
   const double left = (-0.5 - k.cx_px) / k.fx_px, right = (k.width_px - 0.5 - k.cx_px) / k.fx_px;
   const double top = (-0.5 - k.cy_px) / k.fy_px, bottom = (k.height_px - 0.5 - k.cy_px) / k.fy_px;
-  return {Eigen::Vector3d(0, 0, 1), {1, 0, -left}, {-1, 0, right}, {0, 1, -top}, {0, -1, bottom}};
+  return {Eigen::Vector3d(1, 0, -left), {-1, 0, right}, {0, 1, -top}, {0, -1, bottom}};
 }
 
 }  // namespace
@@ -35,18 +35,22 @@ bool is_box_visible(const Camera& camera, const Eigen::AlignedBox3d& box_world_m
   // The pyramid is unbounded: if it intersects the box, it also intersects a face of the box, even
   // if the camera is inside. So the six faces suffice.
   const auto pyramid = pyramid_of(camera.pinhole);
-  for (int axis = 0; axis < 3; ++axis)
-    for (const Eigen::Vector3d& end : {box_world_m.min(), box_world_m.max()}) {
+  const Eigen::Vector3d &min = box_world_m.min(), &max = box_world_m.max();
+  for (int axis = 0; axis < 3; ++axis) {
+    const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+    for (const Eigen::Vector3d& end : {min, max}) {
       Polygon face;
-      for (const auto& [u, v] : {std::pair{0, 0}, {1, 0}, {1, 1}, {0, 1}}) {
+      for (const auto& [max_u, max_v] :
+           {std::pair{false, false}, {true, false}, {true, true}, {false, true}}) {
         Eigen::Vector3d corner = end;
-        corner[(axis + 1) % 3] = (u ? box_world_m.max() : box_world_m.min())[(axis + 1) % 3];
-        corner[(axis + 2) % 3] = (v ? box_world_m.max() : box_world_m.min())[(axis + 2) % 3];
+        corner[u] = (max_u ? max : min)[u];
+        corner[v] = (max_v ? max : min)[v];
         face.push_back(camera.camera_from_world * corner);
       }
       for (const Eigen::Vector3d& normal : pyramid) face = clipped(face, normal);
       if (!face.empty()) return true;
     }
+  }
   return false;
 }
 

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <deque>
 #include <memory>
 #include <thread>
 #include <vector>
@@ -92,6 +94,33 @@ TEST(BoundedQueue, WaitsForFullAndClosed) {
   std::thread closer([&] { queue.close(); });
   queue.wait_until_full_or_closed();
   closer.join();
+}
+
+// The queue is full as long as an item is in progress, so the producer waits for each pop().
+TEST(BoundedQueue, PopReleasesAProducerThatWaitsForTheItemInProgress) {
+  BoundedQueue<int> queue(1);
+  std::thread producer([&] {
+    for (int i = 0; i < 300; ++i) EXPECT_TRUE(queue.push(i));
+  });
+  for (int i = 0; i < 300; ++i) ASSERT_EQ(queue.pop(), i);
+  producer.join();
+}
+
+TEST(BoundedQueue, ClearReleasesAWaitingProducer) {
+  for (int round = 0; round < 20; ++round) {
+    BoundedQueue<int> queue(1);
+    queue.push(1);
+    std::atomic<bool> pushes = false;
+    std::thread producer([&] {
+      pushes = true;
+      EXPECT_TRUE(queue.push(2));
+    });
+    while (!pushes) std::this_thread::yield();
+    for (int i = 0; i < 20; ++i) std::this_thread::yield();  // the producer waits in most rounds
+    EXPECT_EQ(queue.clear(), std::deque<int>{1});
+    producer.join();
+    EXPECT_EQ(queue.clear(), std::deque<int>{2});
+  }
 }
 
 TEST(BoundedQueue, DeliversEveryItemOfTwoProducersOnceAndInTheirOrder) {

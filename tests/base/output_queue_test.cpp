@@ -8,6 +8,7 @@
 
 #include <cerrno>
 #include <set>
+#include <system_error>
 
 namespace fivepipe::base {
 namespace {
@@ -99,6 +100,34 @@ TEST(OutputQueue, FinishInTimeWritesEverything) {
   EXPECT_EQ(output.finish(10s), 0);
   char got[10];
   EXPECT_EQ(read(pipe.ends[0], got, sizeof got), 4);
+}
+
+TEST(OutputQueue, AFullDiskIsAnErrorAndDropsTheRest) {
+  const int full = open("/dev/full", O_WRONLY);
+  ASSERT_GE(full, 0);
+  OutputQueue output(full);
+  EXPECT_FALSE(output.closed());
+  for (int i = 0; i < 2; ++i) output.put(std::string(OutputQueue::kMaxQueuedBytes, 'x'));
+  EXPECT_EQ(output.finish(), ENOSPC);
+  EXPECT_TRUE(output.closed());
+  EXPECT_EQ(output.finish(1ns), ENOSPC) << "has finished before";
+  close(full);
+}
+
+TEST(OutputQueue, AReaderThatHasSeenEnoughIsNoError) {
+  Pipe pipe;
+  OutputQueue output(pipe.ends[1]);
+  pipe.close_reader();
+  for (int i = 0; i < 3; ++i) output.put("text");
+  EXPECT_EQ(output.finish(), 0);
+  EXPECT_TRUE(output.closed());
+}
+
+TEST(OutputQueue, RefusesAFileThatIsNotOpen) {
+  EXPECT_THROW(OutputQueue(-1), std::system_error);
+  const int closed = dup(STDIN_FILENO);
+  close(closed);
+  EXPECT_FALSE(is_broken_pipe(closed));
 }
 
 TEST(OutputQueue, AClosedSocketIsABrokenPipe) {

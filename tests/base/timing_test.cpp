@@ -42,5 +42,14 @@ TEST(TimeRoundRobin, StopsASlowMethodAfterItsBudgetButNotBeforeTheMinimum) {
   EXPECT_EQ(runs, (std::vector<int>{3, 10}));
 }
 
+TEST(TimeRoundRobin, AMethodMayTakeItsBudgetExactly) {
+  std::vector<int> runs(2);
+  time_round_robin(2, {10, 1, 3}, [&](std::size_t method, bool counted) {
+    runs[method] += counted;
+    return method == 0 ? 1000.0 : 1001.0;
+  });
+  EXPECT_EQ(runs, (std::vector<int>{4, 3}));
+}
+
 }  // namespace
 }  // namespace fivepipe::base

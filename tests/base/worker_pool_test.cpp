@@ -1,6 +1,9 @@
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <chrono>
 #include <set>
+#include <thread>
 
 #include "common/base/worker_pool.h"
 
@@ -32,7 +35,41 @@ TEST(WorkerPool, GivesConcurrentCallsDistinctThreadNumbers) {
   });
 }
 
-TEST(WorkerPool, DestroysAnUnusedPool) { WorkerPool pool(3); }
+// Longer than an idle thread polls before it sleeps.
+void spin_for_1_ms() {
+  const auto start = std::chrono::steady_clock::now();
+  while (std::chrono::steady_clock::now() - start < std::chrono::milliseconds(1)) {
+  }
+}
+
+// Each piece waits for all others, so each needs a thread of its own.
+TEST(WorkerPool, WakesEveryThreadAndWaitsForTheLastPiece) {
+  for (const int threads : {2, 4}) {
+    WorkerPool pool(threads);
+    for (int round = 0; round < 5; ++round) {
+      spin_for_1_ms();
+      std::atomic<int> started = 0, done = 0;
+      std::atomic<bool> is_alone = false;
+      const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+      pool.run(threads, [&](int, int thread) {
+        ++started;
+        while (started < threads && !is_alone) {
+          is_alone = std::chrono::steady_clock::now() > deadline;
+          std::this_thread::yield();
+        }
+        if (thread != 0) spin_for_1_ms();
+        ++done;
+      });
+      ASSERT_EQ(done, threads);
+      ASSERT_FALSE(is_alone);
+    }
+  }
+}
+
+TEST(WorkerPool, DestroysAnUnusedPool) {
+  WorkerPool pool(3);
+  spin_for_1_ms();
+}
 
 }  // namespace
 }  // namespace fivepipe::base

@@ -59,6 +59,8 @@ cameras:
   const RigCamera& wall = rig.cameras[0];
   EXPECT_EQ(wall.source, (geometry::Pinhole{640, 480, 500.25, 501.5, 318, 242}));
   EXPECT_EQ(wall.distortion.k1, -0.3);
+  EXPECT_EQ(wall.distortion.k2, 0.1);
+  EXPECT_EQ(wall.distortion.p1, 0.001);
   EXPECT_EQ(wall.distortion.p2, -0.002);
   EXPECT_EQ(wall.distortion.k3, 0.01);
   EXPECT_EQ(wall.published, geometry::pinhole_from_fov(320, 240, std::numbers::pi / 3));
@@ -73,7 +75,68 @@ cameras:
   EXPECT_FALSE(hmd.gives_shape) << "cameras on the viewer never give shape";
   EXPECT_NEAR(hmd.source.fx_px, 320, 1e-9) << "90 degrees over 640 px";
   EXPECT_EQ(hmd.published, hmd.source);
+  EXPECT_TRUE(hmd.gives_colour);
+  EXPECT_TRUE(hmd.distortion.none());
+  EXPECT_FALSE(wall.distortion.none());
   EXPECT_EQ(shape_cameras(rig), std::vector<std::size_t>{0});
+}
+
+TEST(LensDistortion, IsNoneOnlyWithoutAnyCoefficient) {
+  EXPECT_TRUE(LensDistortion{}.none());
+  for (double LensDistortion::*coefficient :
+       {&LensDistortion::k1, &LensDistortion::k2, &LensDistortion::p1, &LensDistortion::p2,
+        &LensDistortion::k3}) {
+    LensDistortion distortion;
+    distortion.*coefficient = -1e-9;
+    EXPECT_FALSE(distortion.none());
+  }
+}
+
+TEST_F(RigFile, FieldOfViewIsFromAHundredthTo170Degrees) {
+  const auto with_angle = [&](const std::string& angle) {
+    std::string text = rig_with("    look_at: {eye_m: [2, 0, 0.5], target_m: [0, 0, 0.5]}\n");
+    return problems(text.replace(text.find("fov_deg: 60"), 11, "fov_deg: " + angle));
+  };
+  EXPECT_TRUE(with_angle("0.01").empty());
+  EXPECT_TRUE(with_angle("170").empty());
+  EXPECT_EQ(with_angle("0.009").size(), 1u);
+  EXPECT_EQ(with_angle("170.1").size(), 1u);
+}
+
+TEST_F(RigFile, EachPartOfThePinholeIsRequired) {
+  const std::string pose = "    look_at: {eye_m: [2, 0, 0.5], target_m: [0, 0, 0.5]}\n";
+  for (const std::string only : {"fx_px", "fy_px", "cx_px", "cy_px"}) {
+    std::string text = rig_with(pose);
+    const auto found =
+        problems(text.replace(text.find("horizontal_fov_deg: 60"), 22, only + ": 100"));
+    EXPECT_EQ(found.size(), 3u) << only;
+    EXPECT_FALSE(test::contains(found, only + " is missing")) << only;
+  }
+  std::string text = rig_with(pose, "    published: {image_size_px: [32, 24]}\n");
+  EXPECT_TRUE(test::contains(problems(text), "rig.yaml:8:16: focal length is missing"));
+}
+
+TEST_F(RigFile, ACameraHasOnePose) {
+  const std::string look_at = "    look_at: {eye_m: [2, 0, 0.5], target_m: [0, 0, 0.5]}\n",
+                    pose =
+                        "    camera_from_world: {rotation: [[0, 1, 0], [0, 0, -1], [-1, 0, 0]], "
+                        "translation_m: [0, 0.5, 2]}\n";
+  EXPECT_TRUE(problems(rig_with(look_at)).empty());
+  EXPECT_TRUE(problems(rig_with(pose)).empty());
+  EXPECT_THAT(problems(rig_with(look_at, pose)),
+              ElementsAre("rig.yaml:8:24: camera_from_world and look_at are both set: remove one"));
+  std::string other = pose;
+  other.replace(other.find("world"), 5, "viewer");
+  EXPECT_THAT(problems(rig_with(other)),
+              ElementsAre("rig.yaml:7:25: camera_from_viewer does not match the camera's mount: "
+                          "use camera_from_world"));
+  EXPECT_THAT(
+      problems("name: a\nvolume_m: {min: [0, 0, 0], max: [1, 1, 1]}\ncameras:\n  - name: "
+               "h\n    image_size_px: [4, 4]\n    horizontal_fov_deg: 60\n    mount: "
+               "viewer\n"),
+      ElementsAre("rig.yaml:4:3: no camera gives shape: set gives_shape to true for a "
+                  "camera with mount world",
+                  "rig.yaml:4:5: the camera has no pose: set look_at or camera_from_viewer"));
 }
 
 TEST_F(RigFile, LookAtProjectsTheTargetToTheImageCenter) {

@@ -110,6 +110,50 @@ TEST(EyePath, ReportsFaultsByKey) {
   EXPECT_EQ(fault({{0, {std::numeric_limits<double>::quiet_NaN(), -1, 0}, target}}), "0");
 }
 
+TEST(EyePath, ViewsWithinATenThousandthOfUpHaveNoUpDirection) {
+  const auto has_up = [](double sine) {
+    return has_up_direction({0, 0, 0}, {sine, 0, -std::sqrt(1 - sine * sine)}, Vector3d::UnitZ());
+  };
+  EXPECT_TRUE(has_up(1.01e-4));
+  EXPECT_FALSE(has_up(0.99e-4));
+  EXPECT_FALSE(has_up_direction({1, 2, 3}, {1, 2, 3}, Vector3d::UnitZ()));
+}
+
+TEST(EyePath, FaultsSayWhatIsWrong) {
+  const auto faults = [](const std::vector<HeadKey>& path) {
+    std::vector<std::string> texts;
+    for (const HeadPathFault& fault : head_path_faults(path))
+      texts.push_back(std::to_string(fault.key) + ": " + fault.what);
+    return texts;
+  };
+  const Vector3d eye(0, -1, 0), target(0, 0, 0);
+  const std::string no_up =
+      "the target is at the eye, or straight above or below it: the view has no up direction";
+  EXPECT_THAT(faults({{0.5, eye, target}, {2, target, target}, {1, eye, target}}),
+              ElementsAre("0: t_s of the first key must be 0, is 0.5", "1: " + no_up,
+                          "2: t_s must be greater than that of the previous key (2), is 1"));
+  const std::string between =
+      "between this key and the next, the eye looks straight up or down: the view has no up "
+      "direction";
+  const Vector3d left(-1, 0, 1), right(1, 0, 1);
+  EXPECT_THAT(
+      faults({{0, left, target}, {2, right, target}, {4, left, target}, {6, right, target}}),
+      ElementsAre("1: " + between));
+}
+
+// An open path has one-sided tangents at its ends.
+TEST(EyePath, IsClosedIfItsEndsAreWithinANanometre) {
+  for (const double gap_m : {0.9e-9, 1.1e-9}) {
+    Viewer viewer;
+    const Vector3d p[4] = {{0, -1, 0.5}, {0.4, -1.2, 0.6}, {0.1, -0.9, 0.7}, {gap_m, -1, 0.5}};
+    for (int i = 0; i < 4; ++i) viewer.path.push_back({double(i), p[i], {0, 1, 0.5}});
+    const Vector3d velocity_0 = gap_m < 1e-9 ? Vector3d((p[1] - p[2]) / 2) : Vector3d(p[1] - p[0]),
+                   velocity_1 = (p[2] - p[0]) / 2;
+    EXPECT_LT((eye_at(viewer, 0.5) - (p[0] + p[1]) / 2 - (velocity_0 - velocity_1) / 8).norm(),
+              1e-8);
+  }
+}
+
 class HeadFile : public test::SceneFiles {
  protected:
   std::vector<HeadKey> read(const std::string& text) {
@@ -144,6 +188,16 @@ TEST_F(HeadFile, ReportsEveryProblemWithItsLocation) {
   EXPECT_THAT(
       problems(header_ + "0,0,-1,0.5,0,0,0\n\n0,0,-1,0.5,0,0,0\n"),
       ElementsAre("head.csv:4:1: t_s must be greater than that of the previous key (0), is 0"));
+  EXPECT_THAT(problems("t_s,eye_x_m\n"),
+              ElementsAre("head.csv:1:12: the first line must be "
+                          "t_s,eye_x_m,eye_y_m,eye_z_m,target_x_m,target_y_m,target_z_m"));
+  EXPECT_THAT(problems("t_s,eye_x_m,eye_y_m,eye_z_m,target_x_m,target_y_m,target_z_m, x,y\n"),
+              ElementsAre("head.csv:1:63: the first line must have 7 columns, has 9"));
+  EXPECT_THAT(problems(header_ + "0,0,-1,0.5,0,0,0,8\n"),
+              ElementsAre("head.csv:2:1: the line must have 7 columns, has 8"));
+  EXPECT_THAT(problems(header_ + "0,0,-1,0.5,0,,\n"),
+              ElementsAre("head.csv:2:14: target_y_m must be a finite number, is \"\"",
+                          "head.csv:2:15: target_z_m must be a finite number, is \"\""));
   EXPECT_THAT(problems(header_),
               ElementsAre("head.csv:1:1: the file contains no key: add a line below the header"));
   EXPECT_THAT(problems(""),

@@ -2,7 +2,10 @@
 
 #include <cmath>
 #include <limits>
+#include <map>
 #include <random>
+#include <utility>
+#include <vector>
 
 #include "common/geometry/camera.h"
 #include "common/geometry/gl_camera.h"
@@ -68,6 +71,50 @@ TEST(Camera, ResizedImageSeesTheSameEdges) {
   const double left = (-0.5 - full.cx_px) / full.fx_px, right = (639.5 - full.cx_px) / full.fx_px;
   EXPECT_NEAR(u_of(half, left), -0.5, 1e-12);
   EXPECT_NEAR(u_of(half, right), 319.5, 1e-12);
+  const Pinhole flat = resized(full, 320, 120);
+  EXPECT_EQ(flat.height_px, 120);
+  EXPECT_NEAR((-0.5 - flat.cy_px) / flat.fy_px, (-0.5 - full.cy_px) / full.fy_px, 1e-12);
+  EXPECT_NEAR((119.5 - flat.cy_px) / flat.fy_px, (479.5 - full.cy_px) / full.fy_px, 1e-12);
+}
+
+TEST(Camera, FieldOfViewIsThatBetweenTheLeftAndTheRightEdge) {
+  const Pinhole k = pinhole_from_fov(640, 480, M_PI / 3);
+  EXPECT_EQ(k.width_px, 640);
+  EXPECT_EQ(k.height_px, 480);
+  EXPECT_NEAR((-0.5 - k.cx_px) / k.fx_px, -std::tan(M_PI / 6), 1e-12);
+  EXPECT_NEAR((639.5 - k.cx_px) / k.fx_px, std::tan(M_PI / 6), 1e-12);
+  EXPECT_EQ(k.fy_px, k.fx_px);
+  EXPECT_EQ(k.cy_px, 239.5);
+}
+
+TEST(Camera, EachIntrinsicParameterIsValidated) {
+  const double infinity = std::numeric_limits<double>::infinity(),
+               nan = std::numeric_limits<double>::quiet_NaN();
+  const auto why = [](const Pinhole& k) {
+    return why_unusable({k, Eigen::Isometry3d::Identity()}).value_or("");
+  };
+  EXPECT_EQ(why({1, 1, 0.5, 0.25, -7, 1e6}), "");
+  for (const int size_px : {0, -1}) {
+    EXPECT_EQ(why({size_px, 480, 500, 500, 320, 240}), "image size is not positive");
+    EXPECT_EQ(why({640, size_px, 500, 500, 320, 240}), "image size is not positive");
+  }
+  for (const double f_px : {0.0, -1.0, infinity, nan}) {
+    EXPECT_EQ(why({640, 480, f_px, 500, 320, 240}), "focal length is not positive and finite");
+    EXPECT_EQ(why({640, 480, 500, f_px, 320, 240}), "focal length is not positive and finite");
+  }
+  for (const double c_px : {infinity, -infinity, nan}) {
+    EXPECT_EQ(why({640, 480, 500, 500, c_px, 240}), "principal point is not finite");
+    EXPECT_EQ(why({640, 480, 500, 500, 320, c_px}), "principal point is not finite");
+  }
+}
+
+TEST(Camera, RotationsMayDifferFromOrthonormalByAThousandth) {
+  Camera camera = test_camera();
+  const Eigen::Matrix3d rotation = camera.camera_from_world.linear();
+  camera.camera_from_world.linear() = std::sqrt(1 + 0.99e-3) * rotation;
+  EXPECT_FALSE(why_unusable(camera));
+  camera.camera_from_world.linear() = std::sqrt(1 + 1.01e-3) * rotation;
+  EXPECT_EQ(why_unusable(camera), "rotation is not orthonormal");
 }
 
 TEST(Camera, UnusableCalibrationHasAReason) {
@@ -133,6 +180,100 @@ double signed_volume_m3(const Mesh& mesh) {
   for (const auto& [a, b, c] : mesh.triangles)
     volume += mesh.vertices_m[a].dot(mesh.vertices_m[b].cross(mesh.vertices_m[c])) / 6;
   return volume;
+}
+
+// How often each directed edge occurs.
+std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges_of(const Mesh& mesh) {
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;
+  for (const auto& [a, b, c] : mesh.triangles) ++edges[{a, b}], ++edges[{b, c}], ++edges[{c, a}];
+  return edges;
+}
+
+// A closed surface of one orientation: two triangles meet at each edge, in opposite directions.
+void expect_closed(const Mesh& mesh) {
+  const auto edges = edges_of(mesh);
+  for (const auto& [edge, count] : edges) {
+    ASSERT_LT(edge.first, mesh.vertices_m.size());
+    ASSERT_EQ(count, 1) << edge.first << ' ' << edge.second;
+    ASSERT_TRUE(edges.contains({edge.second, edge.first})) << edge.first << ' ' << edge.second;
+  }
+  EXPECT_EQ(mesh.vertices_m.size() + mesh.triangles.size(), edges.size() / 2 + 2);  // Euler
+}
+
+TEST(Mesh, EveryTriangleOfABoxIsOnAFaceAndFacesOutwards) {
+  const Eigen::Vector3d size_m(0.2, 0.31, 0.5);
+  for (const double cell_m : {0.0, 0.06}) {
+    const Mesh mesh = box_mesh(size_m, cell_m);
+    expect_closed(mesh);
+    EXPECT_TRUE(bounds_m(mesh).max().isApprox(0.5 * size_m, 1e-12));
+    EXPECT_TRUE(bounds_m(mesh).min().isApprox(-0.5 * size_m, 1e-12));
+    std::map<std::pair<int, bool>, double> area_m2;  // by axis and side
+    for (const auto& [a, b, c] : mesh.triangles) {
+      const Eigen::Vector3d &pa = mesh.vertices_m[a], &pb = mesh.vertices_m[b],
+                            &pc = mesh.vertices_m[c];
+      const Eigen::Vector3d normal = 0.5 * (pb - pa).cross(pc - pa);
+      int axis;
+      const double area = normal.cwiseAbs().maxCoeff(&axis);
+      EXPECT_NEAR(normal.norm(), area, 1e-15) << "parallel to an axis";
+      const double side_m = std::copysign(0.5 * size_m[axis], normal[axis]);
+      for (const Eigen::Vector3d& p : {pa, pb, pc}) EXPECT_NEAR(p[axis], side_m, 1e-15);
+      area_m2[{axis, normal[axis] > 0}] += area;
+    }
+    EXPECT_EQ(area_m2.size(), 6u);
+    for (const auto& [side, area] : area_m2)
+      EXPECT_NEAR(area, size_m.prod() / size_m[side.first], 1e-12);
+  }
+  EXPECT_EQ(box_mesh(size_m).vertices_m.size(), 8u);
+}
+
+TEST(Mesh, ABoxOfHeightZeroHasCells) {
+  const Mesh mesh = box_mesh({0.2, 0.1, 0}, 0.06);
+  EXPECT_EQ(mesh.triangles.size(), 4u * (4 * 2 + 4 + 2));
+  for (const Eigen::Vector3d& p_m : mesh.vertices_m) EXPECT_EQ(p_m.z(), 0);
+}
+
+TEST(Mesh, ASphereIsASubdividedIcosahedron) {
+  const Mesh icosahedron = sphere_mesh(2, 0);
+  EXPECT_EQ(icosahedron.vertices_m.size(), 12u);
+  EXPECT_EQ(icosahedron.triangles.size(), 20u);
+  for (const auto& [edge, count] : edges_of(icosahedron))
+    EXPECT_NEAR((icosahedron.vertices_m[edge.first] - icosahedron.vertices_m[edge.second]).norm(),
+                2 / std::sin(0.4 * M_PI), 1e-12);
+  for (const int subdivisions : {0, 1, 3}) {
+    const Mesh mesh = sphere_mesh(2, subdivisions);
+    expect_closed(mesh);
+    EXPECT_GT(signed_volume_m3(mesh), 0);
+    for (const Eigen::Vector3d& p_m : mesh.vertices_m) EXPECT_NEAR(p_m.norm(), 2, 1e-12);
+  }
+}
+
+TEST(Mesh, TheCurtainIsASheetWithFolds) {
+  constexpr int kColumns = 4, kRows = 3;
+  const Mesh mesh = curtain_mesh(0.8, 0.6, kColumns, kRows, 0.02, 1.5);
+  ASSERT_EQ(mesh.vertices_m.size(), std::size_t((kColumns + 1) * (kRows + 1)));
+  std::vector<int> found(mesh.vertices_m.size());
+  for (const Eigen::Vector3d& p_m : mesh.vertices_m) {
+    const double column = (p_m.x() + 0.4) / 0.2, row = -p_m.z() / 0.2;
+    EXPECT_NEAR(column, std::round(column), 1e-9);
+    EXPECT_NEAR(row, std::round(row), 1e-9);
+    ++found.at(std::size_t(std::lround(row) * (kColumns + 1) + std::lround(column)));
+    // 1.5 periods of a sine that begins at the left edge.
+    EXPECT_NEAR(p_m.y(), 0.02 * std::sin(3 * M_PI * (p_m.x() + 0.4) / 0.8), 1e-12);
+  }
+  EXPECT_EQ(found, std::vector<int>(found.size(), 1));
+  const auto edges = edges_of(mesh);
+  int border = 0;
+  for (const auto& [edge, count] : edges) {
+    ASSERT_LT(edge.first, mesh.vertices_m.size());
+    EXPECT_EQ(count, 1);
+    border += !edges.contains({edge.second, edge.first});
+  }
+  EXPECT_EQ(border, 2 * (kColumns + kRows));
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const Eigen::Vector3d ab_m = mesh.vertices_m[b] - mesh.vertices_m[a],
+                          ac_m = mesh.vertices_m[c] - mesh.vertices_m[a];
+    EXPECT_NEAR(ab_m.cross(ac_m).y(), -0.2 * 0.2, 1e-12) << "half a cell that faces -y";
+  }
 }
 
 // The signed volume is positive only if the triangles are counter-clockwise as seen from outside.

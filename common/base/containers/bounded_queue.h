@@ -45,7 +45,6 @@ class BoundedQueue {
     Entry entry = std::move(queue_.front());
     queue_.pop_front();
     cost_in_progress_ = entry.cost;
-    changed_.notify_all();
     return std::move(entry.item);
   }
 

@@ -46,10 +46,6 @@ MeshOrReason read_mesh(const std::filesystem::path& file, double unit_m) {
     if (!v.allFinite()) return {{}, "a transformation in the mesh file is not finite"};
     result.mesh.vertices_m.emplace_back(unit_m * v);
   }
-  for (const auto& triangle : result.mesh.triangles)
-    for (const std::uint32_t index : triangle)
-      if (index >= result.mesh.vertices_m.size())
-        return {{}, "a triangle of the mesh refers to a vertex that does not exist"};
   return result;
 }
 

@@ -9,7 +9,6 @@
 
 #include <assimp/Importer.hpp>
 #include <cmath>
-#include <cstring>
 #include <exception>
 #include <fstream>
 #include <memory>
@@ -18,10 +17,10 @@
 #include <set>
 #include <sstream>
 #include <string_view>
-#include <type_traits>
 
 #include "common/base/readable_file.h"
 #include "common/config/mesh/limited_child.h"
+#include "common/config/mesh/mesh_bytes.h"
 
 namespace fivepipe::config {
 
@@ -45,9 +44,8 @@ ChildLimits limits_for(std::uintmax_t file_bytes) {
 class RegularFiles : public Assimp::DefaultIOSystem {
  public:
   bool Exists(const char* file) const override { return !base::why_unreadable(file); }
-  Assimp::IOStream* Open(const char* file, const char* mode) override {
-    if (*mode != 'r' || base::why_unreadable(file)) return nullptr;
-    std::error_code error;
+  Assimp::IOStream* Open(const char* file, const char*) override {
+    std::error_code error;  // file_size() fails if the file is not a regular one
     const std::uintmax_t file_bytes = std::filesystem::file_size(file, error);
     if (error || !is_within_limits(file, file_bytes)) return nullptr;
     auto content = std::make_unique<std::uint8_t[]>(file_bytes);
@@ -59,7 +57,6 @@ class RegularFiles : public Assimp::DefaultIOSystem {
 
  private:
   bool is_within_limits(const char* file, std::uintmax_t file_bytes) {
-    if (file_bytes > kMaxFileBytes) return false;
     if (opened_.contains(file)) return true;
     if (file_bytes > kMaxFileBytes - opened_bytes_) return false;
     opened_.insert(file);
@@ -162,46 +159,6 @@ ImportedMesh import_here(const std::filesystem::path& file, const std::string& e
           {},
           "the mesh has more than " + std::to_string(kMaxMeshElements) + " vertices or triangles"};
   }
-  return mesh;
-}
-
-// The child's result as bytes: the three sizes, then the reason, the vertices and the triangles.
-struct Sizes {
-  std::uint64_t reason, vertices, triangles;
-};
-using Vertex = decltype(ImportedMesh::vertices)::value_type;
-using Triangle = decltype(ImportedMesh::triangles)::value_type;
-static_assert(std::is_trivially_copyable_v<Sizes> && std::is_trivially_copyable_v<Vertex> &&
-              std::is_trivially_copyable_v<Triangle>);
-
-std::string bytes_of(const ImportedMesh& mesh) {
-  const Sizes sizes{mesh.reason.size(), mesh.vertices.size(), mesh.triangles.size()};
-  std::string bytes(reinterpret_cast<const char*>(&sizes), sizeof sizes);
-  bytes += mesh.reason;
-  bytes.append(reinterpret_cast<const char*>(mesh.vertices.data()),
-               sizeof(Vertex) * mesh.vertices.size());
-  bytes.append(reinterpret_cast<const char*>(mesh.triangles.data()),
-               sizeof(Triangle) * mesh.triangles.size());
-  return bytes;
-}
-
-// Returns nullopt if the bytes are not those of a mesh: a damaged child may write anything.
-std::optional<ImportedMesh> mesh_from(const std::string& bytes) {
-  Sizes sizes{};
-  if (bytes.size() < sizeof sizes) return std::nullopt;
-  std::memcpy(&sizes, bytes.data(), sizeof sizes);
-  if (sizes.reason > bytes.size() || sizes.vertices > kMaxMeshElements ||
-      sizes.triangles > kMaxMeshElements)
-    return std::nullopt;
-  const std::size_t vertices_at = sizeof sizes + sizes.reason,
-                    triangles_at = vertices_at + sizeof(Vertex) * sizes.vertices;
-  if (triangles_at + sizeof(Triangle) * sizes.triangles != bytes.size()) return std::nullopt;
-  ImportedMesh mesh{std::vector<Vertex>(sizes.vertices), std::vector<Triangle>(sizes.triangles),
-                    bytes.substr(sizeof sizes, sizes.reason)};
-  if (sizes.vertices > 0)
-    std::memcpy(mesh.vertices.data(), bytes.data() + vertices_at, triangles_at - vertices_at);
-  if (sizes.triangles > 0)
-    std::memcpy(mesh.triangles.data(), bytes.data() + triangles_at, bytes.size() - triangles_at);
   return mesh;
 }
 

@@ -8,7 +8,7 @@
 
 namespace fivepipe::config {
 
-// A mesh in the file's unit and axes, and not validated.
+// A mesh in the file's unit and axes. Its vertices may be not finite.
 struct ImportedMesh {
   std::vector<std::array<float, 3>> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;

@@ -47,7 +47,7 @@ bool TileBalancer::add(std::uint64_t frame, int worker, std::span<const std::uin
 }
 
 std::vector<double> TileBalancer::mean_costs() const {
-  std::vector<double> sum(std::size_t(columns_ * rows_), 0.0);
+  std::vector<double> sum(std::size_t(columns_ * rows_));
   int frames = 0;
   for (auto f = frames_.rbegin(); f != frames_.rend() && frames < kAveragedFrames; ++f) {
     if (f->second.reported < columns_ * rows_) continue;
@@ -63,8 +63,7 @@ std::vector<std::uint8_t> TileBalancer::next() {
     current_worker_ = (current_worker_ + 1) % worker_count_;
     return std::vector<std::uint8_t>(std::size_t(columns_ * rows_), std::uint8_t(current_worker_));
   }
-  const std::vector<double> cost =
-      balance_ && worker_count_ > 1 ? mean_costs() : std::vector<double>{};
+  const std::vector<double> cost = balance_ ? mean_costs() : std::vector<double>{};
   if (cost.empty()) return round_robin_tiles(columns_, rows_, worker_count_);
   // Longest processing time first (Graham, 1969): assigns the tiles by descending cost, each to the
   // worker with the smallest sum. The largest sum is at most 4/3 of the optimum.

@@ -1,11 +1,18 @@
+#include <dds/dds.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <functional>
+#include <map>
+#include <memory>
 
 #include "common/pipeline/bus/bus.h"
+#include "common/pipeline/bus/discovery.h"
 #include "common/pipeline/bus/profile.h"
 #include "common/pipeline/node/status.h"
 #include "tests/support/test_domain.h"
@@ -120,6 +127,155 @@ TEST(Bus, IncompatibleTypeVersionIsReportedByName) {
   EXPECT_EQ(pclose(peer), 0);
 }
 
+using Texts = std::map<std::string, std::string>;
+
+TEST(Bus, EachDeliveryHasItsQos) {
+  Bus bus({.domain = test::own_domain(), .participant = "test"});
+  const auto stream = bus.writer<topics::HeadPose>();
+  const auto latched = bus.writer<topics::CameraInfo>();
+  const auto event = bus.reader<topics::FrameTrace>();
+  std::map<std::string, EndpointDescription> found;
+  ASSERT_TRUE(eventually(bus, [&] {
+    for (const EndpointDescription& endpoint : bus.endpoints())
+      if (endpoint.own && endpoint.topic.starts_with("fivepipe/")) found[endpoint.topic] = endpoint;
+    return found.size() == 3;
+  }));
+  const std::string reliable = "reliable, blocks 100 ms";
+  EXPECT_EQ(
+      found.at(topics::HeadPose::name).qos,
+      (Texts{{"durability", "volatile"}, {"history", "keep_last 8"}, {"reliability", reliable}}));
+  EXPECT_EQ(found.at(topics::CameraInfo::name).qos, (Texts{{"durability", "transient_local"},
+                                                           {"history", "keep_last 1"},
+                                                           {"reliability", reliable}}));
+  EXPECT_EQ(
+      found.at(topics::FrameTrace::name).qos,
+      (Texts{{"durability", "volatile"}, {"history", "keep_last 64"}, {"reliability", reliable}}));
+  for (const auto& [topic, endpoint] : found) {
+    EXPECT_EQ(endpoint.writes, topic != topics::FrameTrace::name);
+    EXPECT_EQ(endpoint.participant, "test");
+    EXPECT_EQ(endpoint.guid.size(), 32u);
+    EXPECT_EQ(endpoint.participant_guid, found.begin()->second.participant_guid);
+  }
+}
+
+TEST(Discovery, NamesEachPolicy) {
+  const std::unique_ptr<dds_qos_t, void (*)(dds_qos_t*)> qos(dds_create_qos(), dds_delete_qos);
+  EXPECT_EQ(detail::qos_text(qos.get()), Texts{});
+  dds_qset_reliability(qos.get(), DDS_RELIABILITY_BEST_EFFORT, 0);
+  dds_qset_durability(qos.get(), DDS_DURABILITY_PERSISTENT);
+  dds_qset_history(qos.get(), DDS_HISTORY_KEEP_ALL, 0);
+  EXPECT_EQ(detail::qos_text(qos.get()), (Texts{{"reliability", "best_effort"},
+                                                {"durability", "persistent"},
+                                                {"history", "keep_all"}}));
+  dds_qset_reliability(qos.get(), DDS_RELIABILITY_RELIABLE, DDS_INFINITY);
+  dds_qset_durability(qos.get(), DDS_DURABILITY_TRANSIENT);
+  dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, 3);
+  EXPECT_EQ(detail::qos_text(qos.get()), (Texts{{"reliability", "reliable, blocks infinite"},
+                                                {"durability", "transient"},
+                                                {"history", "keep_last 3"}}));
+  dds_qset_reliability(qos.get(), DDS_RELIABILITY_RELIABLE, DDS_MSECS(2500));
+  EXPECT_EQ(detail::qos_text(qos.get()).at("reliability"), "reliable, blocks 2500 ms");
+  dds_guid_t guid{};
+  guid.v[0] = 0x0f, guid.v[1] = 0xa1, guid.v[15] = 0x7e;
+  EXPECT_EQ(detail::guid_text(guid), "0fa1" + std::string(26, '0') + "7e");
+}
+
+// The peers are of this process but know nothing of fivepipe.
+TEST(Bus, PeersWithAnotherQosAreReportedOnce) {
+  const std::uint32_t domain = test::own_domain();
+  Bus bus({domain});
+  const auto reader = bus.reader<topics::FrameComposited>();
+  const auto writer = bus.writer<topics::HeadPose>();
+  const detail::Entity participant(dds_create_participant(domain, nullptr, nullptr));
+  const std::unique_ptr<dds_qos_t, void (*)(dds_qos_t*)> qos(dds_create_qos(), dds_delete_qos);
+  dds_qset_reliability(qos.get(), DDS_RELIABILITY_BEST_EFFORT, 0);
+  const dds_entity_t composited_topic =
+      dds_create_topic(participant.handle, topics::FrameComposited::descriptor,
+                       topics::FrameComposited::name, nullptr, nullptr);
+  ASSERT_GT(dds_create_writer(participant.handle, composited_topic, qos.get(), nullptr), 0);
+  const dds_entity_t pose_topic = dds_create_topic(participant.handle, topics::HeadPose::descriptor,
+                                                   topics::HeadPose::name, nullptr, nullptr);
+  dds_qset_durability(qos.get(), DDS_DURABILITY_TRANSIENT_LOCAL);
+  ASSERT_GT(dds_create_reader(participant.handle, pose_topic, qos.get(), nullptr), 0);
+  std::vector<std::string> problems;
+  EXPECT_TRUE(eventually(bus, [&] {
+    for (const std::string& problem : bus.problems()) problems.push_back(problem);
+    return problems.size() == 2;
+  }));
+  std::sort(problems.begin(), problems.end());
+  EXPECT_EQ(problems, (std::vector<std::string>{
+                          "fivepipe/v1/FrameComposited: DDS refused a writer of another process: "
+                          "reliability QoS (policy 11)",
+                          "fivepipe/v1/HeadPose: DDS refused a reader of another process: "
+                          "durability QoS (policy 2)"}));
+  EXPECT_EQ(bus.problems(), std::vector<std::string>{});
+}
+
+TEST(Bus, AConfigurationThatCycloneRefusesIsAnError) {
+  setenv("CYCLONEDDS_URI", "<CycloneDDS><Domain><Nonsense/></Domain></CycloneDDS>", 1);
+  const std::uint32_t domain = test::own_domain() + 1;
+  std::string what;
+  try {
+    const Bus bus({domain});
+  } catch (const BusError& error) {
+    what = error.what();
+  }
+  unsetenv("CYCLONEDDS_URI");
+  EXPECT_TRUE(what.starts_with("cannot open DDS domain " + std::to_string(domain) +
+                               " with network profile 'loopback': "))
+      << what;
+}
+
+TEST(Profile, TheEnvironmentReplacesTheProfile) {
+  const std::filesystem::path file =
+      std::filesystem::path(testing::TempDir()) / "bus_test_profile.xml";
+  std::ofstream(file) << "<CycloneDDS>of a file</CycloneDDS>\n";
+  setenv("CYCLONEDDS_URI", ("file://" + file.string()).c_str(), 1);
+  EXPECT_EQ(profile_xml("loopback"), "<CycloneDDS>of a file</CycloneDDS>\n");
+  std::filesystem::remove(file);
+  std::string what;
+  try {
+    profile_xml("loopback");
+  } catch (const BusError& error) {
+    what = error.what();
+  }
+  EXPECT_EQ(what, file.string() + ", which CYCLONEDDS_URI names: there is no such file");
+  setenv("CYCLONEDDS_URI", "<CycloneDDS/>", 1);
+  EXPECT_EQ(profile_xml("any"), "<CycloneDDS/>");
+  setenv("CYCLONEDDS_URI", "", 1);
+  const std::string shipped = profile_xml("loopback");
+  unsetenv("CYCLONEDDS_URI");
+  EXPECT_EQ(shipped, profile_xml("loopback"));
+  EXPECT_NE(shipped.find("NetworkInterface"), std::string::npos);
+}
+
+TEST(Profile, ReceiveBufferSizesHaveUnits) {
+  const auto xml = [](const std::string& size) {
+    return "<a><SocketReceiveBufferSize max=\"9MB\" min=\"" + size + "\"/></a>";
+  };
+  for (const auto& [size, bytes] : {std::pair<std::string, std::size_t>{"4MB", 4'194'304},
+                                    {"4MiB", 4'194'304},
+                                    {"0.5 MB", 524'288},
+                                    {"3kB", 3072},
+                                    {"3 kiB", 3072},
+                                    {"5000B", 5000},
+                                    {"5000", 5000}}) {
+    for (const std::size_t enough : {bytes, bytes + 1, std::size_t(0)}) {
+      EXPECT_EQ(fitted_to_kernel(xml(size), enough).xml, xml(size)) << size;
+      EXPECT_EQ(fitted_to_kernel(xml(size), enough).warning, "") << size;
+    }
+    const std::string granted = std::to_string(bytes - 1), wanted = std::to_string(bytes);
+    const FittedProfile fitted = fitted_to_kernel(xml(size), bytes - 1);
+    EXPECT_EQ(fitted.xml, xml(granted + "B"));
+    EXPECT_EQ(
+        fitted.warning,
+        "the kernel grants receive buffers of " + granted +
+            " bytes, but the network profile requests " + wanted +
+            "; large samples may be lost. Raise the limit: sysctl -w net.core.rmem_max=" + wanted);
+  }
+  EXPECT_EQ(fitted_to_kernel("<a/>", 1).xml, "<a/>");
+}
+
 TEST(Profile, ReceiveBufferIsFittedToTheKernelWithAWarning) {
   const std::string xml = profile_xml("loopback");
   EXPECT_EQ(fitted_to_kernel(xml, 8 << 20).xml, xml);
@@ -135,7 +291,10 @@ TEST(Profile, UnknownNameListsShippedProfiles) {
     profile_xml("wifi");
     FAIL();
   } catch (const BusError& error) {
-    EXPECT_NE(std::string(error.what()).find("loopback"), std::string::npos);
+    std::string known;
+    for (const std::string& name : profile_names()) known += (known.empty() ? "" : ", ") + name;
+    EXPECT_NE(known.find("loopback"), std::string::npos);
+    EXPECT_EQ(error.what(), "unknown network profile 'wifi'; choose one of: " + known);
   }
 }
 

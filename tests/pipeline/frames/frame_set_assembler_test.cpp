@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <array>
+
 #include "common/pipeline/frames/frame_set_assembler.h"
 
 namespace fivepipe::frames {
@@ -36,8 +38,22 @@ TEST(FrameSetAssembler, CompletesInAnyCameraOrderAndReportsSkew) {
   const auto complete = sets.add(map_of(1, 7));
   ASSERT_EQ(complete.size(), 1u);
   EXPECT_EQ(complete[0].silhouettes.size(), 3u);
+  EXPECT_EQ(complete[0].cameras, (std::vector<std::string>{"c0", "c1", "c2"}));
   EXPECT_EQ(complete[0].capture_stamp_ns, 7000);
   EXPECT_EQ(complete[0].skew_ns, 20);
+}
+
+TEST(FrameSetAssembler, ReportsWhenTheFirstAndTheLastMapWereReceived) {
+  FrameSetAssembler sets(rig_of(3));
+  std::vector<FrameSet> complete;
+  for (const std::size_t camera : {1, 2, 0}) {
+    CameraMap map = map_of(camera, 7);
+    map.received_ns = std::array{500, 300, 400}[camera];
+    complete = sets.add(map);
+  }
+  ASSERT_EQ(complete.size(), 1u);
+  EXPECT_EQ(complete[0].first_received_ns, 300);
+  EXPECT_EQ(complete[0].last_received_ns, 500);
 }
 
 TEST(FrameSetAssembler, MapsOfDifferentFramesAreNeverCombined) {
@@ -79,6 +95,20 @@ TEST(FrameSetAssembler, MapsOfOneFrameNumberFromDifferentRunsAreNeverCombined) {
   EXPECT_EQ(complete[0].skew_ns, 0);
 }
 
+// Captures up to this time apart belong to one run of capture_node.
+TEST(FrameSetAssembler, MapsThatAreAsFarApartAsOneRunAllowsAreCombined) {
+  for (const std::int64_t apart_ns :
+       {RestartDetector::kMinRestart_ns, -RestartDetector::kMinRestart_ns}) {
+    FrameSetAssembler sets(rig_of(2));
+    CameraMap first = map_of(0, 3), second = map_of(1, 3);
+    second.capture_stamp_ns = first.capture_stamp_ns + apart_ns;
+    EXPECT_TRUE(sets.add(first).empty());
+    const auto complete = sets.add(second);
+    ASSERT_EQ(complete.size(), 1u) << apart_ns;
+    EXPECT_EQ(complete[0].skew_ns, RestartDetector::kMinRestart_ns);
+  }
+}
+
 TEST(FrameSetAssembler, LostCameraRejoins) {
   FrameSetAssembler sets(rig_of(2));
   sets.add(map_of(0, 0));
@@ -90,10 +120,21 @@ TEST(FrameSetAssembler, LostCameraRejoins) {
   ASSERT_EQ(without.size(), 1u);
   EXPECT_EQ(without[0].lost_cameras, std::vector<std::string>{"c1"});
   EXPECT_EQ(without[0].silhouettes.size(), 1u);
+  EXPECT_EQ(without[0].cameras, std::vector<std::string>{"c0"});
   sets.add(map_of(1, frame + 2));
   const auto with = sets.add(map_of(0, frame + 2));
   ASSERT_EQ(with.size(), 1u);
   EXPECT_EQ(with[0].silhouettes.size(), 2u);
+}
+
+// A repeated map is no further frame of the others.
+TEST(FrameSetAssembler, RepeatedMapsDoNotLoseACamera) {
+  FrameSetAssembler sets(rig_of(2));
+  for (std::uint64_t i = 0; i < 2 * FrameSetAssembler::kLostAfterFrames; ++i)
+    EXPECT_TRUE(sets.add(map_of(0, 5)).empty());
+  const auto complete = sets.add(map_of(1, 5));
+  ASSERT_EQ(complete.size(), 1u);
+  EXPECT_EQ(complete[0].silhouettes.size(), 2u);
 }
 
 // A late reader takes the maps camera by camera, and pacing skips frame numbers. Neither makes a
@@ -187,6 +228,54 @@ TEST(FrameSetAssembler, FollowsEarlyCaptureRestart) {
   restarted.capture_stamp_ns = 1'500'000'000;
   EXPECT_EQ(sets.add(first).size(), 1u);
   EXPECT_EQ(sets.add(restarted).size(), 1u);
+}
+
+// The maps before the restart would otherwise displace or complete sets after it, and the cameras
+// would be lost that had no map of the larger frame numbers.
+TEST(FrameSetAssembler, ARestartForgetsTheFramesBeforeIt) {
+  FrameSetAssembler sets(rig_of(2));
+  for (std::uint64_t frame = 1000; frame < 1003; ++frame) sets.add(map_of(0, frame));
+  EXPECT_TRUE(sets.take_drops().empty());
+  const auto restarted = [](std::size_t camera, std::uint64_t frame) {
+    CameraMap map = map_of(camera, frame);
+    map.capture_stamp_ns += 1'000'000'000;
+    return map;
+  };
+  EXPECT_TRUE(sets.add(restarted(0, 0)).empty());
+  EXPECT_EQ(sets.take_drops(), (std::map<std::string, std::uint64_t>{{"incomplete_set", 3}}));
+  EXPECT_EQ(sets.add(restarted(1, 0)).size(), 1u);
+  EXPECT_TRUE(sets.add(restarted(1, 1002)).empty()) << "its other map was of the run before";
+  EXPECT_TRUE(sets.take_drops().empty()) << "counts the maps of the run before once";
+}
+
+TEST(FrameSetAssembler, ARestartCountsFramesForLostCamerasFromItsFirstFrame) {
+  FrameSetAssembler sets(rig_of(2));
+  sets.add(map_of(0, 5000));
+  EXPECT_EQ(sets.add(map_of(1, 5000)).size(), 1u);
+  std::uint64_t frame = 0;
+  const auto add = [&] {
+    CameraMap map = map_of(0, frame);
+    map.capture_stamp_ns += 1'000'000'000;
+    return sets.add(map);
+  };
+  while (add().empty()) ASSERT_LE(++frame, 100u);
+  EXPECT_EQ(frame, FrameSetAssembler::kLostAfterFrames);
+}
+
+TEST(FrameSetAssembler, AfterAResetEarlierFramesAndStampsAreNew) {
+  FrameSetAssembler sets(rig_of(2));
+  sets.add(map_of(0, 5000));
+  EXPECT_EQ(sets.add(map_of(1, 5000)).size(), 1u);
+  sets.add(map_of(0, 5001));
+  sets.reset();
+  EXPECT_EQ(sets.take_drops(), (std::map<std::string, std::uint64_t>{{"incomplete_set", 1}}));
+  // Camera 1 is a frame behind. A restart would drop the open set.
+  EXPECT_TRUE(sets.add(map_of(0, 10)).empty());
+  for (std::uint64_t frame = 11; frame < 40; ++frame) {
+    EXPECT_TRUE(sets.add(map_of(0, frame)).empty());
+    EXPECT_EQ(sets.add(map_of(1, frame - 1)).size(), 1u);
+  }
+  EXPECT_TRUE(sets.take_drops().empty());
 }
 
 }  // namespace

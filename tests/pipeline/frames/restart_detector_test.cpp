@@ -27,7 +27,7 @@ TEST(RestartDetector, ALowerFrameOfALaterCaptureIsARestart) {
 
 // The stamps do not show the restart: the frame is wrong, or the clock was set back.
 TEST(RestartDetector, ManyFramesThatContradictTheNewestAreARestart) {
-  constexpr std::uint64_t kFrames = RestartDetector::kMaxContradictions;
+  constexpr std::uint64_t kFrames = 16;
   RestartDetector detector;
   EXPECT_FALSE(detector.is_restart(UINT64_MAX, INT64_MAX));
   // A second wrong frame is one of those that contradict the first one.
@@ -37,6 +37,34 @@ TEST(RestartDetector, ManyFramesThatContradictTheNewestAreARestart) {
       EXPECT_FALSE(detector.is_restart(frame, stamp_ns(frame)));
   EXPECT_TRUE(detector.is_restart(kFrames, stamp_ns(kFrames)));
   EXPECT_FALSE(detector.is_restart(kFrames + 1, stamp_ns(kFrames + 1)));
+  EXPECT_FALSE(detector.is_restart(kFrames - 1, stamp_ns(kFrames - 1))) << "counts from 0 again";
+}
+
+TEST(RestartDetector, AllowsStampsToDifferBy200Ms) {
+  constexpr std::int64_t kNewest_ns = 1'000'000'000, kMin_ns = 200'000'000;
+  for (const std::int64_t more_ns : {0, 1}) {
+    RestartDetector lower;
+    EXPECT_FALSE(lower.is_restart(100, kNewest_ns));
+    EXPECT_EQ(lower.is_restart(99, kNewest_ns + kMin_ns + more_ns), more_ns > 0);
+    // A higher frame of an earlier capture contradicts the newest frame.
+    RestartDetector higher;
+    EXPECT_FALSE(higher.is_restart(100, kNewest_ns));
+    bool restarted = false;
+    for (std::uint64_t frame = 0; frame < 16; ++frame) {
+      EXPECT_FALSE(restarted);
+      restarted = higher.is_restart(101 + frame, kNewest_ns - kMin_ns - more_ns);
+    }
+    EXPECT_EQ(restarted, more_ns > 0);
+  }
+}
+
+TEST(RestartDetector, ComparesWithTheNewestFrameAsItCameFirst) {
+  RestartDetector detector;
+  for (const std::uint64_t frame : {10, 99, 100}) {
+    EXPECT_FALSE(detector.is_restart(frame, stamp_ns(frame)));
+  }
+  EXPECT_FALSE(detector.is_restart(100, stamp_ns(104))) << "another camera";
+  EXPECT_TRUE(detector.is_restart(50, stamp_ns(107)));
 }
 
 TEST(RestartDetector, CountsContradictionsInARow) {
@@ -45,7 +73,7 @@ TEST(RestartDetector, CountsContradictionsInARow) {
   EXPECT_FALSE(detector.is_restart(newest, stamp_ns(newest)));
   for (std::uint64_t late = 0; late < 2 * RestartDetector::kMaxContradictions; ++late) {
     EXPECT_FALSE(detector.is_restart(late, stamp_ns(late)));
-    ++newest;
+    if (late < RestartDetector::kMaxContradictions) ++newest;  // then another camera
     EXPECT_FALSE(detector.is_restart(newest, stamp_ns(newest)));
   }
 }

@@ -42,6 +42,12 @@ double worst_load(const std::vector<std::uint8_t>& owner, const std::vector<floa
   return *std::max_element(load.begin(), load.end());
 }
 
+TEST(RoundRobinTiles, AssignsDiagonals) {
+  EXPECT_EQ(round_robin_tiles(4, 3, 2),
+            (std::vector<std::uint8_t>{0, 1, 0, 1, 1, 0, 1, 0, 0, 1, 0, 1}));
+  EXPECT_EQ(round_robin_tiles(2, 4, 3), (std::vector<std::uint8_t>{0, 1, 1, 2, 2, 0, 0, 1}));
+}
+
 TEST(TileBalancer, RoundRobinUntilCostsAreKnown) {
   TileBalancer balancer(config(4, 3, 2));
   EXPECT_EQ(balancer.next(), round_robin_tiles(4, 3, 2));
@@ -93,6 +99,46 @@ TEST(TileBalancer, RoundRobinWhenAWorkerReportsNoCosts) {
   EXPECT_EQ(balancer.next(), round_robin_tiles(4, 3, 2));
   for (std::uint64_t frame = 16; frame < 24; ++frame) add_frame(balancer, frame, 2, cost);
   EXPECT_NE(balancer.next(), round_robin_tiles(4, 3, 2));
+}
+
+// The newest 8 frames count, and 4 of them must be complete.
+TEST(TileBalancer, BalancesWhileFourOfTheNewestEightFramesAreComplete) {
+  TileBalancer balancer(config(4, 3, 2));
+  std::vector<float> cost(12, 0.0f);
+  cost[0] = 5, cost[2] = 5;
+  std::uint64_t frame = 0;
+  while (frame < 3) add_frame(balancer, frame++, 2, cost);
+  EXPECT_EQ(balancer.next(), round_robin_tiles(4, 3, 2));
+  add_frame(balancer, frame++, 2, cost);
+  EXPECT_NE(balancer.next(), round_robin_tiles(4, 3, 2));
+  while (frame < 8) add_frame(balancer, frame++, 2, cost, 1);
+  EXPECT_NE(balancer.next(), round_robin_tiles(4, 3, 2));
+  add_frame(balancer, frame++, 2, cost, 1);
+  EXPECT_EQ(balancer.next(), round_robin_tiles(4, 3, 2));
+}
+
+TEST(TileBalancer, UsesTheCostsOfTheNewestFourFrames) {
+  std::vector<float> first(12, 0.0f), later(12, 0.0f);
+  first[0] = first[1] = 100;
+  later[0] = 3, later[1] = 2, later[2] = 2;
+  TileBalancer with_first(config(4, 3, 2)), without(config(4, 3, 2));
+  add_frame(with_first, 0, 2, first);
+  for (std::uint64_t frame = 1; frame < 5; ++frame) {
+    add_frame(with_first, frame, 2, later);
+    add_frame(without, frame, 2, later);
+  }
+  EXPECT_EQ(with_first.next(), without.next());
+  EXPECT_EQ(worst_load(with_first.next(), later, 2), 4);
+}
+
+TEST(TileBalancer, ARepeatedReportDoesNotReplaceThatOfAnotherWorker) {
+  TileBalancer balancer(config(4, 3, 2));
+  std::vector<std::uint16_t> tiles;
+  for (std::uint16_t tile = 0; tile < 6; ++tile) tiles.push_back(tile);
+  for (std::uint64_t frame = 0; frame < 4; ++frame)
+    for (int report = 0; report < 2; ++report)
+      EXPECT_TRUE(balancer.add(frame, 0, tiles, std::vector<float>{5, 0, 0.5f, 0, 0, 0}));
+  EXPECT_EQ(balancer.next(), round_robin_tiles(4, 3, 2));
 }
 
 TEST(TileBalancer, ResultIsIndependentOfReportOrder) {

@@ -116,6 +116,46 @@ TEST(ObjectPixels, IntersectsPixels) {
       ASSERT_EQ(both.contains(u, v), a.contains(u, v) && b.contains(u, v));
 }
 
+// The pixels next to the region are object pixels, too.
+TEST(ObjectPixelsCodec, EncodesThePixelsOfTheRegionAlone) {
+  for (int width = 1; width <= 20; ++width)
+    for (const int u0 : {0, 3, 55, 60, 63, 64}) {
+      const hull::PixelRect region{u0, 1, u0 + width, 4};
+      hull::ObjectPixels all(130, 6), expected(130, 6);
+      for (int v = 0; v < 6; ++v) all.set_run(0, 130, v);
+      for (int v = 1; v < 4; ++v) expected.set_run(u0, u0 + width, v);
+      const auto bits = packed_bits(all, region);
+      EXPECT_EQ(bits.size(), std::size_t(3 * ((width + 7) / 8)));
+      EXPECT_EQ(from_packed_bits(130, 6, region, bits), expected) << u0 << ' ' << width;
+      EXPECT_EQ(from_run_lengths(130, 6, region, run_lengths(all, region)), expected);
+    }
+}
+
+TEST(ObjectPixelsCodec, RunsMayHaveThousandsOfPixels) {
+  hull::ObjectPixels pixels(5000, 1);
+  pixels.set_run(700, 1001, 0);
+  pixels.set_run(2003, 4099, 0);
+  const hull::PixelRect region{3, 0, 4999, 1};
+  EXPECT_EQ(from_run_lengths(5000, 1, region, run_lengths(pixels, region)), pixels);
+}
+
+// Each map has one encoding.
+TEST(ObjectPixelsCodec, RunsThatAreEmptyOrAdjacentAreRefused) {
+  const auto decode = [](const std::vector<int>& values) {
+    std::vector<std::uint8_t> payload;
+    for (const int value : values) {
+      payload.push_back(std::uint8_t(value & 0xff));
+      payload.push_back(std::uint8_t(value >> 8));
+    }
+    return from_run_lengths(100, 1, {10, 0, 90, 1}, payload).has_value();
+  };
+  EXPECT_TRUE(decode({0, 5, 1, 2, 0, 0}));
+  EXPECT_TRUE(decode({3, 5, 0, 0}));
+  EXPECT_FALSE(decode({0, 5, 0, 2, 0, 0}));
+  EXPECT_FALSE(decode({3, 0, 0, 0}));
+  EXPECT_FALSE(decode({0, 5, 1, 0, 0, 0}));
+}
+
 TEST(ObjectPixelsCodec, EmptyMapIsNoBytes) {
   const hull::ObjectPixels none(720, 486);
   EXPECT_TRUE(packed_bits(none, none.bounds()).empty());
@@ -201,8 +241,16 @@ TEST(CameraMessages, InvalidMapsHaveReasons) {
   message.image_width_px = 640;
   EXPECT_NE(why_bad(message, rig).find("wrong image size"), std::string::npos);
   message = out.message();
-  message.region.u1_px = 721;
-  EXPECT_NE(why_bad(message, rig).find("region outside"), std::string::npos);
+  message.image_height_px = 480;
+  EXPECT_NE(why_bad(message, rig).find("wrong image size"), std::string::npos);
+  for (const hull::PixelRect& outside :
+       {hull::PixelRect{5, 5, 721, 9}, hull::PixelRect{5, 5, 9, 487}, hull::PixelRect{-1, 5, 9, 9},
+        hull::PixelRect{5, -1, 9, 9}, hull::PixelRect{5, 5, 5, 9}, hull::PixelRect{5, 5, 9, 5},
+        hull::PixelRect{9, 5, 5, 9}, hull::PixelRect{5, 9, 9, 5}}) {
+    message = out.message();
+    message.region = to_wire(outside);
+    EXPECT_NE(why_bad(message, rig).find("region outside"), std::string::npos) << outside.u1_px;
+  }
   message = out.message();
   message.payload._length -= 1;
   EXPECT_NE(why_bad(message, rig).find("truncated"), std::string::npos);
@@ -294,6 +342,85 @@ TEST(CameraMessages, ReportsCalibrationMismatch) {
   info = camera_info_message(rig.cameras[0]);
   info.camera_from_mount.translation_m.x += 0.01;
   EXPECT_NE(model_mismatch(info, rig).find("pose"), std::string::npos);
+}
+
+TEST(CameraMessages, AnotherModelIsAMismatchBeyondAMillionth) {
+  config::Rig rig = one_camera_rig(720, 486);
+  rig.cameras[0].mount = config::Mount::viewer;
+  const auto info = camera_info_message(rig.cameras[0]);
+  EXPECT_STREQ(info.camera, "wall1");
+  EXPECT_TRUE(info.carried_by_viewer);
+  EXPECT_EQ(model_mismatch(info, rig), "");
+  const auto with = [&](auto change) {
+    auto changed = info;
+    change(changed);
+    return model_mismatch(changed, rig);
+  };
+  using Info = fivepipe_v1_CameraInfo;
+  const std::string intrinsics = "published intrinsics differ from this node's rig",
+                    pose = "published pose differs from this node's rig";
+  EXPECT_EQ(with([](Info& i) { i.pinhole.width_px = 640; }), intrinsics);
+  EXPECT_EQ(with([](Info& i) { i.pinhole.height_px = 480; }), intrinsics);
+  EXPECT_EQ(with([](Info& i) { i.pinhole.fx_px += 0.9e-6; }), "");
+  EXPECT_EQ(with([](Info& i) { i.pinhole.fx_px -= 1.1e-6; }), intrinsics);
+  EXPECT_EQ(with([](Info& i) { i.camera_from_mount.translation_m.y -= 0.9e-6; }), "");
+  EXPECT_EQ(with([](Info& i) { i.camera_from_mount.translation_m.y += 1.1e-6; }), pose);
+  EXPECT_EQ(with([](Info& i) { i.carried_by_viewer = false; }), pose);
+  EXPECT_EQ(with([](Info& i) { i.camera_from_mount.rotation.w = 2; }), pose);
+  EXPECT_EQ(with([](Info& i) { set_text(i.camera, "wall2"); }),
+            "published, but not in the rig 'test'");
+}
+
+TEST(ViewMessages, ViewInfoDescribesTheViewer) {
+  config::Viewer viewer;
+  viewer.name = "eye";
+  const fivepipe_v1_ViewInfo message = view_info_message(viewer);
+  EXPECT_STREQ(message.viewer, "eye");
+  EXPECT_EQ(from_wire(message.render), config::render_pinhole(viewer));
+  EXPECT_EQ(from_wire(message.recon), config::recon_pinhole(viewer));
+  const auto received = view_geometry_from(message, viewer);
+  ASSERT_TRUE(std::holds_alternative<ViewGeometry>(received));
+  EXPECT_EQ(std::get<ViewGeometry>(received).near_m, viewer.near_m);
+  EXPECT_EQ(std::get<ViewGeometry>(received).far_m, viewer.far_m);
+  EXPECT_EQ(std::get<ViewGeometry>(received).recon, config::recon_pinhole(viewer));
+  EXPECT_STREQ(head_pose_message(viewer, {9, 1, Eigen::Isometry3d::Identity(), {}}).header.viewer,
+               "eye");
+}
+
+TEST(ViewMessages, DepthsOutOfOrderAreRefused) {
+  const config::Viewer viewer;
+  const double infinity = std::numeric_limits<double>::infinity(),
+               nan = std::numeric_limits<double>::quiet_NaN();
+  const auto accepts = [&](double near_m, double far_m) {
+    fivepipe_v1_ViewInfo message = view_info_message(viewer);
+    message.near_m = near_m;
+    message.far_m = far_m;
+    return std::holds_alternative<ViewGeometry>(view_geometry_from(message, viewer));
+  };
+  EXPECT_TRUE(accepts(0.1, 0.2));
+  for (const auto& [near_m, far_m] : {std::pair{0.0, 1.0},
+                                      {-1.0, 1.0},
+                                      {1.0, 1.0},
+                                      {2.0, 1.0},
+                                      {0.1, infinity},
+                                      {nan, 1.0},
+                                      {0.1, nan}})
+    EXPECT_FALSE(accepts(near_m, far_m)) << near_m << ' ' << far_m;
+}
+
+TEST(WireConversions, PosesThatAreNotFiniteOrNoRotationAreRefused) {
+  const auto accepts = [](auto change) {
+    fivepipe_v1_Pose pose = to_wire(Eigen::Isometry3d::Identity());
+    change(pose);
+    return from_wire(pose).has_value();
+  };
+  using Pose = fivepipe_v1_Pose;
+  EXPECT_TRUE(accepts([](Pose& pose) { pose.translation_m.z = 1e6; }));
+  EXPECT_FALSE(accepts([](Pose& pose) { pose.translation_m.z = INFINITY; }));
+  EXPECT_FALSE(accepts([](Pose& pose) { pose.translation_m.x = NAN; }));
+  EXPECT_TRUE(accepts([](Pose& pose) { pose.rotation.w = 1 - 0.9e-6; }));
+  EXPECT_FALSE(accepts([](Pose& pose) { pose.rotation.w = 1 - 1.1e-6; }));
+  EXPECT_FALSE(accepts([](Pose& pose) { pose.rotation.w = 1 + 1.1e-6; }));
 }
 
 TEST(ViewMessages, PosesRoundTripAndRejectNan) {

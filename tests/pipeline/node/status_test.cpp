@@ -4,11 +4,18 @@
 #include <spdlog/sinks/ostream_sink.h>
 #include <spdlog/spdlog.h>
 
+#include <array>
+#include <chrono>
+#include <ctime>
+#include <fstream>
 #include <map>
 #include <sstream>
 
+#include "common/base/realtime.h"
+#include "common/base/version.h"
 #include "common/pipeline/messages/wire_conversions.h"
 #include "common/pipeline/node/drop_counts.h"
+#include "common/pipeline/node/log_budget.h"
 #include "common/pipeline/node/status_names.h"
 #include "tests/support/process.h"
 #include "tests/support/test_domain.h"
@@ -21,7 +28,36 @@ using namespace std::chrono_literals;
 struct Reported {
   std::map<std::string, std::uint64_t> counts;
   std::map<messages::BadMessage, std::uint64_t> drops;
+  std::map<std::string, fivepipe_v1_LatencySummary> latencies;
+  std::map<std::string, std::uint64_t> sent;  // by topic
+  std::map<std::string, std::string> diagnostics;
+  std::string version, gl_renderer;
+  std::int64_t start_stamp_ns = 0;
+  bool has_handled_frame = false;
+  std::uint64_t frame = 0;
+  double frame_rate_hz = 0, cpu_s = 0, memory_mb = 0;
 };
+
+Reported reported_by(const fivepipe_v1_NodeStatus& status) {
+  Reported got;
+  for (const auto& count : messages::span_of(status.counts)) got.counts[count.name] = count.count;
+  for (const auto& drop : messages::span_of(status.drops))
+    got.drops[{drop.reason, drop.subject, drop.detail}] = drop.count;
+  for (const auto& latency : messages::span_of(status.latencies))
+    got.latencies[latency.name] = latency;
+  for (const auto& topic : messages::span_of(status.topics)) got.sent[topic.topic] = topic.sent;
+  for (const auto& diagnostic : messages::span_of(status.diagnostics))
+    got.diagnostics[diagnostic.subject] = diagnostic.text;
+  got.version = status.version;
+  got.gl_renderer = status.gl_renderer;
+  got.start_stamp_ns = status.start_stamp_ns;
+  got.has_handled_frame = status.has_handled_frame;
+  got.frame = status.frame;
+  got.frame_rate_hz = status.frame_rate_hz;
+  got.cpu_s = status.cpu_s;
+  got.memory_mb = status.memory_mb;
+  return got;
+}
 
 // Receives what the process logs, instead of the default logger.
 class CapturedLog {
@@ -55,16 +91,99 @@ Reported reported(bus::Bus& bus, Use use) {
   EXPECT_TRUE(test::eventually(bus, 10s, [&] {
     for (const auto& sample : reader.take()) {
       if (!sample.valid()) continue;
-      last = {};
-      for (const auto& count : messages::span_of(sample->counts))
-        last.counts[count.name] = count.count;
-      for (const auto& drop : messages::span_of(sample->drops))
-        last.drops[{drop.reason, drop.subject, drop.detail}] = drop.count;
+      last = reported_by(*sample);
       ended = sample->final_report;
     }
     return ended;
   }));
   return last;
+}
+
+double cpu_time_s() { return double(std::clock()) / CLOCKS_PER_SEC; }
+
+double resident_mb() {
+  std::ifstream status("/proc/self/status");
+  for (std::string word; status >> word;)
+    if (double kib = 0; word == "VmRSS:" && status >> kib) return 1.024e-3 * kib;
+  return 0;
+}
+
+TEST(NodeStatus, ReportsTheProcess) {
+  bus::Bus bus({test::own_domain()});
+  const std::int64_t before_ns = base::now_realtime_ns();
+  const double cpu_before_s = cpu_time_s(), before_mb = resident_mb();
+  Reported last = reported(bus, [](NodeStatusReporter& status) {
+    status.set_gl_renderer(std::string(200, 'x'));
+    status.count(std::string(63, 'y') + "zzz");
+  });
+  const double after_mb = resident_mb();
+  EXPECT_EQ(last.version, base::version());
+  EXPECT_EQ(last.gl_renderer, std::string(128, 'x')) << "truncates a text that is too long";
+  EXPECT_EQ(last.counts.begin()->first, std::string(63, 'y') + "z");
+  EXPECT_GE(last.start_stamp_ns, before_ns);
+  EXPECT_LE(last.start_stamp_ns, base::now_realtime_ns());
+  EXPECT_GE(last.cpu_s, cpu_before_s - 0.02);
+  EXPECT_LE(last.cpu_s, cpu_time_s() + 0.02);
+  EXPECT_GE(last.memory_mb, 0.7 * before_mb);
+  EXPECT_LE(last.memory_mb, 1.4 * after_mb);
+  EXPECT_FALSE(last.has_handled_frame);
+  EXPECT_EQ(last.frame_rate_hz, 0);
+}
+
+// Nearest rank above: the value at floor(q n) of the sorted ones.
+TEST(NodeStatus, ReportsQuantilesOfTheNewestLatencies) {
+  constexpr int kWindow = 1 << 14;
+  bus::Bus bus({test::own_domain()});
+  Reported last = reported(bus, [](NodeStatusReporter& status) {
+    for (int i = 0; i < 200; ++i) status.latency("shuffled", 1e-3 * (1 + 77 * i % 200));
+    status.latency("one", 0.25);
+    status.latency("full", 2);
+    status.latency("over", 2);
+    for (int i = 1; i < kWindow; ++i) status.latency("full", 1);
+    for (int i = 1; i < kWindow; ++i) status.latency("over", 1);
+    status.latency("over", 0.5);
+  });
+  const auto expect = [&](const std::string& name, std::array<double, 4> ms, std::uint64_t count) {
+    const fivepipe_v1_LatencySummary& got = last.latencies[name];
+    EXPECT_FLOAT_EQ(got.p50_ms, ms[0]) << name;
+    EXPECT_FLOAT_EQ(got.p95_ms, ms[1]) << name;
+    EXPECT_FLOAT_EQ(got.p99_ms, ms[2]) << name;
+    EXPECT_FLOAT_EQ(got.max_ms, ms[3]) << name;
+    EXPECT_EQ(got.count, count) << name;
+  };
+  expect("shuffled", {101, 191, 199, 200}, 200);
+  expect("one", {250, 250, 250, 250}, 1);
+  expect("full", {1000, 1000, 1000, 2000}, kWindow);
+  expect("over", {1000, 1000, 1000, 1000}, kWindow + 1);
+}
+
+// Repeats a run in which the machine pauses this process for most of the second.
+TEST(NodeStatus, ReportsTheFramesOfTheLastSecond) {
+  bus::Bus bus({test::own_domain()});
+  const auto rate_hz = [&](int frames) {
+    while (true) {
+      std::chrono::steady_clock::time_point start;
+      const Reported last = reported(bus, [&](NodeStatusReporter& status) {
+        start = std::chrono::steady_clock::now();
+        for (int frame = 0; frame < frames; ++frame) status.frame_handled(100 + frame);
+      });
+      EXPECT_TRUE(last.has_handled_frame);
+      EXPECT_EQ(last.frame, 99u + std::uint64_t(frames));
+      if (std::chrono::steady_clock::now() - start < 900ms) return last.frame_rate_hz;
+    }
+  };
+  EXPECT_EQ(rate_hz(1), 1);
+  EXPECT_EQ(rate_hz(31), 31);
+  EXPECT_EQ(rate_hz(5000), 4096) << "bounds the memory";
+}
+
+TEST(NodeStatus, ReportsTheNumberOfSentMessagesByTopic) {
+  bus::Bus bus({test::own_domain()});
+  const Reported last = reported(bus, [&](NodeStatusReporter&) {
+    auto writer = bus.writer<bus::topics::FrameTrace>();
+    for (int i = 0; i < 3; ++i) writer.write(fivepipe_v1_FrameTrace{});
+  });
+  EXPECT_EQ(last.sent.at(bus::topics::FrameTrace::name), 3u);
 }
 
 TEST(NodeStatus, NamesTheSendersOfRefusedMessages) {
@@ -121,6 +240,43 @@ std::string logged(Use use) {
   reported(bus, use);
   spdlog::set_default_logger(logger);
   return log.str();
+}
+
+std::size_t occurrences(const std::string& text, const std::string& part) {
+  std::size_t count = 0;
+  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1))
+    ++count;
+  return count;
+}
+
+TEST(NodeStatus, LogsADropOnceAndANewDiagnosticEachTime) {
+  const std::string log = logged([](NodeStatusReporter& status) {
+    for (int i = 0; i < 3; ++i) status.drop("late_map", 2);
+    status.drop("late_pose", 0);
+    for (const char* text : {"dark", "dark", "bright", "", "bright"})
+      status.diagnostic("camera left", text);
+  });
+  EXPECT_EQ(occurrences(log, "dropped: "), 1u) << log;
+  EXPECT_EQ(occurrences(log, "dropped: late_map (2 so far)"), 1u) << log;
+  EXPECT_EQ(occurrences(log, "camera left: dark"), 1u) << log;
+  EXPECT_EQ(occurrences(log, "camera left: bright"), 2u) << log;
+}
+
+TEST(NodeStatus, LogsHowManyLinesItSuppresses) {
+  bus::Bus bus({test::own_domain()});
+  auto statuses = bus.reader<bus::topics::NodeStatus>();
+  CapturedLog log;
+  {
+    NodeStatusReporter status(bus, "node");
+    for (int i = 0; i < LogBudget::kMaxLines + 7; ++i)
+      status.diagnostic("camera left", "text " + std::to_string(i));
+    int received = 0;
+    EXPECT_TRUE(test::eventually(bus, 20s, [&] {
+      for (const auto& sample : statuses.take()) received += sample.valid();
+      return received == 3;  // the line follows the second one
+    }));
+  }
+  EXPECT_EQ(occurrences(log.text(), "7 more lines are not logged"), 1u) << log.text();
 }
 
 TEST(NodeStatus, APeersTextCannotControlTheTerminal) {
