@@ -1,12 +1,16 @@
 #include "render_node/window.h"
 
+#include <dlfcn.h>
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include <opencv2/core.hpp>
 
 #include "common/gl/objects.h"
@@ -56,6 +60,80 @@ class VirtualDisplay {
   std::string display_;
 };
 
+// Sends key events to every window of the display, as a user would. Uses the X library that GLFW
+// loads, without its headers.
+class Keyboard {
+ public:
+  static constexpr int kPress = 2, kRelease = 3;
+
+  void send(int event, unsigned long key_symbol) {
+    const auto root = call<unsigned long>("XDefaultRootWindow", display_);
+    unsigned long ignored = 0, *windows = nullptr;
+    unsigned count = 0;
+    call<int>("XQueryTree", display_, root, &ignored, &ignored, &windows, &count);
+    for (unsigned i = 0; i < count; ++i) {
+      KeyEvent key{};
+      key.type = event;
+      key.display = display_;
+      key.window = windows[i];
+      key.root = root;
+      key.time = ++time_;
+      key.keycode = call<unsigned char>("XKeysymToKeycode", display_, key_symbol);
+      long padded[24] = {};  // an XEvent
+      static_assert(sizeof(KeyEvent) <= sizeof(padded));
+      std::memcpy(padded, &key, sizeof(key));
+      call<int>("XSendEvent", display_, windows[i], 0, 0L, padded);
+    }
+    call<int>("XFree", windows);
+    call<int>("XSync", display_, 0);
+  }
+  Keyboard() { display_ = call<void*>("XOpenDisplay", static_cast<const char*>(nullptr)); }
+  ~Keyboard() { call<int>("XCloseDisplay", display_); }
+
+ private:
+  struct KeyEvent {  // XKeyEvent
+    int type;
+    unsigned long serial;
+    int send_event;
+    void* display;
+    unsigned long window, root, subwindow, time;
+    int x, y, x_root, y_root;
+    unsigned state, keycode;
+    int same_screen;
+  };
+  template <class Result, class... Arguments>
+  Result call(const char* function, Arguments... arguments) {
+    return reinterpret_cast<Result (*)(Arguments...)>(dlsym(library_, function))(arguments...);
+  }
+  void* library_ = dlopen("libX11.so.6", RTLD_NOW);
+  void* display_ = nullptr;
+  unsigned long time_ = 0;
+};
+
+// Shows the image and returns the window's pixels, once they show it.
+cv::Mat shown(Window& window, const cv::Mat& image) {
+  EXPECT_TRUE(window.show(image));
+  cv::Mat seen;
+  while (seen.empty()) seen = window.screenshot();
+  return window.screenshot();
+}
+
+// The part of the window that is not black.
+cv::Rect bright_part(const cv::Mat& seen) {
+  cv::Rect part(seen.cols, seen.rows, -seen.cols, -seen.rows);
+  for (int v = 0; v < seen.rows; ++v)
+    for (int u = 0; u < seen.cols; ++u)
+      if (seen.at<cv::Vec3b>(v, u) != cv::Vec3b(0, 0, 0)) {
+        const int right = std::max(part.x + part.width, u + 1),
+                  bottom = std::max(part.y + part.height, v + 1);
+        part.x = std::min(part.x, u);
+        part.y = std::min(part.y, v);
+        part.width = right - part.x;
+        part.height = bottom - part.y;
+      }
+  return part;
+}
+
 TEST(Window, WithoutADisplayTheErrorNamesIt) {
   unsetenv("DISPLAY");
   unsetenv("WAYLAND_DISPLAY");
@@ -88,6 +166,63 @@ TEST(Window, ShowsTheImageUprightAndKeepsTheCallersContext) {
     std::uint8_t rgba[4] = {};
     glReadPixels(3, 3, 1, 1, GL_RGBA, GL_UNSIGNED_BYTE, rgba);
     EXPECT_EQ(rgba[1], 255);
+  }
+}
+
+// The scaled sizes are 208.4, 320, 192 and 91.4 by 240, 123.6, 240 and 240 pixels.
+TEST(Window, ScalesTheImageAndKeepsItsAspectRatio) {
+  const VirtualDisplay display;
+  if (display.display().empty()) FIVEPIPE_SKIP_WITHOUT_PACKAGE("Xvfb is not installed");
+  Window window("fivepipe", 320, 240);
+  EXPECT_TRUE(window.screenshot().empty()) << "before the first image";
+  for (const auto& [size, part] : {std::pair{cv::Size(99, 114), cv::Rect(56, 0, 208, 240)},
+                                   {cv::Size(88, 34), cv::Rect(0, 58, 320, 124)},
+                                   {cv::Size(88, 110), cv::Rect(64, 0, 192, 240)},
+                                   {cv::Size(40, 105), cv::Rect(114, 0, 91, 240)}}) {
+    cv::Mat image(size, CV_8UC3, cv::Scalar(10, 20, 250));
+    image.colRange(0, size.width / 2).setTo(cv::Scalar(250, 120, 10));
+    image.row(0).setTo(cv::Scalar(90, 240, 30));
+    const cv::Mat seen = shown(window, image);
+    ASSERT_EQ(seen.size(), cv::Size(320, 240));
+    EXPECT_EQ(bright_part(seen), part) << size;
+    EXPECT_EQ(seen.at<cv::Vec3b>(part.y, part.x), cv::Vec3b(90, 240, 30));
+    EXPECT_EQ(seen.at<cv::Vec3b>(part.y + part.height - 1, part.x), cv::Vec3b(250, 120, 10));
+    EXPECT_EQ(seen.at<cv::Vec3b>(part.y + part.height - 1, part.x + part.width - 1),
+              cv::Vec3b(10, 20, 250));
+    // Linear interpolation between the halves.
+    const auto* row = seen.ptr<cv::Vec3b>(part.y + part.height / 2);
+    EXPECT_TRUE(std::any_of(row, row + 320, [](const cv::Vec3b& bgr) {
+      return bgr[2] > 30 && bgr[2] < 230;
+    })) << size;
+  }
+}
+
+TEST(Window, ShowsAPartOfALargerImage) {
+  const VirtualDisplay display;
+  if (display.display().empty()) FIVEPIPE_SKIP_WITHOUT_PACKAGE("Xvfb is not installed");
+  Window window("fivepipe", 64, 48);
+  cv::Mat wide(48, 100, CV_8UC3);
+  cv::randu(wide, 0, 255);
+  const cv::Mat part = wide.colRange(20, 84);
+  EXPECT_EQ(cv::norm(shown(window, part), part, cv::NORM_INF), 0);
+}
+
+TEST(Window, QAndEscapeCloseIt) {
+  const VirtualDisplay display;
+  if (display.display().empty()) FIVEPIPE_SKIP_WITHOUT_PACKAGE("Xvfb is not installed");
+  const cv::Mat image(48, 64, CV_8UC3, cv::Scalar(10, 20, 250));
+  for (const unsigned long key : {0x71ul, 0xff1bul}) {  // XK_q, XK_Escape
+    Window window("fivepipe", 64, 48);
+    shown(window, image);
+    Keyboard keyboard;
+    keyboard.send(Keyboard::kPress, 0x77);  // XK_w
+    keyboard.send(Keyboard::kRelease, 0x77);
+    keyboard.send(Keyboard::kRelease, key);
+    // Each of these waits for the window's thread, which handles the events in between.
+    for (int i = 0; i < 5; ++i) EXPECT_EQ(shown(window, image).size(), image.size());
+    keyboard.send(Keyboard::kPress, key);
+    while (window.show(image)) usleep(1000);
+    EXPECT_TRUE(window.screenshot().empty());
   }
 }
 

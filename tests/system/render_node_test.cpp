@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/videoio.hpp>
 
 #include "common/base/realtime.h"
 #include "common/config/deployment.h"
@@ -65,6 +66,7 @@ class RenderNode : public ScriptedPeer {
       bus_, [](const bus::Sample<bus::topics::FrameComposited>& sample) { return *sample; }};
   const std::int64_t start_ns_ = base::now_realtime_ns();
   config::Deployment deployment_;
+  int frame_rate_hz_ = 30;
 
   // Starts the node with these options of its entry in the deployment. `with_simulation`: whether
   // the test writes VirtualState.
@@ -72,9 +74,11 @@ class RenderNode : public ScriptedPeer {
                   const std::string& viewer = "viewer") {
     file("rig.yaml", kRig);
     file("scene.yaml", kScene);
-    const std::string path = file(
-        "deployment.yaml",
-        replaced(kDeployment, "viewer:\n", "viewer:\n  name: " + viewer + "\n") + options + "}\n");
+    const std::string path =
+        file("deployment.yaml",
+             replaced(replaced(kDeployment, "viewer:\n", "viewer:\n  name: " + viewer + "\n"),
+                      "frame_rate_hz: 30", "frame_rate_hz: " + std::to_string(frame_rate_hz_)) +
+                 options + "}\n");
     deployment_ = config::load_deployment(path);
     if (with_simulation) states_.emplace(bus_.writer<bus::topics::VirtualState>());
     start("render_node", "rendering", path);
@@ -286,6 +290,8 @@ TEST_F(RenderNode, CompositesWithThePreviousStateAfterTheTimeout) {
   send_hull(7);
   ASSERT_TRUE(has_composited(6)) << said();
   EXPECT_GE(composited_.all().back().composited_stamp_ns - sent_ns, 2000 * kMillisecond_ns);
+  EXPECT_LT(composited_.all().back().composited_stamp_ns - sent_ns,
+            kSlowdown * 4000 * kMillisecond_ns);
   EXPECT_EQ(ended().drops.at("late_state"), 6u);
 }
 
@@ -467,6 +473,7 @@ TEST_F(RenderNode, ReportsEachCompositedFrame) {
   NodeReport report = ended();
   EXPECT_EQ(report.counts.at(node::kFramesComposited), 2u);
   EXPECT_EQ(report.frame, 7u);
+  EXPECT_FALSE(report.gl_renderer.empty());
   EXPECT_EQ(report.latencies.at("render").count, 2u);
   const auto& latency = report.latencies.at(node::kCaptureToComposite);
   EXPECT_EQ(latency.count, 2u);
@@ -520,6 +527,36 @@ TEST_F(RenderNode, NamesTheCamerasThatEmptyTheHullWhileTheyDo) {
       EXPECT_FALSE(report().diagnostics.contains("hull"));
     }
   }
+}
+
+// The gap of 0.9 s has more frames than wait for the encoder.
+TEST_F(RenderNode, CountsTheFramesThatTheVideoLacks) {
+  frame_rate_hz_ = 1000;
+  start_with("", false);
+  for (const std::uint64_t frame : {0, 900, 901}) {
+    send_hull(frame);
+    ASSERT_TRUE(has_composited(frame == 0 ? 1 : frame - 898)) << said();
+  }
+  const std::uint64_t dropped = drops_of(ended(), "video_frame");
+  EXPECT_GT(dropped, 0u);
+  cv::VideoCapture video((out_ / "composite.mp4").string());
+  std::uint64_t frames = 0;
+  while (video.grab()) ++frames;
+  EXPECT_EQ(frames + dropped, 902u);
+}
+
+// A key without a writer has a sample without a message.
+TEST_F(RenderNode, TheEndOfAWriterIsNoMessage) {
+  start_with(", video: false", false);
+  {
+    auto tiles = bus_.writer<bus::topics::HullTile>();
+    wait_for_readers(tiles);
+    deliver(tiles, tile(1, 0).wire());
+  }
+  EXPECT_TRUE(reports_again(2));
+  deliver(tiles_, tile(1, 1).wire());
+  ASSERT_TRUE(has_composited(1)) << said();
+  EXPECT_EQ(ended().drops, (std::map<std::string, std::uint64_t>{}));
 }
 
 // Only the still needs the image, so the node reads back the last one when it ends.
