@@ -241,9 +241,13 @@ TEST_F(Outputs, AnUnwritableFolderIsNamed) {
   fs::permissions(folder, fs::perms(0555));
   // Root may write into any folder; access() tests the rights of the real user.
   const bool is_root = getuid() == 0;
-  if (is_root) ASSERT_EQ(setreuid(65534, 0), 0);
+  if (is_root) {
+    ASSERT_EQ(setreuid(65534, 0), 0);
+  }
   const std::string message = error_of([&] { write_png(folder / "s.png", frame_image(0)); });
-  if (is_root) ASSERT_EQ(setreuid(0, 0), 0);
+  if (is_root) {
+    ASSERT_EQ(setreuid(0, 0), 0);
+  }
   EXPECT_EQ(message, (folder / "s.png").string() + ": folder " + folder.string() +
                          " is not writable: Permission denied");
 }

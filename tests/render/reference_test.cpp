@@ -425,6 +425,7 @@ TEST_F(HullReference, ASmallHullOfTheSameOrAnotherSizeReplacesTheHullBefore) {
   for (const auto& [width, height, u0, v0, coloured] : {std::tuple{80, 60, 0, 0, true},
                                                         {80, 60, 30, 20, true},
                                                         {80, 60, 31, 18, false},
+                                                        {80, 60, 30, 20, true},
                                                         {40, 60, 10, 20, true},
                                                         {40, 30, 3, 5, false},
                                                         {80, 30, 60, 10, true},
@@ -473,6 +474,9 @@ TEST_F(Reference, TheImageDoesNotDependOnTheStateOfTheContext) {
     renderer.draw(hull, {}, {});
     EXPECT_EQ(cv::norm(renderer.image_bgr(), expected, cv::NORM_INF), 0);
     EXPECT_FALSE(glIsEnabled(GL_CULL_FACE));
+    GLint row_length = -1;
+    glGetIntegerv(GL_UNPACK_ROW_LENGTH, &row_length);
+    EXPECT_EQ(row_length, 0);
   }
 }
 
