@@ -1,114 +1,19 @@
 #include "render_node/window.h"
 
-#include <dlfcn.h>
 #include <gtest/gtest.h>
-#include <signal.h>
-#include <spawn.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <cstring>
 #include <opencv2/core.hpp>
 
 #include "common/gl/objects.h"
 #include "tests/support/checked_gl_context.h"
 #include "tests/support/optional_package.h"
-
-extern char** environ;
+#include "tests/support/virtual_display.h"
 
 namespace fivepipe::render {
 namespace {
-
-// Runs a virtual X server during a test and sets DISPLAY to it. display() is empty if Xvfb is not
-// installed.
-class VirtualDisplay {
- public:
-  VirtualDisplay() {
-    int ends[2];
-    if (pipe(ends) != 0) return;
-    const std::string fd = std::to_string(ends[1]);
-    const char* arguments[] = {"Xvfb",        "-displayfd", fd.c_str(), "-screen", "0",
-                               "1024x768x24", "-nolisten",  "tcp",      nullptr};
-    posix_spawn_file_actions_t actions;
-    posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_addclose(&actions, ends[0]);
-    posix_spawn_file_actions_addopen(&actions, 2, "/dev/null", 1, 0);
-    if (posix_spawnp(&process_, "Xvfb", &actions, nullptr, const_cast<char**>(arguments),
-                     environ) != 0)
-      process_ = 0;
-    posix_spawn_file_actions_destroy(&actions);
-    close(ends[1]);
-    // Xvfb writes the newline separately; closing the pipe before it arrives would stop the server.
-    std::string number;
-    for (char c = 0; process_ && c != '\n' && read(ends[0], &c, 1) == 1;) number += c;
-    close(ends[0]);
-    if (!number.empty()) display_ = ":" + std::to_string(std::atoi(number.c_str()));
-    setenv("DISPLAY", display_.c_str(), 1);
-  }
-  ~VirtualDisplay() {
-    if (!process_) return;
-    kill(process_, SIGTERM);
-    waitpid(process_, nullptr, 0);
-  }
-  const std::string& display() const { return display_; }
-
- private:
-  pid_t process_ = 0;
-  std::string display_;
-};
-
-// Sends key events to every window of the display, as a user would. Uses the X library that GLFW
-// loads, without its headers.
-class Keyboard {
- public:
-  static constexpr int kPress = 2, kRelease = 3;
-
-  void send(int event, unsigned long key_symbol) {
-    const auto root = call<unsigned long>("XDefaultRootWindow", display_);
-    unsigned long ignored = 0, *windows = nullptr;
-    unsigned count = 0;
-    call<int>("XQueryTree", display_, root, &ignored, &ignored, &windows, &count);
-    for (unsigned i = 0; i < count; ++i) {
-      KeyEvent key{};
-      key.type = event;
-      key.display = display_;
-      key.window = windows[i];
-      key.root = root;
-      key.time = ++time_;
-      key.keycode = call<unsigned char>("XKeysymToKeycode", display_, key_symbol);
-      long padded[24] = {};  // an XEvent
-      static_assert(sizeof(KeyEvent) <= sizeof(padded));
-      std::memcpy(padded, &key, sizeof(key));
-      call<int>("XSendEvent", display_, windows[i], 0, 0L, padded);
-    }
-    call<int>("XFree", windows);
-    call<int>("XSync", display_, 0);
-  }
-  Keyboard() { display_ = call<void*>("XOpenDisplay", static_cast<const char*>(nullptr)); }
-  ~Keyboard() { call<int>("XCloseDisplay", display_); }
-
- private:
-  struct KeyEvent {  // XKeyEvent
-    int type;
-    unsigned long serial;
-    int send_event;
-    void* display;
-    unsigned long window, root, subwindow, time;
-    int x, y, x_root, y_root;
-    unsigned state, keycode;
-    int same_screen;
-  };
-  template <class Result, class... Arguments>
-  Result call(const char* function, Arguments... arguments) {
-    return reinterpret_cast<Result (*)(Arguments...)>(dlsym(library_, function))(arguments...);
-  }
-  void* library_ = dlopen("libX11.so.6", RTLD_NOW);
-  void* display_ = nullptr;
-  unsigned long time_ = 0;
-};
 
 // Shows the image and returns the window's pixels, once they show it.
 cv::Mat shown(Window& window, const cv::Mat& image) {
@@ -146,7 +51,7 @@ TEST(Window, WithoutADisplayTheErrorNamesIt) {
 }
 
 TEST(Window, ShowsTheImageUprightAndKeepsTheCallersContext) {
-  const VirtualDisplay display;
+  const test::VirtualDisplay display;
   if (display.display().empty()) FIVEPIPE_SKIP_WITHOUT_PACKAGE("Xvfb is not installed");
   test::CheckedGlContext context;
   const gl::GlFramebuffer framebuffer(8, 8, GL_RGBA8, gl::DepthBuffer::none);
@@ -171,7 +76,7 @@ TEST(Window, ShowsTheImageUprightAndKeepsTheCallersContext) {
 
 // The scaled sizes are 208.4, 320, 192 and 91.4 by 240, 123.6, 240 and 240 pixels.
 TEST(Window, ScalesTheImageAndKeepsItsAspectRatio) {
-  const VirtualDisplay display;
+  const test::VirtualDisplay display;
   if (display.display().empty()) FIVEPIPE_SKIP_WITHOUT_PACKAGE("Xvfb is not installed");
   Window window("fivepipe", 320, 240);
   EXPECT_TRUE(window.screenshot().empty()) << "before the first image";
@@ -198,7 +103,7 @@ TEST(Window, ScalesTheImageAndKeepsItsAspectRatio) {
 }
 
 TEST(Window, ShowsAPartOfALargerImage) {
-  const VirtualDisplay display;
+  const test::VirtualDisplay display;
   if (display.display().empty()) FIVEPIPE_SKIP_WITHOUT_PACKAGE("Xvfb is not installed");
   Window window("fivepipe", 64, 48);
   cv::Mat wide(48, 100, CV_8UC3);
@@ -208,19 +113,19 @@ TEST(Window, ShowsAPartOfALargerImage) {
 }
 
 TEST(Window, QAndEscapeCloseIt) {
-  const VirtualDisplay display;
+  const test::VirtualDisplay display;
   if (display.display().empty()) FIVEPIPE_SKIP_WITHOUT_PACKAGE("Xvfb is not installed");
   const cv::Mat image(48, 64, CV_8UC3, cv::Scalar(10, 20, 250));
   for (const unsigned long key : {0x71ul, 0xff1bul}) {  // XK_q, XK_Escape
     Window window("fivepipe", 64, 48);
     shown(window, image);
-    Keyboard keyboard;
-    keyboard.send(Keyboard::kPress, 0x77);  // XK_w
-    keyboard.send(Keyboard::kRelease, 0x77);
-    keyboard.send(Keyboard::kRelease, key);
+    test::Keyboard keyboard;
+    keyboard.send(test::Keyboard::kPress, 0x77);  // XK_w
+    keyboard.send(test::Keyboard::kRelease, 0x77);
+    keyboard.send(test::Keyboard::kRelease, key);
     // Each of these waits for the window's thread, which handles the events in between.
     for (int i = 0; i < 5; ++i) EXPECT_EQ(shown(window, image).size(), image.size());
-    keyboard.send(Keyboard::kPress, key);
+    keyboard.send(test::Keyboard::kPress, key);
     while (window.show(image)) usleep(1000);
     EXPECT_TRUE(window.screenshot().empty());
   }

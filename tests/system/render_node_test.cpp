@@ -8,8 +8,10 @@
 #include "common/base/realtime.h"
 #include "common/config/deployment.h"
 #include "common/pipeline/node/status_names.h"
+#include "tests/support/optional_package.h"
 #include "tests/support/sanitizer.h"
 #include "tests/support/scripted/peer.h"
+#include "tests/support/virtual_display.h"
 
 namespace fivepipe::test {
 namespace {
@@ -409,6 +411,10 @@ TEST_F(RenderNode, DropsOfEachKindAreCountedOnce) {
   deliver(tiles_, not_a_rotation.wire());
   for (int i = 0; i < 3; ++i) deliver(tiles_, outside.wire());
   for (int i = 0; i < 2; ++i) deliver(tiles_, bad_number.wire());
+  fivepipe_v1_CollisionResult too_early{};
+  messages::set_text(too_early.object, "touched");
+  too_early.capture_stamp_ns = -1;
+  deliver(collisions_, too_early);
   send_state(1, 0, "ball", 7);         // not a rotation
   send_state(2, 0, "unknown");         // not in the scene; composited with frame 2
   deliver(tiles_, tile(1, 0).wire());  // frame 1 stays incomplete
@@ -425,12 +431,13 @@ TEST_F(RenderNode, DropsOfEachKindAreCountedOnce) {
     for (const auto& [text, count] : this->report().drops) all += count;
     return all;
   };
-  EXPECT_TRUE(holds([&] { return sum() == 12; })) << said();
+  EXPECT_TRUE(holds([&] { return sum() == 13; })) << said();
   const NodeReport report = ended();
   EXPECT_EQ(report.drops, (std::map<std::string, std::uint64_t>{
                               {"bad_tile: pose is not finite or not a rotation", 1},
                               {"bad_tile: rect outside the view", 3},
                               {"bad_tile: bad tile number", 2},
+                              {"bad_collision: touched: timestamp before 1970 or after 2200", 1},
                               {"bad_state: ball: pose is not finite or not a rotation", 1},
                               {"bad_state: unknown: not in the scene", 1},
                               {"incomplete_hull", 1},
@@ -543,6 +550,26 @@ TEST_F(RenderNode, CountsTheFramesThatTheVideoLacks) {
   std::uint64_t frames = 0;
   while (video.grab()) ++frames;
   EXPECT_EQ(frames + dropped, 902u);
+}
+
+TEST_F(RenderNode, EndsWhenTheUserClosesItsWindow) {
+  const VirtualDisplay display;
+  if (display.display().empty()) FIVEPIPE_SKIP_WITHOUT_PACKAGE("Xvfb is not installed");
+  start_with(", video: false, window: true", false);
+  for (const std::uint64_t frame : {1, 2}) {
+    send_hull(frame);
+    ASSERT_TRUE(has_composited(frame)) << said();
+  }
+  Keyboard keyboard;
+  keyboard.send(Keyboard::kPress, 0x71);  // XK_q
+  // The window closes at any time after the key; the next frame ends the node.
+  std::uint64_t frame = 3;
+  EXPECT_TRUE(holds([&] {
+    tiles_.write(tile(frame, 0).wire());
+    tiles_.write(tile(frame++, 1).wire());
+    return !is_alive(program_->pid());
+  })) << said();
+  EXPECT_EQ(wait_for_end(), 0);
 }
 
 // A key without a writer has a sample without a message.
