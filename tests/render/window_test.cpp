@@ -1,10 +1,9 @@
 #include "render_node/window.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cmath>
+#include <chrono>
 #include <opencv2/core.hpp>
 
 #include "common/gl/objects.h"
@@ -19,7 +18,7 @@ namespace {
 cv::Mat shown(Window& window, const cv::Mat& image) {
   EXPECT_TRUE(window.show(image));
   cv::Mat seen;
-  while (seen.empty()) seen = window.screenshot();
+  while (seen.empty() && window.show(image)) seen = window.screenshot();
   return window.screenshot();
 }
 
@@ -126,7 +125,8 @@ TEST(Window, QAndEscapeCloseIt) {
     // Each of these waits for the window's thread, which handles the events in between.
     for (int i = 0; i < 5; ++i) EXPECT_EQ(shown(window, image).size(), image.size());
     keyboard.send(test::Keyboard::kPress, key);
-    while (window.show(image)) usleep(1000);
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+    while (window.show(image)) ASSERT_LT(std::chrono::steady_clock::now(), deadline);
     EXPECT_TRUE(window.screenshot().empty());
   }
 }
