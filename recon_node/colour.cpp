@@ -13,16 +13,15 @@ struct WeightedBgr {
   double weight = 0;
 };
 
+// No image is larger, and a position fits into an int.
+constexpr double kMaxPosition_px = 1e9;
+
 // Interpolates between the four pixels around uv_px. Pixels without colour, and pixels outside
 // `object` if it is not null, have weight 0.
 WeightedBgr bilinear(const hull::ColourRegion& colour, const hull::ObjectPixels* object,
                      const Eigen::Vector2d& uv_px) {
+  if (!(uv_px.cwiseAbs().sum() < kMaxPosition_px)) return {};
   const hull::PixelRect& r = colour.region;
-  // The border of the hull projects onto the outer border of the outermost object pixels, half a
-  // pixel outside their centers, so accept up to one pixel outside the centers.
-  if (!(uv_px.x() > r.u0_px - 1 && uv_px.y() > r.v0_px - 1 && uv_px.x() < r.u1_px &&
-        uv_px.y() < r.v1_px))
-    return {};
   const int u0 = int(std::floor(uv_px.x())), v0 = int(std::floor(uv_px.y()));
   const double right = uv_px.x() - u0, down = uv_px.y() - v0;
   WeightedBgr sum;
@@ -82,7 +81,7 @@ bool HullColour::is_in_silhouette(std::size_t silhouette, const Homogeneous& see
   if (!(seen.z() > 0)) return false;
   const hull::ObjectPixels& pixels = silhouettes_[silhouette].pixels;
   const double u_px = seen.x() / seen.z(), v_px = seen.y() / seen.z();
-  return pixels.holds(u_px, v_px) && pixels.contains_at(u_px, v_px);
+  return pixels.contains_at(u_px, v_px);
 }
 
 // Returns the factor on the weight of an image for a hull point: 1, kDoubtfulWeight or
@@ -137,8 +136,7 @@ std::array<std::uint8_t, 3> HullColour::at(const Eigen::Vector3d& p_world_m,
   if (!(sum.weight > 0)) return kUnseenBgr;
   std::array<std::uint8_t, 3> bgr;
   for (int c = 0; c < 3; ++c)
-    bgr[std::size_t(c)] =
-        std::uint8_t(std::lround(std::clamp(sum.bgr[c] / sum.weight, 0.0, 255.0)));
+    bgr[std::size_t(c)] = std::uint8_t(std::lround(sum.bgr[c] / sum.weight));
   return bgr;
 }
 

@@ -23,18 +23,6 @@ class Stopwatch {
 // Estimated cost of a tile without hits, in hits.
 constexpr double kEmptyTileCost_hits = 100;
 
-// Divides the time spent on all tiles together between them by their numbers of hits.
-std::vector<double> divided_by_hits(double all_s, const std::vector<hull::DepthTile>& tiles) {
-  std::vector<double> cost_by_tile_s;
-  for (const hull::DepthTile& tile : tiles)
-    cost_by_tile_s.push_back(kEmptyTileCost_hits +
-                             double(std::count_if(tile.depth_m.begin(), tile.depth_m.end(),
-                                                  [](float d) { return d != hull::kNoHull; })));
-  const double all = std::accumulate(cost_by_tile_s.begin(), cost_by_tile_s.end(), 0.0);
-  for (double& s : cost_by_tile_s) s *= all_s / all;
-  return cost_by_tile_s;
-}
-
 void add_colour(ReconTile& tile, const hull::View& view, const HullColour& colour) {
   tile.bgr.assign(tile.depth_m.size() * 3, 0);
   const Eigen::Vector3d eye_world_m = geometry::camera_center_world_m(view.camera);
@@ -52,6 +40,17 @@ void add_colour(ReconTile& tile, const hull::View& view, const HullColour& colou
 
 }  // namespace
 
+std::vector<double> divided_by_hits(double all_s, const std::vector<hull::DepthTile>& tiles) {
+  std::vector<double> cost_by_tile_s;
+  for (const hull::DepthTile& tile : tiles)
+    cost_by_tile_s.push_back(kEmptyTileCost_hits +
+                             double(std::count_if(tile.depth_m.begin(), tile.depth_m.end(),
+                                                  [](float d) { return d != hull::kNoHull; })));
+  const double all = std::accumulate(cost_by_tile_s.begin(), cost_by_tile_s.end(), 0.0);
+  for (double& s : cost_by_tile_s) s *= all_s / all;
+  return cost_by_tile_s;
+}
+
 ReconTile covered_part(const Tile& tile, const hull::DepthTile& depths) {
   const int width = depths.rect.width_px(), height = depths.rect.height_px();
   hull::PixelRect hits{width, height, 0, 0};  // inside the tile
@@ -60,7 +59,8 @@ ReconTile covered_part(const Tile& tile, const hull::DepthTile& depths) {
       if (depths.depth_m[std::size_t(v) * width + u] != hull::kNoHull)
         hits = {std::min(hits.u0_px, u), std::min(hits.v0_px, v), std::max(hits.u1_px, u + 1),
                 std::max(hits.v1_px, v + 1)};
-  ReconTile part{tile, {}, {}, {}, 0};
+  ReconTile part;
+  part.tile = tile;
   if (hits.empty()) return part;
   part.covered = {tile.rect.u0_px + hits.u0_px, tile.rect.v0_px + hits.v0_px,
                   tile.rect.u0_px + hits.u1_px, tile.rect.v0_px + hits.v1_px};

@@ -27,6 +27,10 @@ struct ReconTile {
   double cost_s = 0;
 };
 
+// Divides the time spent on all tiles together between them by their numbers of hits. A tile
+// without a hit counts as 100 hits, and each hit adds one.
+std::vector<double> divided_by_hits(double all_s, const std::vector<hull::DepthTile>& tiles);
+
 // Crops the depths of a tile to the rectangle of its hits.
 ReconTile covered_part(const Tile& tile, const hull::DepthTile& depths);
 

@@ -157,10 +157,8 @@ class ReconstructionPipe {
     if (is_seen && tiles_.readers() > 0 && colours.empty())
       node_.status.count("frames_without_colour");
     steps.begin("write_tiles");
-    if (costs_.readers() > 0)
-      costs_.write(costs_message(frame, config_.worker_index, made).message());
+    costs_.write(costs_message(frame, config_.worker_index, made).message());
     for (ReconTile& tile : made) tiles_.write(tile_message(frame, std::move(tile)).message());
-    steps.end();
     if (replay_.replaying())
       node_.status.latency("arrival_to_tiles",
                            1e-9 * double(base::now_realtime_ns() - times.first_ns));

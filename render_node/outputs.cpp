@@ -103,7 +103,6 @@ void VideoFile::encode(std::promise<bool> opened) {
       ++written_;
     }
   }
-  writer.release();
 }
 
 // Returns why the image could not be written, or an empty text.

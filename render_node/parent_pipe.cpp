@@ -51,9 +51,7 @@ class ParentPipe {
       // guarantees that the collisions of every taken state are available.
       take_states();
       take_collisions();
-      // In a lossless replay a newer frame must not replace the pending one before its state
-      // arrives.
-      if (!(replay_.lossless() && pending_)) take_tiles();
+      take_tiles();
       if (pending_ && (virtual_frames_.has(pending_->frame) || states_.writers() == 0)) composite();
       if (pending_ && Clock::now() >= pending_until_) composite();
     }
@@ -149,11 +147,10 @@ class ParentPipe {
     static const VirtualFrame kNothing;
     const VirtualFrame* found = virtual_frames_.best_for(hull.frame);
     const VirtualFrame& virtual_frame = found ? *found : kNothing;
-    bool wanted = true;
     node::FrameSteps steps;
     steps.begin("render");
     renderer_.draw(hull, virtual_frame.poses, virtual_frame.colliding);
-    wanted = present(hull.frame);
+    const bool wanted = present(hull.frame);
     steps.end();
     const std::int64_t now_ns = base::now_realtime_ns();
     composited_.write(composited_message(viewer_.name, hull, now_ns));
@@ -173,10 +170,7 @@ class ParentPipe {
   // Presents the last drawn frame. If no output needs it, waits for the GPU but does not read it
   // back. Returns false after the user has closed the window.
   bool present(std::uint64_t frame) {
-    if (presenter_.wants(frame)) {
-      unread_frame_.reset();
-      return presenter_.present(frame, renderer_.image_bgr());
-    }
+    if (presenter_.wants(frame)) return presenter_.present(frame, renderer_.image_bgr());
     unread_frame_ = frame;
     renderer_.finish();
     return true;

@@ -34,8 +34,9 @@ Presenter::Presenter(const config::RenderConfig& config, const config::Viewer& v
 }
 
 void Presenter::add_to_video(std::uint64_t frame, const cv::Mat& image_bgr) {
+  // Unsigned, so that a lower number of a restarted source is a long gap.
   const double gap_s = double(frame - last_frame_) / frame_rate_hz_;
-  if (!last_image_.empty() && frame > last_frame_ && gap_s <= kMaxRepeat_s)
+  if (!last_image_.empty() && gap_s <= kMaxRepeat_s)
     for (std::uint64_t missing = last_frame_ + 1; missing < frame; ++missing)
       video_->add(last_image_);
   video_->add(image_bgr);

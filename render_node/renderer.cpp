@@ -301,7 +301,6 @@ void Renderer::finish() const { glFinish(); }
 cv::Mat Renderer::image_bgr() const {
   cv::Mat rgba(pinhole_.height_px, pinhole_.width_px, CV_8UC4), image(rgba.size(), CV_8UC3);
   glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer_.get());
-  glPixelStorei(GL_PACK_ALIGNMENT, 1);
   glReadPixels(0, 0, rgba.cols, rgba.rows, GL_RGBA, GL_UNSIGNED_BYTE, rgba.data);
   for (int v = 0; v < image.rows; ++v) {  // GL's rows count from the bottom
     cv::Mat row = image.row(v);
@@ -314,7 +313,6 @@ cv::Mat Renderer::depth_m() const {
   cv::Mat window_depth(pinhole_.height_px, pinhole_.width_px, CV_32F),
       depth(window_depth.size(), CV_32F);
   glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer_.get());
-  glPixelStorei(GL_PACK_ALIGNMENT, 1);
   glReadPixels(0, 0, depth.cols, depth.rows, GL_DEPTH_COMPONENT, GL_FLOAT, window_depth.data);
   for (int v = 0; v < depth.rows; ++v)
     std::transform(window_depth.ptr<float>(depth.rows - 1 - v),

@@ -22,9 +22,9 @@ bool inside(const hull::PixelRect& inner, const hull::PixelRect& outer) {
          inner.v1_px <= outer.v1_px;
 }
 
+// `b` is not empty.
 hull::PixelRect bounding_rect(const hull::PixelRect& a, const hull::PixelRect& b) {
   if (a.empty()) return b;
-  if (b.empty()) return a;
   return {std::min(a.u0_px, b.u0_px), std::min(a.v0_px, b.v0_px), std::max(a.u1_px, b.u1_px),
           std::max(a.v1_px, b.v1_px)};
 }
@@ -124,7 +124,6 @@ void TileAssembler::reset() {
   counts_.incomplete += open_.size();
   open_.clear();
   last_complete_.reset();
-  late_in_a_row_ = 0;
 }
 
 // Returns true for a tile of a completed or dropped frame. A restarted source counts from 0 again:

@@ -71,15 +71,13 @@ void blit(const gl::GlTexture& image, int window_width_px, int window_height_px)
   glClearNamedFramebufferfv(0, GL_COLOR, 0, black);
   // Row 0 of the texture is the top of the image; row 0 of the window is its bottom.
   glBlitNamedFramebuffer(source.get(), 0, 0, image.height_px(), image.width_px(), 0, left, bottom,
-                         left + width, bottom + height, GL_COLOR_BUFFER_BIT,
-                         scale == 1 ? GL_NEAREST : GL_LINEAR);
+                         left + width, bottom + height, GL_COLOR_BUFFER_BIT, GL_LINEAR);
 }
 
 // Reads the back buffer. Call before swapping the buffers; the content is undefined afterwards.
 cv::Mat back_buffer(int width_px, int height_px) {
   cv::Mat rgba(height_px, width_px, CV_8UC4), bgr;
   glReadBuffer(GL_BACK);
-  glPixelStorei(GL_PACK_ALIGNMENT, 1);
   glReadPixels(0, 0, width_px, height_px, GL_RGBA, GL_UNSIGNED_BYTE, rgba.data);
   cv::flip(rgba, rgba, 0);
   cv::cvtColor(rgba, bgr, cv::COLOR_RGBA2BGR);
@@ -129,7 +127,7 @@ void Window::State::show_frames(GLFWwindow* window) {
     }
     int width_px = 0, height_px = 0;
     glfwGetFramebufferSize(window, &width_px, &height_px);
-    if (!image.empty() && width_px > 0 && height_px > 0) {
+    if (!image.empty()) {
       if (!texture || texture->width_px() != image.cols || texture->height_px() != image.rows)
         texture.emplace(image.cols, image.rows, GL_RGB8);
       texture->upload(GL_BGR, GL_UNSIGNED_BYTE, image.data);

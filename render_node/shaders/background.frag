@@ -2,6 +2,6 @@
 in float height;
 uniform vec3 bottom;
 uniform vec3 top;
-out vec4 colour;
+out vec3 colour;
 
-void main() { colour = vec4(mix(bottom, top, height), 1.0); }
+void main() { colour = mix(bottom, top, height); }

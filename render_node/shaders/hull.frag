@@ -15,7 +15,7 @@ uniform sampler2D depth_m;
 uniform vec2 focal_px;
 uniform float max_tilt_tangent;   // two texels are one surface up to this tangent of its tilt
 uniform vec2 window_depth_terms;  // NDC depth = x + y / z
-out vec4 colour;
+out vec3 colour;
 
 float depth_at(ivec2 t) {
   return texelFetch(depth_m, clamp(t, ivec2(0), textureSize(depth_m, 0) - 1), 0).r;
@@ -64,15 +64,13 @@ void main() {
                        0.99999994);
 #ifdef COLOURED
   vec2 c = one_surface ? f : to_nearest;
-  colour = vec4(mix(mix(colour_at(first), colour_at(first + ivec2(1, 0)), c.x),
-                    mix(colour_at(first + ivec2(0, 1)), colour_at(first + ivec2(1, 1)), c.x), c.y),
-                1.0);
+  colour = mix(mix(colour_at(first), colour_at(first + ivec2(1, 0)), c.x),
+               mix(colour_at(first + ivec2(0, 1)), colour_at(first + ivec2(1, 1)), c.x), c.y);
 #else
   vec3 normal = normal_at(first + ivec2(to_nearest), z, jump);
   vec3 to_light = (light_eye_m - vec3((from_first - center_px) / focal_px, 1.0) / inverse_z) /
                   light_reach_m;
-  colour = vec4(srgb(lit(grey, dot(normal, to_light), dot(normal, up_eye),
-                         max(dot(to_light, to_light), 1e-6))),
-                1.0);
+  colour = srgb(lit(grey, dot(normal, to_light), dot(normal, up_eye),
+                    max(dot(to_light, to_light), 1e-6)));
 #endif
 }

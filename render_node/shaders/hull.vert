@@ -9,8 +9,7 @@ uniform vec2 center_px;
 out vec2 texel;  // texel (u, v) covers [u, u + 1) x [v, v + 1)
 
 void main() {
-  texel = vec2((gl_VertexID & 1) == 0 ? covered_px.x : covered_px.z,
-               (gl_VertexID & 2) == 0 ? covered_px.y : covered_px.w);
+  texel = mix(covered_px.xy, covered_px.zw, vec2(gl_VertexID & 1, gl_VertexID >> 1));
   vec4 clip = clip_from_eye * vec4((texel - 0.5 - center_px) / focal_px, 1.0, 1.0);
   gl_Position = vec4(clip.xy / clip.w, 0.0, 1.0);
 }

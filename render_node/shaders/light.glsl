@@ -2,10 +2,9 @@
 // light is linear and in the eye frame (x right, y down, z forward, metres). The shaders convert to
 // sRGB themselves, because an sRGB framebuffer of 640x480 pixels takes llvmpipe 6 ms longer.
 
-// Returns the sRGB curve to within 0.41 of 255 levels: the minimax quotient of these degrees, found
-// by linear programming.
-vec3 srgb(vec3 linear) {
-  vec3 c = clamp(linear, 0.0, 1.0);
+// Returns the sRGB value of linear light >= 0 to within 0.41 of 255 levels: the minimax quotient of
+// these degrees, found by linear programming. It grows beyond 1 with the light.
+vec3 srgb(vec3 c) {
   return c * (15.17117 + c * (186.35132 + c * 62.08699)) /
          (1.0 + c * (69.73164 + c * 193.09235));
 }

@@ -15,7 +15,7 @@ flat in vec2 towards_light_and_up;
 in vec3 normal_eye;
 in float normal_up;
 #endif
-out vec4 colour;
+out vec3 colour;
 
 #ifdef CHECKER
 // Odd cells reflect less light than even cells by this fraction.
@@ -53,5 +53,5 @@ void main() {
 #ifdef WARMED
   light += 0.4 * warmth * warm_albedo;
 #endif
-  colour = vec4(srgb(light), 1.0);
+  colour = srgb(light);
 }

@@ -46,7 +46,7 @@ TEST(FrameInputs, KeepsOneColourPerCameraAndFrame) {
 }
 
 TEST(FrameInputs, KeepsTheFramesThatWereAddedLast) {
-  constexpr std::uint64_t kFrames = FrameInputs::kMaxFrames;
+  constexpr std::uint64_t kFrames = 16;
   FrameInputs inputs;
   for (std::uint64_t frame = 0; frame <= kFrames; ++frame) {
     inputs.add(pose_of(frame));
@@ -78,6 +78,20 @@ TEST(FrameInputs, WrongFrameNumbersDoNotKeepFramesOut) {
     ASSERT_TRUE(inputs.pose_of(frame)) << frame;
     ASSERT_EQ(inputs.take_colours(frame, stamp_ns(frame)).size(), 1u) << frame;
   }
+}
+
+// Otherwise the first messages of a replay, which have lower numbers and earlier stamps, would
+// count as late ones.
+TEST(FrameInputs, ResetForgetsPosesColoursAndTheNewestFrame) {
+  FrameInputs inputs;
+  inputs.add(pose_of(1000));
+  inputs.add(colour_of(0, 1000));
+  inputs.reset();
+  EXPECT_EQ(inputs.pose_of(1000), nullptr);
+  EXPECT_TRUE(inputs.take_colours(1000, stamp_ns(1000)).empty());
+  inputs.add(colour_of(0, 1));
+  for (std::uint64_t frame = 1; frame <= 20; ++frame) inputs.add(pose_of(frame));
+  EXPECT_EQ(inputs.take_colours(1, stamp_ns(1)).size(), 1u);
 }
 
 TEST(FrameInputs, ForgetsFramesOfAnEarlierRun) {

@@ -2,8 +2,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
+#include <cmath>
 #include <limits>
+#include <map>
 #include <numeric>
+#include <optional>
+#include <string>
 
 #include "common/pipeline/frames/tile_balancer.h"
 #include "recon_node/colour.h"
@@ -131,10 +136,63 @@ TEST(ReconBackends, ExactBackendsGiveTheSameDepths) {
   }
 }
 
+// A new width alone and a new height alone, too: backend `sweep` has a framebuffer of the view's
+// size.
+TEST_P(Recon, DependsOnNoEarlierView) {
+  test::Random random(4);
+  const auto silhouettes =
+      test::silhouettes_of(test::random_object(random, 3, 0.15), test::random_cameras(random, 3));
+  Reconstructor reconstructor({.backend = GetParam()}, kVolume);
+  hull::View view{test::random_camera(random, 40, 30, 0.7), 0.05, 3.0};
+  for (const auto& [width, height] : {std::pair{40, 30}, {64, 30}, {64, 55}, {40, 55}, {40, 30}}) {
+    view.camera.pinhole = geometry::resized(view.camera.pinhole, width, height);
+    const auto tiles = tiles_of(width, height, 2, 2);
+    const hull::PixelRect all = test::whole_image(view.camera);
+    const auto again =
+        assembled(reconstructor.reconstruct(silhouettes, view, tiles, {}, false), all);
+    EXPECT_EQ(again, assembled(Reconstructor({.backend = GetParam()}, kVolume)
+                                   .reconstruct(silhouettes, view, tiles, {}, false),
+                               all))
+        << width << ' ' << height;
+    EXPECT_GT(std::count_if(again.begin(), again.end(), [](float d) { return d > 0; }), 30);
+  }
+}
+
+// The eye is inside the hull, so a depth costs little, and each pixel gets colour from ten images.
+TEST_P(Recon, TheCostsOfTheTilesAreAPartOfTheElapsedTime) {
+  const geometry::Camera camera{geometry::pinhole_from_fov(64, 48, 0.8),
+                                geometry::look_at({0.3, 0, 0}, {0, 0, 0})};
+  hull::ColourRegion region{camera, {64, 48}, test::whole_image(camera), {}};
+  for (int v = 0; v < 48; ++v) region.pixels.set_run(0, 64, v);
+  region.bgr.assign(3 * 64 * 48, 99);
+  const std::vector<hull::Silhouette> silhouettes{{camera, region.pixels}};
+  const std::vector<hull::ColourRegion> regions(10, region);
+  const hull::View view{camera, 0.05, 3.0};
+  Reconstructor reconstructor({.backend = GetParam()}, kVolume);
+  const auto start = std::chrono::steady_clock::now();
+  const auto tiles =
+      reconstructor.reconstruct(silhouettes, view, tiles_of(64, 48, 2, 1), regions, true);
+  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+  ASSERT_EQ(tiles.size(), 2u);
+  for (const ReconTile& tile : tiles) EXPECT_GT(tile.cost_s, 0);
+  EXPECT_LE(tiles[0].cost_s + tiles[1].cost_s, elapsed.count());
+}
+
+TEST(DividedByHits, AnEmptyTileCostsAsMuchAsAHundredHits) {
+  const auto tile_with = [](std::size_t hits) {
+    hull::DepthTile tile{{0, 0, 50, 10}, std::vector<float>(500, hull::kNoHull)};
+    std::fill_n(tile.depth_m.begin() + 3, hits, 1.25f);
+    return tile;
+  };
+  EXPECT_EQ(divided_by_hits(4.5, {tile_with(0), tile_with(50), tile_with(100)}),
+            (std::vector<double>{1.0, 1.5, 2.0}));
+}
+
 TEST(CoveredPart, IsTheSmallestRectangleWithEveryHit) {
   hull::DepthTile depths{{10, 20, 15, 24}, std::vector<float>(20, hull::kNoHull)};
   const Tile tile{3, depths.rect};
   EXPECT_EQ(covered_part(tile, depths).covered, hull::PixelRect{});
+  EXPECT_EQ(covered_part(tile, depths).cost_s, 0);
   depths.depth_m[1 * 5 + 3] = 1.5f;
   depths.depth_m[2 * 5 + 1] = 2.5f;
   const ReconTile part = covered_part(tile, depths);
@@ -279,6 +337,175 @@ TEST_F(Colour, IsInterpolatedBetweenPixelCentres) {
   EXPECT_EQ(HullColour(silhouettes, std::span(&ramp, 1))
                 .at(ray.origin_world_m + 0.96 * ray.direction_world, {1, 0, 0}),
             (Bgr{73, 7, 9}));
+}
+
+// Returns the weighted mean of the images, computed by the definition: without skipping images and
+// by projecting each point of a line of sight on its own. nullopt if no image contains the point.
+std::optional<Vector3d> reference_bgr(std::span<const hull::Silhouette> silhouettes,
+                                      std::span<const hull::ColourRegion> regions,
+                                      const Vector3d& p_world_m, const Vector3d& eye_world_m) {
+  const auto is_in = [](const hull::Silhouette& s, const Vector3d& at_world_m) {
+    const auto uv = geometry::project(s.camera, at_world_m);
+    return uv && s.pixels.contains(int(std::floor(uv->x() + 0.5)), int(std::floor(uv->y() + 0.5)));
+  };
+  Vector3d sum = Vector3d::Zero();
+  double weights = 0;
+  for (const hull::ColourRegion& region : regions) {
+    const hull::Silhouette* own = nullptr;
+    for (const hull::Silhouette& s : silhouettes)
+      if (s.camera.pinhole == region.camera.pinhole &&
+          s.camera.camera_from_world.isApprox(region.camera.camera_from_world))
+        own = &s;
+    const auto uv = geometry::project(region.camera, p_world_m);
+    if (!uv) continue;
+    const Vector3d to_camera_m = geometry::camera_center_world_m(region.camera) - p_world_m;
+    const double cosine = to_camera_m.normalized().dot((eye_world_m - p_world_m).normalized());
+    double weight = std::pow((1 + cosine) / 2, 16);
+    const auto is_hull_at = [&](double distance_m) {
+      const Vector3d at_m = p_world_m + distance_m * to_camera_m.normalized();
+      return !silhouettes.empty() && distance_m < to_camera_m.norm() &&
+             std::all_of(silhouettes.begin(), silhouettes.end(),
+                         [&](const auto& s) { return is_in(s, &s == own ? p_world_m : at_m); });
+    };
+    if (is_hull_at(0.04) || is_hull_at(0.08) || is_hull_at(0.16))
+      weight *= 1e-9;
+    else if (is_hull_at(0.02))
+      weight *= 0.3;
+    for (int v = int(std::floor(uv->y())), corner = 0; corner < 4; ++corner) {
+      const int u_px = int(std::floor(uv->x())) + corner % 2, v_px = v + corner / 2;
+      if (!region.pixels.contains(u_px, v_px) || (own && !own->pixels.contains(u_px, v_px)))
+        continue;
+      const double share = (1 - std::abs(uv->x() - u_px)) * (1 - std::abs(uv->y() - v_px));
+      const std::uint8_t* bgr =
+          &region.bgr[3 * std::size_t((v_px - region.region.v0_px) * region.region.width_px() +
+                                      u_px - region.region.u0_px)];
+      sum += weight * share * Vector3d(bgr[0], bgr[1], bgr[2]);
+      weights += weight * share;
+    }
+  }
+  return weights > 0 ? std::optional<Vector3d>(sum / weights) : std::nullopt;
+}
+
+// Cameras among the points, images with holes, cut regions, images without a silhouette.
+TEST_F(Colour, EqualsTheDefinitionForRandomImages) {
+  test::Random random(8);
+  // Half a level of rounding, and a quarter for the images that are skipped.
+  constexpr double kTolerance = 0.76;
+  std::map<std::string, int> cases;
+  for (int round = 0; round < 60; ++round) {
+    std::vector<hull::Silhouette> silhouettes;
+    std::vector<hull::ColourRegion> regions;
+    const int cameras = 1 + round % 5;
+    for (int i = 0; i < cameras; ++i) {
+      geometry::Camera camera = test::random_camera(random, 37, 29, round % 3 ? 0.8 : 0.15);
+      camera.pinhole.fy_px *= 1.2;
+      camera.pinhole.cx_px += 1.5;
+      const hull::ObjectPixels pixels = test::random_pixels(random, 37, 29, 0.93);
+      if (round % 4 != 1 || i % 2 == 0) silhouettes.push_back({camera, pixels});
+      if (round % 7 == 2 && i == 0) continue;
+      const hull::PixelRect cut{int(random() % 5), int(random() % 5), 37 - int(random() % 5),
+                                29 - int(random() % 5)};
+      regions.push_back({camera, pixels, cut, std::vector<std::uint8_t>(3 * cut.area_px())});
+      hull::ObjectPixels inside(37, 29);
+      for (int v = cut.v0_px; v < cut.v1_px; ++v) inside.set_run(cut.u0_px, cut.u1_px, v);
+      regions.back().pixels.keep(inside);
+      for (std::uint8_t& level : regions.back().bgr) level = random() % 4 ? random() % 256 : 0;
+    }
+    if (round % 10 == 9) silhouettes.clear();
+    std::shuffle(silhouettes.begin(), silhouettes.end(), random);
+    const HullColour colour(silhouettes, regions);
+    for (int i = 0; i < 150; ++i) {
+      const Vector3d p = test::random_in_ball(random, 0.15);
+      const Vector3d eye = p + test::random_direction(random);
+      const auto expected = reference_bgr(silhouettes, regions, p, eye);
+      const Bgr bgr = colour.at(p, eye);
+      if (!expected) {
+        EXPECT_EQ(bgr, (Bgr{128, 128, 128}));
+        ++cases["unseen"];
+        continue;
+      }
+      ++cases["seen"];
+      for (int c = 0; c < 3; ++c)
+        EXPECT_NEAR(bgr[std::size_t(c)], (*expected)[c], kTolerance) << round << ' ' << i;
+    }
+  }
+  EXPECT_GT(cases["seen"], 3000);
+  EXPECT_GT(cases["unseen"], 300);
+}
+
+// Two images of equal weight see the origin. `occluder_m`: where on the line of sight of the blue
+// one there is hull. Returns the share of the blue image.
+double share_of_occluded_image(double occluder_m, double camera_m = 1) {
+  const auto camera_at = [](const Vector3d& eye) {
+    return geometry::Camera{geometry::pinhole_from_fov(401, 101, 0.6),
+                            geometry::look_at(eye, {0, 0, 0}, {1, 1, 1})};
+  };
+  const geometry::Camera blue = camera_at({camera_m, 0, 0}), red = camera_at({0, 0, 1});
+  hull::Silhouette side{
+      {geometry::pinhole_from_fov(401, 101, 0.6), geometry::look_at({0, -1, 0}, {0, 0, 0})},
+      {401, 101}};
+  const auto uv_px = geometry::project(side.camera, {occluder_m, 0, 0});
+  side.pixels.set(int(std::lround(uv_px->x())), int(std::lround(uv_px->y())));
+  const std::vector<hull::ColourRegion> regions{plain(blue, test::whole_image(blue), {240, 0, 0}),
+                                                plain(red, test::whole_image(red), {0, 0, 240})};
+  const Bgr bgr = HullColour(std::span(&side, 1), regions).at({0, 0, 0}, {1, 0, 1});
+  return double(bgr[0]) / (bgr[0] + bgr[2]);
+}
+
+// A pixel of the silhouette is 1.5 mm wide at the line of sight.
+TEST_F(Colour, HullInFrontOfThePointHidesItAtFourDistances) {
+  constexpr double kRounding = 0.005;
+  for (const double visible_m :
+       {0.01, 0.016, 0.024, 0.037, 0.043, 0.077, 0.083, 0.12, 0.155, 0.165})
+    EXPECT_NEAR(share_of_occluded_image(visible_m), 0.5, kRounding) << visible_m;
+  for (const double hidden_m : {0.04, 0.08, 0.16})
+    EXPECT_NEAR(share_of_occluded_image(hidden_m), 0, kRounding) << hidden_m;
+  EXPECT_NEAR(share_of_occluded_image(0.02), 0.3 / 1.3, kRounding);
+  // Hull behind the camera hides nothing.
+  EXPECT_NEAR(share_of_occluded_image(0.08, 0.07), 0.5, kRounding);
+}
+
+// The eye sees the origin from the direction of the blue camera. The weight of the red one is
+// ((1 + cos a) / 2) ^ 16 for the angle a between them.
+TEST_F(Colour, AHiddenImageAndAnImageFromBehindCountByTheirWeights) {
+  const auto share_of_blue = [](double red_weight, bool blue_is_hidden) {
+    const double cosine = 2 * std::pow(red_weight, 1.0 / 16) - 1;
+    const auto camera_at = [](const Vector3d& eye) {
+      return geometry::Camera{geometry::pinhole_from_fov(61, 45, 0.6),
+                              geometry::look_at(eye, {0, 0, 0})};
+    };
+    const geometry::Camera blue = camera_at({1, 0, 0}),
+                           red = camera_at({cosine, 0, std::sqrt(1 - cosine * cosine)});
+    hull::Silhouette side{camera_at({0, -1, 0}), {61, 45}};
+    const auto uv_px = geometry::project(side.camera, {0.08, 0, 0});
+    if (blue_is_hidden) side.pixels.set(int(std::lround(uv_px->x())), int(std::lround(uv_px->y())));
+    const std::vector<hull::ColourRegion> regions{plain(blue, test::whole_image(blue), {250, 0, 0}),
+                                                  plain(red, test::whole_image(red), {0, 0, 250})};
+    const Bgr bgr = HullColour(std::span(&side, 1), regions).at({0, 0, 0}, {1, 0, 0});
+    return double(bgr[0]) / (bgr[0] + bgr[2]);
+  };
+  EXPECT_NEAR(share_of_blue(0.25, false), 0.8, 0.005);
+  EXPECT_NEAR(share_of_blue(1e-9, true), 0.5, 0.005);  // a hidden image has a billionth
+}
+
+// The second image would add a third of a level, and less than the 1024th part of the weight.
+TEST_F(Colour, SkipsImagesWithLessThanAThousandthOfTheWeight) {
+  const auto blue_level = [](double weight) {
+    const double cosine = 2 * std::pow(weight, 1.0 / 16) - 1;
+    std::vector<hull::ColourRegion> regions;
+    for (const Vector3d& eye : {Vector3d(1, 0, 0), {cosine, 0, std::sqrt(1 - cosine * cosine)}}) {
+      const geometry::Camera camera{geometry::pinhole_from_fov(20, 20, 0.6),
+                                    geometry::look_at(eye, {0, 0, 0})};
+      regions.push_back(plain(camera, test::whole_image(camera), kBlue));
+    }
+    // The levels of the first image vary so that its mean is 10.4 at the center.
+    for (std::size_t i = 0; i < regions[0].bgr.size(); i += 3)
+      regions[0].bgr[i] = (i / 3) % 20 == 9 ? 10 : 11;
+    const geometry::Ray ray = geometry::ray_through(regions[0].camera, {9.4, 9});
+    return HullColour({}, regions).at(ray.origin_world_m + ray.direction_world, {1, 0, 0})[0];
+  };
+  EXPECT_EQ(blue_level(0.0008), 10);
+  EXPECT_EQ(blue_level(0.0012), 11);
 }
 
 TEST_F(Colour, IsComputedForHitsOnlyAndOnRequest) {

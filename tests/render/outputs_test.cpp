@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <fstream>
 #include <opencv2/core.hpp>
@@ -141,6 +142,114 @@ TEST_F(Outputs, ErrorExplainsUnwritableVideo) {
   EXPECT_NE(message(folder_ / "v.mp4", kSize, no_room).find("disk full"), std::string::npos);
   fs::create_directory(folder_ / "folder.mp4");
   EXPECT_NE(message(folder_ / "folder.mp4", kSize).find("folder.mp4"), std::string::npos);
+}
+
+TEST_F(Outputs, AVideoHasAnEvenSizeAndAPositiveFrameRate) {
+  const auto message = [&](cv::Size size, double frame_rate_hz) {
+    VideoOptions options = roomy();
+    options.frame_rate_hz = frame_rate_hz;
+    return error_of([&] { VideoFile(folder_ / "v.mp4", size, options); });
+  };
+  const std::string file = (folder_ / "v.mp4").string();
+  for (const cv::Size size : {cv::Size(0, 120), {160, 0}, {-2, 120}, {160, -2}, {160, 121}})
+    EXPECT_EQ(message(size, 30), file + ": a video's width and height must be even, not " +
+                                     std::to_string(size.width) + "x" +
+                                     std::to_string(size.height));
+  for (const double rate_hz : {0.0, -1.0, std::nan("")})
+    EXPECT_EQ(message(kSize, rate_hz), file + ": the frame rate is not above 0");
+  EXPECT_EQ(message(kSize, 0.5), "no error");
+}
+
+TEST_F(Outputs, AFullDiskIsNamedInMebibytes) {
+  VideoOptions options = roomy();
+  options.min_free_bytes = std::uintmax_t(1) << 60;
+  const std::string message = error_of([&] { VideoFile(folder_ / "v.mp4", kSize, options); });
+  const std::string needed = " MiB free, 1099511627776 MiB needed; free disk space";
+  ASSERT_TRUE(message.ends_with(needed)) << message;
+  const double free_mib = std::stod(message.substr(message.find("disk full: ") + 11));
+  const double expected_mib = double(fs::space(folder_).available) / (1 << 20);
+  EXPECT_LT(std::abs(std::log2(free_mib / expected_mib)), 0.5) << message;
+}
+
+// A video leaves 64 MiB free and queues one second at 30 Hz.
+TEST_F(Outputs, OptionsHaveDefaults) {
+  EXPECT_EQ(VideoOptions().frame_rate_hz, 30);
+  EXPECT_EQ(VideoOptions().queue_frames, 30u);
+  EXPECT_EQ(VideoOptions().min_free_bytes, std::uintmax_t(1) << 26);
+}
+
+TEST_F(Outputs, OneFrameWaitsInAQueueOfOne) {
+  VideoOptions options = roomy();
+  options.queue_frames = 1;
+  VideoFile video(folder_ / "v.mp4", kSize, options);
+  EXPECT_TRUE(video.add(frame_image(1)));
+  video.finish(std::chrono::seconds(20));
+  EXPECT_EQ(frames_in(folder_ / "v.mp4"), 1u);
+}
+
+// The encoder must not slow down the nodes. A thread of a lower priority stays as it is.
+TEST_F(Outputs, TheEncoderHasALowPriority) {
+  if (getpriority(PRIO_PROCESS, 0) >= 10) return;
+  const VideoFile video(folder_ / "v.mp4", kSize, roomy());
+  int encoders = 0;
+  for (const auto& task : fs::directory_iterator("/proc/self/task"))
+    encoders += getpriority(PRIO_PROCESS, id_t(std::stoul(task.path().filename()))) == 10;
+  EXPECT_GT(encoders, 0);
+  EXPECT_LT(getpriority(PRIO_PROCESS, 0), 10);
+}
+
+// Without its folder, the space on the disk is unknown.
+TEST_F(Outputs, AfterAFailedWriteTheVideoDropsEveryFrameAndFinishThrows) {
+  fs::create_directory(folder_ / "sub");
+  VideoFile video(folder_ / "sub" / "v.mp4", kSize, roomy());
+  fs::remove_all(folder_ / "sub");
+  EXPECT_TRUE(video.add(frame_image(1)));
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+  while (video.dropped() == 0) ASSERT_LT(std::chrono::steady_clock::now(), deadline);
+  EXPECT_FALSE(video.add(frame_image(2)));
+  EXPECT_EQ(error_of([&] { video.finish(std::chrono::seconds(20)); }),
+            (folder_ / "sub" / "v.mp4").string() + ": No such file or directory");
+  EXPECT_EQ(video.dropped(), 2u);
+  EXPECT_EQ(error_of([&] { video.finish(); }), "no error");  // a second call does nothing
+}
+
+TEST_F(Outputs, AVideoThatHasDisappearedIsAnErrorIfItHadFrames) {
+  for (const bool with_frame : {false, true}) {
+    VideoFile video(folder_ / "v.mp4", kSize, roomy());
+    fs::remove(folder_ / "v.mp4");
+    if (with_frame) video.add(frame_image(1));
+    EXPECT_EQ(error_of([&] { video.finish(std::chrono::seconds(20)); }),
+              with_frame ? (folder_ / "v.mp4").string() +
+                               ": the encoder wrote nothing: No such file or directory"
+                         : "no error");
+  }
+}
+
+TEST_F(Outputs, AFailedStillNamesTheStepAndLeavesNoTemporaryFile) {
+  const std::string file = (folder_ / "s.png").string();
+  const auto message = [&] { return error_of([&] { write_png(file, frame_image(1)); }); };
+  fs::create_directory(file);
+  EXPECT_EQ(message(), file + ": cannot rename the temporary file: Is a directory");
+  EXPECT_FALSE(fs::exists(file + ".part"));
+  fs::create_directory(file + ".part");
+  EXPECT_EQ(message(), file + ": cannot create it: Is a directory");
+}
+
+TEST_F(Outputs, AnUnwritableFolderIsNamed) {
+  const fs::path folder = folder_ / "locked";
+  fs::create_directory(folder);
+  fs::permissions(folder, fs::perms(0555));
+  // Root may write into any folder; access() tests the rights of the real user.
+  const bool is_root = getuid() == 0;
+  if (is_root) {
+    ASSERT_EQ(setreuid(65534, 0), 0);
+  }
+  const std::string message = error_of([&] { write_png(folder / "s.png", frame_image(0)); });
+  if (is_root) {
+    ASSERT_EQ(setreuid(0, 0), 0);
+  }
+  EXPECT_EQ(message, (folder / "s.png").string() + ": folder " + folder.string() +
+                         " is not writable: Permission denied");
 }
 
 TEST_F(Outputs, AStillIsExactAndReplacesThePreviousOne) {

@@ -80,6 +80,18 @@ TEST_F(PresenterTest, TheStillIsTheFirstFrameAtOrAfterTheConfiguredOne) {
   EXPECT_EQ(std::distance(fs::directory_iterator(out), fs::directory_iterator()), 1);
 }
 
+TEST_F(PresenterTest, TheStillIsTheConfiguredFrame) {
+  Presenter presenter({.video = false, .still_frame = 10}, viewer_, 30, folder_);
+  for (const int frame : {9, 10, 11}) presenter.present(std::uint64_t(frame), image(frame));
+  EXPECT_EQ(number_of(cv::imread((folder_ / "composite.png").string())), 10);
+}
+
+TEST_F(PresenterTest, AWindowNeedsADisplay) {
+  unsetenv("DISPLAY");
+  unsetenv("WAYLAND_DISPLAY");
+  EXPECT_THROW(Presenter({.window = true}, viewer_, 30, ""), WindowError);
+}
+
 TEST_F(PresenterTest, TheStillIsTheLastFrameIfTheConfiguredOneNeverComes) {
   Presenter presenter({.video = false, .still_frame = 10}, viewer_, 30, folder_);
   presenter.present(3, image(3));

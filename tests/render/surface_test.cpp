@@ -62,6 +62,78 @@ TEST(Surface, PatternCoordinatesMoveWithTheVertices) {
   }
 }
 
+// Two squares that share the edge from (0, 0, 0) to (0, 1, 0), with this angle between them.
+std::vector<SurfaceCorner> folded(double angle_rad) {
+  geometry::Mesh mesh;
+  mesh.vertices_m = {{0, 0, 0},
+                     {0, 1, 0},
+                     {-2, 0, 0},
+                     {-2, 1, 0},
+                     {std::cos(angle_rad), 0, std::sin(angle_rad)},
+                     {std::cos(angle_rad), 1, std::sin(angle_rad)}};
+  mesh.triangles = {{0, 1, 2}, {1, 3, 2}, {0, 4, 1}, {1, 4, 5}};
+  return Surface(test::object("mesh", config::MeshShape{"", 1, mesh}, {0, 0, 0}, {1, 1, 1}))
+      .corners();
+}
+
+// 0.7 rad is 40 degrees. The mean of the normals is weighted by area: at vertex 0 the first square
+// has one triangle of area 1, the second one of area 1/2.
+TEST(Surface, AnEdgeOfMoreThan40DegreesIsSharp) {
+  const auto sharp = folded(0.71), smooth = folded(0.69);
+  const Eigen::Vector3f up(0, 0, 1), inclined(-std::sin(0.69f), 0, std::cos(0.69f));
+  EXPECT_LT((sharp[0].normal - up).norm(), kRounding);
+  EXPECT_LT((sharp[6].normal - Eigen::Vector3f(-std::sin(0.71f), 0, std::cos(0.71f))).norm(),
+            kRounding);
+  const Eigen::Vector3f mean = (2 * up + inclined).normalized();
+  EXPECT_LT((smooth[0].normal - mean).norm(), kRounding);
+  EXPECT_LT((smooth[6].normal - mean).norm(), kRounding);
+  EXPECT_LT((smooth[2].normal - up).norm(), kRounding);  // not at the edge
+}
+
+// Cones of triangles around an apex.
+TEST(Surface, AVertexOfMoreThan64TrianglesIsShadedFlat) {
+  for (const std::uint32_t triangles : {64u, 65u}) {
+    geometry::Mesh cone;
+    cone.vertices_m.emplace_back(0, 0, 0.2);
+    for (std::uint32_t i = 0; i < triangles; ++i)
+      cone.vertices_m.emplace_back(std::cos(i * 2 * M_PI / triangles),
+                                   std::sin(i * 2 * M_PI / triangles), 0);
+    for (std::uint32_t i = 0; i < triangles; ++i)
+      cone.triangles.push_back({0, 1 + i, 1 + (i + 1) % triangles});
+    const SurfaceCorner apex =
+        Surface(test::object("cone", config::MeshShape{"", 1, cone}, {0, 0, 0}, {1, 1, 1}))
+            .corners()[0];
+    EXPECT_EQ(apex.normal.z() > 0.999f, triangles == 64) << apex.normal.z();
+  }
+}
+
+// The two axes other than the one across the face; x and z for a curtain, whatever its folds.
+TEST(Surface, PatternCoordinatesAreThoseOfTheFace) {
+  for (const SurfaceCorner& c :
+       Surface(test::object("box", config::BoxShape{{1, 2, 3}}, {0, 0, 0}, {1, 1, 1})).corners()) {
+    const Eigen::Vector3f p = c.p_object_m;
+    EXPECT_EQ(c.pattern_m, std::abs(c.normal.x()) > 0.5f   ? Eigen::Vector2f(p.y(), p.z())
+                           : std::abs(c.normal.y()) > 0.5f ? Eigen::Vector2f(p.x(), p.z())
+                                                           : Eigen::Vector2f(p.x(), p.y()));
+  }
+  for (const SurfaceCorner& c :
+       Surface(test::object("curtain", config::CurtainShape{0.6, 0.4, 12, 4, 0.3, 3}, {0, 0, 0},
+                            {1, 1, 1}))
+           .corners())
+    EXPECT_EQ(c.pattern_m, Eigen::Vector2f(c.p_object_m.x(), c.p_object_m.z()));
+}
+
+TEST(Surface, ValuesOfVerticesBecomeValuesOfCorners) {
+  geometry::Mesh mesh;
+  mesh.vertices_m = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}};
+  mesh.triangles = {{0, 1, 2}, {2, 1, 3}};
+  const Surface surface(test::object("mesh", config::MeshShape{"", 1, mesh}, {0, 0, 0}, {1, 1, 1}));
+  EXPECT_EQ(surface.vertices(), 4u);
+  EXPECT_EQ(surface.triangles(), 2u);
+  EXPECT_EQ(surface.at_corners(std::vector<float>{5, 6, 7, 8}),
+            (std::vector<float>{5, 6, 7, 7, 6, 8}));
+}
+
 TEST(Surface, DegenerateTrianglesHaveUnitNormals) {
   geometry::Mesh mesh;
   mesh.vertices_m = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {2, 0, 0}};

@@ -70,9 +70,17 @@ TEST(TileAssembler, AssemblesTilesInAnyOrder) {
   std::array<std::uint32_t, 4> order = {0, 1, 2, 3};
   do {
     TileAssembler tiles = sets();
-    for (int i = 0; i < 3; ++i) ASSERT_FALSE(add(tiles, 7, order[i]));
-    const auto hull = add(tiles, 7, order[3]);
+    std::optional<HullFrame> hull;
+    for (std::size_t i = 0; i < 4; ++i) {
+      ASSERT_FALSE(hull);
+      Message m = message(7, order[i]);
+      m.tile.received_ns = 50 + std::int64_t(i);
+      hull = add(tiles, m);
+    }
     ASSERT_TRUE(hull);
+    EXPECT_EQ(hull->first_received_ns, 50);
+    EXPECT_EQ(hull->last_received_ns, 53);
+    EXPECT_EQ(hull->recon, kRecon);
     EXPECT_EQ(hull->frame, 7u);
     EXPECT_EQ(hull->capture_stamp_ns, message(7, 0).tile.capture_stamp_ns);
     EXPECT_TRUE(hull->eye_from_world.isApprox(message(7, 0).tile.eye_from_world));
@@ -86,7 +94,8 @@ TEST(TileAssembler, AssemblesTilesInAnyOrder) {
                   hit ? message(7, std::uint32_t(index)).depth_m[std::size_t(dv * 8 + du)]
                       : hull::kNoHull)
             << u << ' ' << v;
-        ASSERT_EQ(hull->bgr[3 * px + 2], hit ? index * 60 + dv * 8 + du : 0) << u << ' ' << v;
+        for (std::size_t c = 0; c < 3; ++c)
+          ASSERT_EQ(hull->bgr[3 * px + c], hit ? index * 60 + dv * 8 + du : 0) << u << ' ' << v;
       }
   } while (std::next_permutation(order.begin(), order.end()));
 }
@@ -120,10 +129,10 @@ TEST(TileAssembler, OpenFramesAreBounded) {
   TileAssembler tiles = sets();
   for (std::uint64_t frame = 0; frame < 1000; ++frame) {
     EXPECT_FALSE(add(tiles, frame, 0));
-    EXPECT_LE(tiles.open_frames(), TileAssembler::kMaxOpenFrames);
+    EXPECT_EQ(tiles.open_frames(), std::min<std::size_t>(frame + 1, 4));
   }
-  EXPECT_EQ(tiles.counts().incomplete, 1000 - TileAssembler::kMaxOpenFrames);
-  EXPECT_FALSE(add(tiles, 999 - TileAssembler::kMaxOpenFrames, 1));
+  EXPECT_EQ(tiles.counts().incomplete, 996u);
+  EXPECT_FALSE(add(tiles, 995, 1));
   EXPECT_EQ(tiles.counts().late, 1u);
 }
 
@@ -218,6 +227,90 @@ TEST(TileAssembler, RecoversFromACompleteFrameWithAWrongNumber) {
   for (int i = 0; i < 10; ++i) EXPECT_TRUE(completes());
 }
 
+// The tiles of 16 frames in a row are late, whatever their number. A tile of a newer frame between
+// them begins a new row.
+TEST(TileAssembler, ResetsAfterSixteenLateFramesInARow) {
+  TileAssembler tiles = sets();
+  std::uint64_t complete = 1000;
+  for (std::uint32_t i = 0; i < 4; ++i) add(tiles, complete, i);
+  for (int row = 0; row < 2; ++row) {
+    for (std::uint32_t tile = 0; tile < 16 * 4 - 1; ++tile)
+      EXPECT_FALSE(add(tiles, 10 + tile / 4, tile % 4));
+    if (row == 0) add(tiles, complete + 1, 0);
+  }
+  EXPECT_EQ(tiles.counts().late, 2 * 63u);
+  EXPECT_EQ(tiles.counts().restarts, 0u);
+  EXPECT_EQ(tiles.counts().incomplete, 0u);
+  EXPECT_FALSE(add(tiles, 26, 0));
+  EXPECT_EQ(tiles.counts().restarts, 1u);
+  EXPECT_EQ(tiles.counts().late, 2 * 63u);
+  EXPECT_EQ(tiles.counts().incomplete, 1u);  // the newer frame
+  for (std::uint32_t i = 1; i < 4; ++i) EXPECT_EQ(add(tiles, 26, i).has_value(), i == 3);
+}
+
+TEST(TileAssembler, ResetDropsOpenFramesAndAcceptsAnyFrameNext) {
+  TileAssembler tiles = sets();
+  for (std::uint32_t i = 0; i < 4; ++i) add(tiles, 50, i);
+  for (std::uint64_t frame = 51; frame < 58; ++frame) add(tiles, frame, 0);  // displaces 3
+  EXPECT_EQ(tiles.counts().incomplete, 3u);
+  tiles.reset();
+  EXPECT_EQ(tiles.open_frames(), 0u);
+  EXPECT_EQ(tiles.counts().incomplete, 7u);
+  for (const std::uint64_t frame : {2, 51})
+    for (std::uint32_t i = 0; i < 4; ++i) EXPECT_EQ(add(tiles, frame, i).has_value(), i == 3);
+  EXPECT_EQ(tiles.counts().late, 0u);
+  EXPECT_EQ(tiles.counts().restarts, 0u);
+}
+
+// Binaries of different compilers compute the pose with different roundings.
+TEST(TileAssembler, PosesOfOneFrameMayDifferByAMicrometre) {
+  const auto reason = [](double difference_m) {
+    TileAssembler tiles = sets();
+    add(tiles, 1, 0);
+    Message m = message(1, 1);
+    m.tile.eye_from_world.translation().y() -= difference_m;
+    return why_refused(tiles, m);
+  };
+  EXPECT_EQ(reason(0.95e-6), "");
+  EXPECT_EQ(reason(1.05e-6), "pose differs within the frame");
+  EXPECT_EQ(reason(-1.05e-6), "pose differs within the frame");
+}
+
+TEST(TileAssembler, AViewHasAtMost4096Tiles) {
+  for (const std::uint32_t count : {1u, 4096u, 4097u}) {
+    TileAssembler tiles = sets();
+    Message m = message(1, 0);
+    m.tile.tiles = count;
+    m.tile.tile = count - 1;
+    EXPECT_EQ(why_refused(tiles, m), count == 1      ? "tiles leave gaps in the view"
+                                     : count <= 4096 ? ""
+                                                     : "bad tile number");
+  }
+}
+
+TEST(TileAssembler, HitsMayFillTheirTileAndATileTheView) {
+  TileAssembler tiles = sets();
+  Message m = message(1, 0);
+  m.tile.tiles = 1;
+  m.tile.rect = m.tile.covered = {0, 0, 32, 24};
+  m.depth_m.assign(32 * 24, 1.5f);
+  m.bgr.clear();
+  const auto hull = add(tiles, m);
+  ASSERT_TRUE(hull);
+  EXPECT_EQ(hull->depth_m, m.depth_m);
+  EXPECT_TRUE(hull->bgr.empty());
+}
+
+TEST(TileAssembler, ARepeatedTileMustHaveTheSameRect) {
+  TileAssembler tiles = sets();
+  add(tiles, 1, 2);
+  Message m = message(1, 2);
+  m.tile.rect.u1_px -= 1;
+  EXPECT_EQ(why_refused(tiles, m), "repeated tile with another rect");
+  EXPECT_EQ(why_refused(tiles, message(1, 2)), "");
+  EXPECT_EQ(tiles.counts().duplicate, 1u);
+}
+
 struct Refusal {
   const char* reason;
   void (*spoil)(Message&);
@@ -255,12 +348,22 @@ const Refusal kRefusals[] = {
     {"capture stamp differs within the frame", [](Message& m) { m.tile.capture_stamp_ns += 1; }},
     {"rect outside the view", [](Message& m) { m.tile.rect.u1_px += 1; }},
     {"rect outside the view", [](Message& m) { m.tile.rect = {}; }},
+    {"rect outside the view", [](Message& m) { m.tile.rect.u1_px = m.tile.rect.u0_px; }},
+    {"rect outside the view", [](Message& m) { m.tile.rect.v1_px = m.tile.rect.v0_px; }},
+    {"rect outside the view", [](Message& m) { m.tile.rect.u0_px = -1; }},
+    {"rect outside the view", [](Message& m) { m.tile.rect.v0_px = -1; }},
+    {"rect outside the view", [](Message& m) { m.tile.rect.v1_px += 1; }},
     {"rect outside the view",
      [](Message& m) {
        m.tile.rect = {INT_MIN, INT_MIN, INT_MAX, INT_MAX};
      }},
     {"rect overlaps another tile", [](Message& m) { m.tile.rect.u0_px -= 1; }},
     {"covered rect outside its tile", [](Message& m) { m.tile.covered.v0_px = 11; }},
+    {"covered rect outside its tile", [](Message& m) { m.tile.covered.u0_px = 15; }},
+    {"covered rect outside its tile", [](Message& m) { m.tile.covered.u1_px = 33; }},
+    {"covered rect outside its tile", [](Message& m) { m.tile.covered.v1_px = 25; }},
+    {"wrong number of depths", [](Message& m) { m.tile.covered.v1_px = m.tile.covered.v0_px; }},
+    {"wrong number of depths", [](Message& m) { m.tile.covered.u1_px -= 1; }},
     {"covered rect outside its tile",
      [](Message& m) {
        m.tile.covered = {INT_MIN, 13, INT_MAX, 14};

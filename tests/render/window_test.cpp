@@ -1,60 +1,42 @@
 #include "render_node/window.h"
 
 #include <gtest/gtest.h>
-#include <signal.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include <cstdlib>
+#include <algorithm>
+#include <chrono>
 #include <opencv2/core.hpp>
 
 #include "common/gl/objects.h"
 #include "tests/support/checked_gl_context.h"
 #include "tests/support/optional_package.h"
-
-extern char** environ;
+#include "tests/support/virtual_display.h"
 
 namespace fivepipe::render {
 namespace {
 
-// Runs a virtual X server during a test and sets DISPLAY to it. display() is empty if Xvfb is not
-// installed.
-class VirtualDisplay {
- public:
-  VirtualDisplay() {
-    int ends[2];
-    if (pipe(ends) != 0) return;
-    const std::string fd = std::to_string(ends[1]);
-    const char* arguments[] = {"Xvfb",        "-displayfd", fd.c_str(), "-screen", "0",
-                               "1024x768x24", "-nolisten",  "tcp",      nullptr};
-    posix_spawn_file_actions_t actions;
-    posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_addclose(&actions, ends[0]);
-    posix_spawn_file_actions_addopen(&actions, 2, "/dev/null", 1, 0);
-    if (posix_spawnp(&process_, "Xvfb", &actions, nullptr, const_cast<char**>(arguments),
-                     environ) != 0)
-      process_ = 0;
-    posix_spawn_file_actions_destroy(&actions);
-    close(ends[1]);
-    // Xvfb writes the newline separately; closing the pipe before it arrives would stop the server.
-    std::string number;
-    for (char c = 0; process_ && c != '\n' && read(ends[0], &c, 1) == 1;) number += c;
-    close(ends[0]);
-    if (!number.empty()) display_ = ":" + std::to_string(std::atoi(number.c_str()));
-    setenv("DISPLAY", display_.c_str(), 1);
-  }
-  ~VirtualDisplay() {
-    if (!process_) return;
-    kill(process_, SIGTERM);
-    waitpid(process_, nullptr, 0);
-  }
-  const std::string& display() const { return display_; }
+// Shows the image and returns the window's pixels, once they show it.
+cv::Mat shown(Window& window, const cv::Mat& image) {
+  EXPECT_TRUE(window.show(image));
+  cv::Mat seen;
+  while (seen.empty() && window.show(image)) seen = window.screenshot();
+  return window.screenshot();
+}
 
- private:
-  pid_t process_ = 0;
-  std::string display_;
-};
+// The part of the window that is not black.
+cv::Rect bright_part(const cv::Mat& seen) {
+  cv::Rect part(seen.cols, seen.rows, -seen.cols, -seen.rows);
+  for (int v = 0; v < seen.rows; ++v)
+    for (int u = 0; u < seen.cols; ++u)
+      if (seen.at<cv::Vec3b>(v, u) != cv::Vec3b(0, 0, 0)) {
+        const int right = std::max(part.x + part.width, u + 1),
+                  bottom = std::max(part.y + part.height, v + 1);
+        part.x = std::min(part.x, u);
+        part.y = std::min(part.y, v);
+        part.width = right - part.x;
+        part.height = bottom - part.y;
+      }
+  return part;
+}
 
 TEST(Window, WithoutADisplayTheErrorNamesIt) {
   unsetenv("DISPLAY");
@@ -68,7 +50,7 @@ TEST(Window, WithoutADisplayTheErrorNamesIt) {
 }
 
 TEST(Window, ShowsTheImageUprightAndKeepsTheCallersContext) {
-  const VirtualDisplay display;
+  const test::VirtualDisplay display;
   if (display.display().empty()) FIVEPIPE_SKIP_WITHOUT_PACKAGE("Xvfb is not installed");
   test::CheckedGlContext context;
   const gl::GlFramebuffer framebuffer(8, 8, GL_RGBA8, gl::DepthBuffer::none);
@@ -88,6 +70,64 @@ TEST(Window, ShowsTheImageUprightAndKeepsTheCallersContext) {
     std::uint8_t rgba[4] = {};
     glReadPixels(3, 3, 1, 1, GL_RGBA, GL_UNSIGNED_BYTE, rgba);
     EXPECT_EQ(rgba[1], 255);
+  }
+}
+
+// The scaled sizes are 208.4, 320, 192 and 91.4 by 240, 123.6, 240 and 240 pixels.
+TEST(Window, ScalesTheImageAndKeepsItsAspectRatio) {
+  const test::VirtualDisplay display;
+  if (display.display().empty()) FIVEPIPE_SKIP_WITHOUT_PACKAGE("Xvfb is not installed");
+  Window window("fivepipe", 320, 240);
+  EXPECT_TRUE(window.screenshot().empty()) << "before the first image";
+  for (const auto& [size, part] : {std::pair{cv::Size(99, 114), cv::Rect(56, 0, 208, 240)},
+                                   {cv::Size(88, 34), cv::Rect(0, 58, 320, 124)},
+                                   {cv::Size(88, 110), cv::Rect(64, 0, 192, 240)},
+                                   {cv::Size(40, 105), cv::Rect(114, 0, 91, 240)}}) {
+    cv::Mat image(size, CV_8UC3, cv::Scalar(10, 20, 250));
+    image.colRange(0, size.width / 2).setTo(cv::Scalar(250, 120, 10));
+    image.row(0).setTo(cv::Scalar(90, 240, 30));
+    const cv::Mat seen = shown(window, image);
+    ASSERT_EQ(seen.size(), cv::Size(320, 240));
+    EXPECT_EQ(bright_part(seen), part) << size;
+    EXPECT_EQ(seen.at<cv::Vec3b>(part.y, part.x), cv::Vec3b(90, 240, 30));
+    EXPECT_EQ(seen.at<cv::Vec3b>(part.y + part.height - 1, part.x), cv::Vec3b(250, 120, 10));
+    EXPECT_EQ(seen.at<cv::Vec3b>(part.y + part.height - 1, part.x + part.width - 1),
+              cv::Vec3b(10, 20, 250));
+    // Linear interpolation between the halves.
+    const auto* row = seen.ptr<cv::Vec3b>(part.y + part.height / 2);
+    EXPECT_TRUE(std::any_of(row, row + 320, [](const cv::Vec3b& bgr) {
+      return bgr[2] > 30 && bgr[2] < 230;
+    })) << size;
+  }
+}
+
+TEST(Window, ShowsAPartOfALargerImage) {
+  const test::VirtualDisplay display;
+  if (display.display().empty()) FIVEPIPE_SKIP_WITHOUT_PACKAGE("Xvfb is not installed");
+  Window window("fivepipe", 64, 48);
+  cv::Mat wide(48, 100, CV_8UC3);
+  cv::randu(wide, 0, 255);
+  const cv::Mat part = wide.colRange(20, 84);
+  EXPECT_EQ(cv::norm(shown(window, part), part, cv::NORM_INF), 0);
+}
+
+TEST(Window, QAndEscapeCloseIt) {
+  const test::VirtualDisplay display;
+  if (display.display().empty()) FIVEPIPE_SKIP_WITHOUT_PACKAGE("Xvfb is not installed");
+  const cv::Mat image(48, 64, CV_8UC3, cv::Scalar(10, 20, 250));
+  for (const unsigned long key : {0x71ul, 0xff1bul}) {  // XK_q, XK_Escape
+    Window window("fivepipe", 64, 48);
+    shown(window, image);
+    test::Keyboard keyboard;
+    keyboard.send(test::Keyboard::kPress, 0x77);  // XK_w
+    keyboard.send(test::Keyboard::kRelease, 0x77);
+    keyboard.send(test::Keyboard::kRelease, key);
+    // Each of these waits for the window's thread, which handles the events in between.
+    for (int i = 0; i < 5; ++i) EXPECT_EQ(shown(window, image).size(), image.size());
+    keyboard.send(test::Keyboard::kPress, key);
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+    while (window.show(image)) ASSERT_LT(std::chrono::steady_clock::now(), deadline);
+    EXPECT_TRUE(window.screenshot().empty());
   }
 }
 

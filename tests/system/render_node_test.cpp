@@ -3,12 +3,15 @@
 
 #include <algorithm>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/videoio.hpp>
 
 #include "common/base/realtime.h"
 #include "common/config/deployment.h"
 #include "common/pipeline/node/status_names.h"
+#include "tests/support/optional_package.h"
 #include "tests/support/sanitizer.h"
 #include "tests/support/scripted/peer.h"
+#include "tests/support/virtual_display.h"
 
 namespace fivepipe::test {
 namespace {
@@ -65,6 +68,7 @@ class RenderNode : public ScriptedPeer {
       bus_, [](const bus::Sample<bus::topics::FrameComposited>& sample) { return *sample; }};
   const std::int64_t start_ns_ = base::now_realtime_ns();
   config::Deployment deployment_;
+  int frame_rate_hz_ = 30;
 
   // Starts the node with these options of its entry in the deployment. `with_simulation`: whether
   // the test writes VirtualState.
@@ -72,9 +76,11 @@ class RenderNode : public ScriptedPeer {
                   const std::string& viewer = "viewer") {
     file("rig.yaml", kRig);
     file("scene.yaml", kScene);
-    const std::string path = file(
-        "deployment.yaml",
-        replaced(kDeployment, "viewer:\n", "viewer:\n  name: " + viewer + "\n") + options + "}\n");
+    const std::string path =
+        file("deployment.yaml",
+             replaced(replaced(kDeployment, "viewer:\n", "viewer:\n  name: " + viewer + "\n"),
+                      "frame_rate_hz: 30", "frame_rate_hz: " + std::to_string(frame_rate_hz_)) +
+                 options + "}\n");
     deployment_ = config::load_deployment(path);
     if (with_simulation) states_.emplace(bus_.writer<bus::topics::VirtualState>());
     start("render_node", "rendering", path);
@@ -286,6 +292,8 @@ TEST_F(RenderNode, CompositesWithThePreviousStateAfterTheTimeout) {
   send_hull(7);
   ASSERT_TRUE(has_composited(6)) << said();
   EXPECT_GE(composited_.all().back().composited_stamp_ns - sent_ns, 2000 * kMillisecond_ns);
+  EXPECT_LT(composited_.all().back().composited_stamp_ns - sent_ns,
+            kSlowdown * 4000 * kMillisecond_ns);
   EXPECT_EQ(ended().drops.at("late_state"), 6u);
 }
 
@@ -403,6 +411,10 @@ TEST_F(RenderNode, DropsOfEachKindAreCountedOnce) {
   deliver(tiles_, not_a_rotation.wire());
   for (int i = 0; i < 3; ++i) deliver(tiles_, outside.wire());
   for (int i = 0; i < 2; ++i) deliver(tiles_, bad_number.wire());
+  fivepipe_v1_CollisionResult too_early{};
+  messages::set_text(too_early.object, "touched");
+  too_early.capture_stamp_ns = -1;
+  deliver(collisions_, too_early);
   send_state(1, 0, "ball", 7);         // not a rotation
   send_state(2, 0, "unknown");         // not in the scene; composited with frame 2
   deliver(tiles_, tile(1, 0).wire());  // frame 1 stays incomplete
@@ -419,12 +431,13 @@ TEST_F(RenderNode, DropsOfEachKindAreCountedOnce) {
     for (const auto& [text, count] : this->report().drops) all += count;
     return all;
   };
-  EXPECT_TRUE(holds([&] { return sum() == 12; })) << said();
+  EXPECT_TRUE(holds([&] { return sum() == 13; })) << said();
   const NodeReport report = ended();
   EXPECT_EQ(report.drops, (std::map<std::string, std::uint64_t>{
                               {"bad_tile: pose is not finite or not a rotation", 1},
                               {"bad_tile: rect outside the view", 3},
                               {"bad_tile: bad tile number", 2},
+                              {"bad_collision: touched: timestamp before 1970 or after 2200", 1},
                               {"bad_state: ball: pose is not finite or not a rotation", 1},
                               {"bad_state: unknown: not in the scene", 1},
                               {"incomplete_hull", 1},
@@ -467,6 +480,7 @@ TEST_F(RenderNode, ReportsEachCompositedFrame) {
   NodeReport report = ended();
   EXPECT_EQ(report.counts.at(node::kFramesComposited), 2u);
   EXPECT_EQ(report.frame, 7u);
+  EXPECT_FALSE(report.gl_renderer.empty());
   EXPECT_EQ(report.latencies.at("render").count, 2u);
   const auto& latency = report.latencies.at(node::kCaptureToComposite);
   EXPECT_EQ(latency.count, 2u);
@@ -520,6 +534,56 @@ TEST_F(RenderNode, NamesTheCamerasThatEmptyTheHullWhileTheyDo) {
       EXPECT_FALSE(report().diagnostics.contains("hull"));
     }
   }
+}
+
+// The gap of 0.9 s has more frames than wait for the encoder.
+TEST_F(RenderNode, CountsTheFramesThatTheVideoLacks) {
+  frame_rate_hz_ = 1000;
+  start_with("", false);
+  for (const std::uint64_t frame : {0, 900, 901}) {
+    send_hull(frame);
+    ASSERT_TRUE(has_composited(frame == 0 ? 1 : frame - 898)) << said();
+  }
+  const std::uint64_t dropped = drops_of(ended(), "video_frame");
+  EXPECT_GT(dropped, 0u);
+  cv::VideoCapture video((out_ / "composite.mp4").string());
+  std::uint64_t frames = 0;
+  while (video.grab()) ++frames;
+  EXPECT_EQ(frames + dropped, 902u);
+}
+
+TEST_F(RenderNode, EndsWhenTheUserClosesItsWindow) {
+  const VirtualDisplay display;
+  if (display.display().empty()) FIVEPIPE_SKIP_WITHOUT_PACKAGE("Xvfb is not installed");
+  start_with(", video: false, window: true", false);
+  for (const std::uint64_t frame : {1, 2}) {
+    send_hull(frame);
+    ASSERT_TRUE(has_composited(frame)) << said();
+  }
+  Keyboard keyboard;
+  keyboard.send(Keyboard::kPress, 0x71);  // XK_q
+  // The window closes at any time after the key; the next frame ends the node.
+  std::uint64_t frame = 3;
+  EXPECT_TRUE(holds([&] {
+    tiles_.write(tile(frame, 0).wire());
+    tiles_.write(tile(frame++, 1).wire());
+    return !is_alive(program_->pid());
+  })) << said();
+  EXPECT_EQ(wait_for_end(), 0);
+}
+
+// A key without a writer has a sample without a message.
+TEST_F(RenderNode, TheEndOfAWriterIsNoMessage) {
+  start_with(", video: false", false);
+  {
+    auto tiles = bus_.writer<bus::topics::HullTile>();
+    wait_for_readers(tiles);
+    deliver(tiles, tile(1, 0).wire());
+  }
+  EXPECT_TRUE(reports_again(2));
+  deliver(tiles_, tile(1, 1).wire());
+  ASSERT_TRUE(has_composited(1)) << said();
+  EXPECT_EQ(ended().drops, (std::map<std::string, std::uint64_t>{}));
 }
 
 // Only the still needs the image, so the node reads back the last one when it ends.
