@@ -556,6 +556,34 @@ TEST_F(LosslessReplayerTest, AMessageOfNoFrameWaitsUntilAllFramesAreHandledUnles
   }
 }
 
+// No node answers such frames, and its queue must not overflow.
+TEST_F(LosslessReplayerTest, WaitsAfterEveryFourFramesThatNoNodeHandles) {
+  for (std::uint64_t frame = 0; frame < 8; ++frame)
+    add<topics::FrameComposited>(0.01 * double(frame), composited(frame));
+  const ReplayPlan plan = lossless();
+  Replayer replayer(bus_, *recording_, plan);
+  replayer.run(resume);
+  EXPECT_EQ(replayer.counts().frames, 8u);
+  EXPECT_EQ(replayer.counts().expected.at("peer"), 0u);
+  EXPECT_GE(replayer.counts().seconds, 0.2);
+}
+
+// A message of no frame ends a series of frames that no node handles, so this takes no pause.
+TEST_F(LosslessReplayerTest, CountsLateMessages) {
+  for (std::uint64_t frame = 0; frame < 130; ++frame) {
+    add<topics::FrameComposited>(0.01 * double(frame), composited(frame));
+    if (frame % 3 == 2) add<topics::Command>(0.01 * double(frame), command());
+  }
+  add<topics::FrameComposited>(1.3, composited(3), "other");
+  const ReplayPlan plan = lossless();
+  Replayer replayer(bus_, *recording_, plan);
+  replayer.run(resume);
+  EXPECT_EQ(replayer.counts().late, 1u);
+  EXPECT_EQ(replayer.counts().frames, 130u);
+  EXPECT_EQ(replayer.counts().sent.at(topics::FrameComposited::name), 131u);
+  EXPECT_FALSE(replayer.counts().complete());
+}
+
 TEST_F(LosslessReplayerTest, EndsIfANodeStalls) {
   for (std::uint64_t frame = 0; frame < 5; ++frame)
     add<topics::ObjectPixelMap>(0.01 * double(frame), map_of("c", frame));
