@@ -234,10 +234,7 @@ void Replayer::send_in_file_order(const std::function<ReplayControl()>& control)
   while (const auto message = next_readable(messages, counts_.damaged)) {
     const auto frame = frame_of(*message);
     const bool begins_frame = frame && (!newest || frame->frame > *newest);
-    if (begins_frame) {
-      newest = frame->frame;
-      ++counts_.frames;
-    }
+    if (begins_frame) newest = frame->frame;
     // A step contains one frame, the messages before it, and those up to the next frame's
     // beginning.
     if (!steps || (begins_frame && step_has_frame)) {
@@ -246,6 +243,7 @@ void Replayer::send_in_file_order(const std::function<ReplayControl()>& control)
       step_has_frame = false;
     }
     step_has_frame |= begins_frame;
+    counts_.frames += begins_frame;
     write(*message->channel, message->key_change, message->source_stamp_ns, message->cdr);
   }
 }

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <stdexcept>
+
 #include "tests/support/recording/synthetic_recordings.h"
 
 namespace fivepipe::recording {
@@ -53,6 +55,39 @@ TEST_F(FrameGroupPrefetcherTest, DestructorStopsAThreadThatWaitsForRoom) {
   FrameGroupPrefetcher prefetcher(groups_of(recording), 1);
   prefetcher.wait_until_ready();
   EXPECT_EQ(prefetcher.next()->frame, 0u);
+}
+
+TEST_F(FrameGroupPrefetcherTest, RethrowsOtherErrorsAfterTheGroupsBeforeThem) {
+  const auto path = folder_.path / "two.mcap";
+  {
+    RecordingWriter writer(path, "tests", {});
+    const mcap::Id channel = writer.add_channel("a", test::kFramedType, test::kFramedIdl, {});
+    for (const std::uint64_t frame : {0, 1, 1})
+      writer.add(channel, kStart_ns, kStart_ns, test::framed(frame, 0, kStart_ns));
+  }
+  const Recording recording(path);
+  FrameGroupPrefetcher prefetcher({recording, recording.messages(), [](const std::string&) -> int {
+                                     throw std::logic_error("no rank");
+                                   }});
+  EXPECT_EQ(prefetcher.next()->frame, 0u);
+  EXPECT_THROW(prefetcher.next(), std::logic_error);
+}
+
+TEST_F(FrameGroupPrefetcherTest, CountsLateMessages) {
+  const auto path = folder_.path / "late.mcap";
+  {
+    RecordingWriter writer(path, "tests", {});
+    const mcap::Id channel = writer.add_channel("a", test::kFramedType, test::kFramedIdl, {});
+    for (std::uint64_t frame = 0; frame < 200; ++frame)
+      writer.add(channel, kStart_ns, kStart_ns, test::framed(frame, 0, kStart_ns));
+    writer.add(channel, kStart_ns, kStart_ns, test::framed(3, 0, kStart_ns));
+  }
+  const Recording recording(path);
+  FrameGroupPrefetcher prefetcher(groups_of(recording));
+  std::size_t groups = 0;
+  while (prefetcher.next()) ++groups;
+  EXPECT_EQ(groups, 201u);
+  EXPECT_EQ(prefetcher.late(), 1u);
 }
 
 TEST_F(FrameGroupPrefetcherTest, SkipsAndCountsDamagedChunks) {

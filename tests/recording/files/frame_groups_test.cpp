@@ -97,6 +97,14 @@ TEST_F(FrameGroupsTest, GroupsInterleavedFramesByRank) {
       }
       first_of_group.push_back(first);
       EXPECT_EQ(messages[first].log_stamp_ns, group.log_stamp_ns);
+      EXPECT_EQ(group.capture_stamp_ns, group.frame ? group.log_stamp_ns : 0);
+      for (const OwnedMessage& message : group.messages) {
+        const std::int64_t log_stamp_ns = messages[test::number_of(message.cdr)].log_stamp_ns;
+        EXPECT_EQ(message.log_stamp_ns, log_stamp_ns);
+        EXPECT_EQ(message.source_stamp_ns, log_stamp_ns);
+        EXPECT_EQ(message.capture_stamp_ns, group.frame ? log_stamp_ns : 0);
+        EXPECT_FALSE(message.key_change);
+      }
       if (!group.frame) {
         EXPECT_EQ(group.messages.size(), 1u);
         continue;
@@ -135,6 +143,94 @@ TEST_F(FrameGroupsTest, LateMessagesAreCountedAndGroupedAlone) {
                                   [](const FrameGroup& group) { return !group.frame; });
   ASSERT_NE(alone, groups.end());
   EXPECT_EQ(alone->messages.at(0).channel->topic, "c");
+}
+
+// A message belongs to its frame if it precedes the first message of the 120th frame after it.
+TEST_F(FrameGroupsTest, AFrameIsOpenUntilThe120thFrameAfterIt) {
+  for (const bool in_time : {false, true}) {
+    std::vector<Made> messages;
+    for (std::uint64_t frame = 0; frame < 130; ++frame)
+      messages.push_back({"a", frame, kStart_ns + std::int64_t(frame) * kFrame_ns});
+    const std::size_t at = in_time ? 3 + 120 : 3 + 121;
+    messages.insert(messages.begin() + std::ptrdiff_t(at),
+                    {"b", 3, messages[at - 1].log_stamp_ns, 0, kStart_ns + 3 * kFrame_ns});
+    std::uint64_t late = 0;
+    const auto groups = groups_of(messages, &late);
+    EXPECT_EQ(late, in_time ? 0u : 1u);
+    EXPECT_EQ(groups.size(), in_time ? 130u : 131u);
+    EXPECT_EQ(groups.at(3).messages.size(), in_time ? 2u : 1u);
+    if (in_time) continue;
+    const auto alone = std::find_if(groups.begin(), groups.end(),
+                                    [](const FrameGroup& group) { return !group.frame; });
+    ASSERT_NE(alone, groups.end());
+    EXPECT_EQ(alone->log_stamp_ns, messages[at].log_stamp_ns);
+    EXPECT_EQ(alone->capture_stamp_ns, 0);
+    EXPECT_EQ(alone->messages.at(0).capture_stamp_ns, kStart_ns + 3 * kFrame_ns);
+  }
+}
+
+// When the first message of frame 400 has been read, frames up to 280 have been returned; the
+// newest 256 of them are remembered.
+TEST_F(FrameGroupsTest, LateMessagesOf256FramesAreRecognized) {
+  std::vector<Made> messages;
+  const auto stamp_ns = [](std::uint64_t frame) {
+    return kStart_ns + std::int64_t(frame) * 1'000'000;
+  };
+  for (std::uint64_t frame = 0; frame <= 400; ++frame)
+    messages.push_back({"a", frame, stamp_ns(frame)});
+  messages.push_back({"b", 25, stamp_ns(400), 0, stamp_ns(25)});
+  messages.push_back({"b", 24, stamp_ns(400), 0, stamp_ns(24)});
+  std::uint64_t late = 0;
+  const auto groups = groups_of(messages, &late);
+  EXPECT_EQ(late, 1u);
+  ASSERT_EQ(groups.size(), 403u);
+  EXPECT_FALSE(groups[401].frame);
+  EXPECT_EQ(groups[402].frame, 24u) << "taken for another run's frame";
+}
+
+// The messages of a frame have stamps within 2 s; those of another run are further away.
+TEST_F(FrameGroupsTest, AFrameSpansLessThanTwoSeconds) {
+  for (const std::int64_t span_ns : {1'999'999'999, 2'000'000'000}) {
+    std::vector<Made> messages = {{"a", 1, kStart_ns + span_ns}, {"b", 1, kStart_ns}};
+    EXPECT_EQ(groups_of(messages).size(), span_ns < 2'000'000'000 ? 1u : 2u);
+  }
+}
+
+TEST_F(FrameGroupsTest, KeyChangesUnreadableMessagesAndOtherTypesBelongToNoFrame) {
+  const auto path = folder_.path / "other.mcap";
+  {
+    RecordingWriter writer(path, "tests", {});
+    const mcap::Id framed = writer.add_channel("a", test::kFramedType, test::kFramedIdl, {});
+    const std::vector<std::byte> whole = test::framed(1, 1, kStart_ns);
+    writer.add(framed, kStart_ns, kStart_ns, whole);
+    writer.add(framed, kStart_ns + 1, kStart_ns, std::span(whole).first(4 + 15));
+    writer.add(framed, kStart_ns + 2, kStart_ns, std::span(whole).first(4 + 7));
+    writer.add(framed, kStart_ns + 3, kStart_ns + 9, KeyChange::unregistered, whole);
+    int number = 0;
+    for (const char* fields : {"long long frame; long long capture_stamp_ns;",
+                               "unsigned long long frame; unsigned long long capture_stamp_ns;",
+                               "unsigned long long count; long long capture_stamp_ns;"}) {
+      const std::string type = "Other" + std::to_string(++number);
+      const mcap::Id other = writer.add_channel(
+          "b", type, "struct " + type + " { " + fields + " unsigned long number; };", {});
+      writer.add(other, kStart_ns + 3 + number, kStart_ns, test::framed(1, 1, kStart_ns));
+    }
+  }
+  const Recording recording(path);
+  FrameGroups groups(recording, recording.messages(), rank_of);
+  std::vector<FrameGroup> all;
+  while (auto group = groups.next()) all.push_back(std::move(*group));
+  ASSERT_EQ(all.size(), 7u);
+  EXPECT_EQ(all[0].frame, 1u);
+  for (std::size_t i = 1; i < all.size(); ++i) {
+    EXPECT_FALSE(all[i].frame) << i;
+    EXPECT_EQ(all[i].log_stamp_ns, kStart_ns + std::int64_t(i));
+    EXPECT_EQ(all[i].capture_stamp_ns, 0);
+    EXPECT_EQ(all[i].messages.size(), 1u);
+  }
+  EXPECT_EQ(all[3].messages[0].key_change, KeyChange::unregistered);
+  EXPECT_EQ(all[3].messages[0].source_stamp_ns, kStart_ns + 9);
+  EXPECT_EQ(groups.late(), 0u);
 }
 
 // After a restart of capture_node, frame numbers start at 0 again.

@@ -109,6 +109,202 @@ TEST_F(RecordingWriterTest, RoundTripsAllSampleKindsByWriter) {
   }
 }
 
+TEST_F(RecordingWriterTest, ReportsTheFinishedFile) {
+  RecordingWriter writer(path_, "tests", {});
+  EXPECT_FALSE(writer.is_finished());
+  EXPECT_FALSE(writer.is_synced());
+  const mcap::Id channel = writer.add_channel("t", test::kFramedType, test::kFramedIdl, {});
+  EXPECT_EQ(writer.counts().at("t").received, 0u);
+  writer.add_channel("unused", test::kFramedType, test::kFramedIdl, {});
+  Bytes key(300, std::byte(1));
+  writer.add(channel, kStart_ns, kStart_ns, KeyChange::unregistered, key);
+  add(writer, channel, 2, 100);
+  writer.finish();
+  EXPECT_TRUE(writer.is_finished());
+  EXPECT_TRUE(writer.is_synced());
+  EXPECT_EQ(writer.bytes_written(), std::filesystem::file_size(path_));
+  EXPECT_EQ(writer.loss_reason(), "");
+  EXPECT_EQ(writer.failure(), "");
+  const Recording recording(path_);
+  EXPECT_EQ(all_of(recording).at(0).cdr, key);
+  EXPECT_EQ(recording.metadata(kCountsMetadata),
+            (std::map<std::string, std::string>{{"t received", "2"},
+                                                {"t written", "2"},
+                                                {"t lost", "0"},
+                                                {"t/key_state received", "1"},
+                                                {"t/key_state written", "1"},
+                                                {"t/key_state lost", "0"},
+                                                {"unused received", "0"},
+                                                {"unused written", "0"},
+                                                {"unused lost", "0"}}));
+  EXPECT_EQ(writer.counts().at("t").bytes, 200u);
+  EXPECT_EQ(writer.counts().at("t/key_state").bytes, 300u + 12);
+  RecordingWriter fast(folder_.path / "fast.mcap", "tests", {.sync = false});
+  fast.finish();
+  EXPECT_TRUE(fast.is_finished());
+  EXPECT_FALSE(fast.is_synced());
+}
+
+TEST_F(RecordingWriterTest, LimitsAreInclusive) {
+  const Bytes payload(100);
+  const auto counts_with = [&](const WriterOptions& options, int messages) {
+    std::filesystem::remove(path_);
+    RecordingWriter writer(path_, "tests", options);
+    const mcap::Id channel = writer.add_channel("t", test::kFramedType, test::kFramedIdl, {});
+    for (int i = 0; i < messages; ++i) writer.add(channel, kStart_ns, kStart_ns, payload);
+    const std::string early_reason = writer.loss_reason();
+    EXPECT_EQ(early_reason, writer.counts().at("t").lost ? "the disk was too slow" : "");
+    writer.finish();
+    return writer.counts().at("t");
+  };
+  EXPECT_EQ(counts_with({.max_queued_bytes = 100}, 1).lost, 0u);
+  EXPECT_EQ(counts_with({.max_queued_bytes = 99}, 1).lost, 1u);
+  // The size of the open chunk with one message.
+  mcap::ChunkBuilder builder;
+  const mcap::Id schema =
+      builder.add_schema({test::kFramedType, kSchemaEncoding, test::kFramedIdl});
+  builder.add({builder.add_channel({schema, "t", kMessageEncoding, {}}), 0, 0, 0, payload});
+  const std::size_t open_bytes = builder.size_bytes();
+  EXPECT_EQ(counts_with({.max_queued_bytes = open_bytes + 100}, 2).lost, 0u);
+  EXPECT_EQ(counts_with({.max_queued_bytes = open_bytes + 99}, 2).lost, 1u);
+  const auto chunks = [&] { return Recording(path_).mcap().chunks().size(); };
+  counts_with({.chunk_bytes = open_bytes}, 2);
+  EXPECT_EQ(chunks(), 2u);
+  counts_with({.chunk_bytes = open_bytes + 1}, 2);
+  EXPECT_EQ(chunks(), 1u);
+}
+
+TEST(WriterOptions, BoundTheLossesOfACrash) {
+  const WriterOptions options;
+  EXPECT_EQ(options.compression, mcap::Compression::lz4);
+  EXPECT_EQ(options.chunk_bytes, 2u << 20);
+  EXPECT_EQ(options.chunk_s, 0.5);
+  EXPECT_EQ(options.counts_s, 2);
+  EXPECT_TRUE(options.sync);
+  EXPECT_EQ(options.max_queued_bytes, 256u << 20);
+}
+
+class RecordingTest : public RecordingWriterTest {
+ protected:
+  // Writes one message on each channel, as another program may.
+  void write(const std::vector<mcap::Schema>& schemas, const std::vector<mcap::Channel>& channels,
+             const Bytes& payload) {
+    std::filesystem::remove(path_);
+    mcap::ChunkBuilder builder;
+    for (const mcap::Schema& schema : schemas) builder.add_schema(schema);
+    for (const mcap::Channel& channel : channels)
+      builder.add({builder.add_channel(channel), 3, 1, 2, payload});
+    mcap::FileWriter writer(path_, mcap::Compression::none, "");
+    writer.write(builder.take());
+    writer.finish();
+  }
+  template <class Callable>
+  std::string error_of(Callable&& call) {
+    try {
+      call();
+    } catch (const RecordingError& error) {
+      return error.what();
+    }
+    return "no error";
+  }
+};
+
+TEST_F(RecordingTest, ARangeIncludesItsEnds) {
+  {
+    RecordingWriter writer(path_, "tests", {});
+    const mcap::Id channel = writer.add_channel("t", test::kFramedType, test::kFramedIdl, {});
+    const mcap::Id other = writer.add_channel("u", test::kFramedType, test::kFramedIdl, {});
+    for (const std::int64_t stamp_ns : {0, 10, 20, 30}) writer.add(channel, stamp_ns, 0, Bytes(1));
+    writer.add(other, 15, 0, Bytes(1));
+  }
+  const Recording recording(path_);
+  const mcap::Id channel = recording.channels().at(0).id;
+  const auto stamps_ns = [&](std::int64_t start_ns, std::int64_t end_ns) {
+    std::vector<std::int64_t> stamps_ns;
+    auto cursor = recording.messages(start_ns, end_ns, {channel});
+    while (const auto message = cursor.next()) stamps_ns.push_back(message->log_stamp_ns);
+    return stamps_ns;
+  };
+  using Stamps = std::vector<std::int64_t>;
+  EXPECT_EQ(stamps_ns(10, 20), (Stamps{10, 20}));
+  EXPECT_EQ(stamps_ns(11, 19), Stamps{});
+  EXPECT_EQ(stamps_ns(-5, 10), (Stamps{0, 10}));
+  EXPECT_EQ(stamps_ns(21, INT64_MAX), Stamps{30});
+  EXPECT_EQ(stamps_ns(-5, -1), Stamps{0}) << "before 1970";
+}
+
+TEST_F(RecordingTest, DescribesChannelsOfOtherPrograms) {
+  write({{"Type", "other", "?"}},
+        {{0, "a", "json", {}}, {1, "b/key_state", "cdr", {{"node", "n"}}}}, Bytes(3));
+  const Recording recording(path_);
+  ASSERT_EQ(recording.channels().size(), 2u);
+  const RecordedChannel &a = recording.channels()[0], &b = recording.channels()[1];
+  EXPECT_EQ(a.topic + a.type + a.writer + a.node, "a");
+  EXPECT_FALSE(a.key_states);
+  EXPECT_EQ(a.messages, 1u);
+  EXPECT_EQ(b.topic, "b");
+  EXPECT_EQ(b.type, "Type");
+  EXPECT_EQ(b.node, "n");
+  EXPECT_TRUE(b.key_states);
+  EXPECT_EQ(b.messages, 1u);
+  EXPECT_EQ(recording.channel(a.id), &a);
+  EXPECT_EQ(recording.channel(b.id), &b);
+  EXPECT_EQ(recording.channel(99), nullptr);
+  EXPECT_EQ(recording.start_ns(), 1);
+  EXPECT_EQ(recording.end_ns(), 1);
+  // The key state has a payload that fivepipe does not write.
+  auto cursor = recording.messages();
+  const auto message = cursor.next();
+  ASSERT_TRUE(message);
+  EXPECT_EQ(message->channel, &a);
+  EXPECT_EQ(message->sequence, 3u);
+  EXPECT_EQ(message->source_stamp_ns, 2);
+  EXPECT_FALSE(cursor.next());
+  const std::string where = path_.string() + ": topic ";
+  EXPECT_EQ(error_of([&] { recording.idl(a); }), where + "a: the topic has no schema");
+  EXPECT_EQ(error_of([&] { recording.idl(b); }),
+            where + "b: the schema's encoding is 'other', not omgidl");
+  write({{"Type", kSchemaEncoding, "?"}}, {{1, "c", "cdr", {}}}, Bytes(3));
+  const Recording unreadable(path_);
+  EXPECT_EQ(error_of([&] { unreadable.idl(unreadable.channels()[0]); }),
+            where + "c: line 1, column 1: unexpected character '?'");
+}
+
+TEST_F(RecordingTest, TheNewestMetadataOfANameCounts) {
+  {
+    RecordingWriter writer(path_, "tests", {});
+    for (const char* value : {"old", "new"}) writer.add({"name", {{"key", value}}});
+    writer.add({"other", {{"key", "other"}}});
+  }
+  const Recording recording(path_);
+  EXPECT_EQ(recording.metadata("name"), (std::map<std::string, std::string>{{"key", "new"}}));
+  EXPECT_TRUE(recording.metadata("none").empty());
+}
+
+TEST_F(RecordingTest, ExtractsOnlyTheFilesOfTheDeployment) {
+  const auto extracted = [&](const std::string& deployment) {
+    std::filesystem::remove(path_);
+    {
+      RecordingWriter writer(path_, "tests", {});
+      writer.attach({1, 2, std::string(kDeploymentFolder) + "x/..y", "", "content"});
+      writer.attach({1, 2, "notes", "", "other"});
+      writer.add({kRecordingMetadata, {{kDeploymentFileKey, deployment}}});
+    }
+    return Recording(path_).extract_deployment(folder_.path / "out");
+  };
+  EXPECT_EQ(extracted("x/..y"), folder_.path / "out" / "x/..y");
+  EXPECT_EQ(test::file_bytes(folder_.path / "out" / "x/..y").size(), 7u);
+  EXPECT_FALSE(std::filesystem::exists(folder_.path / "out" / "notes"));
+  EXPECT_EQ(extracted(""), std::nullopt);
+  for (const char* missing : {"z", "../made.mcap", "x/../../made.mcap"})
+    EXPECT_EQ(error_of([&] { extracted(missing); }),
+              path_.string() + ": the attachments lack its deployment file " + missing);
+  std::filesystem::remove_all(folder_.path / "out");
+  std::filesystem::create_directories(folder_.path / "out" / "x" / "..y");
+  EXPECT_EQ(error_of([&] { extracted("x/..y"); }),
+            (folder_.path / "out" / "x/..y").string() + " cannot be written");
+}
+
 // The open chunk fills the queue, as with a stalled disk, until tick() closes it and it is written.
 TEST_F(RecordingWriterTest, OverflowIsDroppedCountedAndLeavesASequenceGap) {
   constexpr std::size_t room_bytes = 100'000;
@@ -126,6 +322,7 @@ TEST_F(RecordingWriterTest, OverflowIsDroppedCountedAndLeavesASequenceGap) {
       usleep(10'000);
   }
   writer.finish();
+  EXPECT_EQ(writer.loss_reason(), "the disk was too slow");
   const TopicCounts counts = writer.counts().at("t");
   EXPECT_EQ(counts.received, 600u);
   EXPECT_EQ(counts.bytes, 600'000u);
@@ -277,6 +474,8 @@ TEST_F(RecordingWriterTest, MessagesWithoutAChannelAreCountedAsLost) {
     EXPECT_EQ(counts.at(std::string("topic") + kKeyStateSuffix).lost, 1u);
     EXPECT_EQ(counts.at("other").received, 1u);
     EXPECT_EQ(counts.at("other").lost, 1u);
+    EXPECT_EQ(counts.at("other").bytes, 10u);
+    EXPECT_EQ(counts.at("topic").bytes, 50u);
     EXPECT_EQ(writer.loss_reason(), "mallory has too many writers");
     EXPECT_TRUE(writer.is_finished());
   }

@@ -76,6 +76,38 @@ TEST(McapOrder, ACursorOutlivesItsReader) {
   EXPECT_EQ(test::all_messages(std::move(cursor)), recording.messages);
 }
 
+// A message outside the range that its chunk states would be returned out of order.
+TEST(McapOrder, AMessageOutsideTheTimesOfItsChunkIsDamage) {
+  const test::TestFolder folder;
+  const std::filesystem::path path = folder.path / "a.mcap";
+  for (const auto& [start_ns, end_ns, fits] :
+       {std::tuple(100u, 200u, true), std::tuple(101u, 200u, false),
+        std::tuple(100u, 199u, false)}) {
+    ChunkBuilder builder;
+    const Id channel = builder.add_channel({0, "t", "cdr", {}});
+    for (const std::uint64_t stamp_ns : {200u, 100u}) builder.add({channel, 0, stamp_ns, 0, {}});
+    Chunk chunk = builder.take();
+    EXPECT_EQ(chunk.start_ns, 100u);
+    EXPECT_EQ(chunk.end_ns, 200u);
+    chunk.start_ns = start_ns;
+    chunk.end_ns = end_ns;
+    std::filesystem::remove(path);
+    {
+      FileWriter writer(path, Compression::none, "");
+      writer.write(chunk);
+      writer.finish();
+    }
+    const auto all = [&] { return test::all_messages(Reader(path).messages()).size(); };
+    if (fits)
+      EXPECT_EQ(all(), 2u);
+    else
+      EXPECT_THROW(all(), McapError);
+    test::remove_summary(path);
+    EXPECT_EQ(Reader(path).damage().damaged_records, fits ? 0u : 1u);
+    EXPECT_EQ(all(), fits ? 2u : 0u);
+  }
+}
+
 // The other chunks are damaged: reading one would throw.
 TEST(McapOrder, ChunksOfOtherTimesAndOtherChannelsAreNotRead) {
   const test::TestFolder folder;

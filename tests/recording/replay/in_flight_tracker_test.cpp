@@ -54,6 +54,190 @@ TEST(InFlightTracker, WaitsForRenderedFramesOnlyIfAllTilesAreSent) {
   EXPECT_FALSE(is_waited_for(incomplete));
 }
 
+// Groups of messages without content.
+class InFlightTrackerTest : public testing::Test {
+ protected:
+  using Group = recording::FrameGroup;
+  static Group group(std::optional<std::uint64_t> frame, std::size_t maps, std::size_t poses) {
+    static const recording::RecordedChannel map{.topic = bus::topics::ObjectPixelMap::name},
+        pose{.topic = bus::topics::HeadPose::name};
+    Group made{.frame = frame, .log_stamp_ns = 0, .capture_stamp_ns = 0, .messages = {}};
+    made.messages.resize(maps + poses);
+    for (std::size_t i = 0; i < maps + poses; ++i) {
+      made.messages[i].channel = i < maps ? &map : &pose;
+      made.messages[i].capture_stamp_ns = 1'000'000'000;
+    }
+    return made;
+  }
+  InFlightTracker tracker(std::chrono::milliseconds timeout = 60s) {
+    plan_.timeout = timeout;
+    InFlightTracker made(bus_, recording_, plan_, {bus::topics::ObjectPixelMap::name});
+    made.reset();
+    return made;
+  }
+  // Nodes for which the group is complete.
+  std::string complete_for(const Group& group) {
+    InFlightTracker tracker = this->tracker();
+    tracker.expect(group);
+    std::string names;
+    for (const auto& [name, count] : tracker.expected())
+      if (count > 0) names += name;
+    EXPECT_EQ(group.frame && tracker.is_waited_for(*group.frame), !names.empty());
+    return names;
+  }
+
+  bus::Bus bus_{{.domain = test::own_domain()}};
+  const recording::Recording recording_{kRecording};
+  ReplayPlan plan_{.nodes = {{"S", "sim_node"}, {"R", "recon_node"}, {"V", "render_node"}},
+                   .shape_cameras = 2};
+};
+
+TEST_F(InFlightTrackerTest, FrameSetsNeedAllMapsOfOneCaptureAndAPoseUnlessForSimulation) {
+  EXPECT_EQ(complete_for(group(7, 2, 0)), "S");
+  EXPECT_EQ(complete_for(group(7, 2, 1)), "RSV");
+  EXPECT_EQ(complete_for(group(7, 1, 1)), "");
+  EXPECT_EQ(complete_for(group(7, 3, 1)), "");
+  EXPECT_EQ(complete_for(group(std::nullopt, 2, 1)), "");
+  Group changed = group(7, 2, 1);
+  changed.messages[0].key_change = recording::KeyChange::disposed;
+  EXPECT_EQ(complete_for(changed), "");
+  changed = group(7, 3, 2);
+  changed.messages[1].key_change = changed.messages[4].key_change = recording::KeyChange::disposed;
+  changed.messages[1].capture_stamp_ns = 0;
+  EXPECT_EQ(complete_for(changed), "RSV") << "key changes belong to no set";
+  constexpr std::int64_t kMaxSpan_ns = 200'000'000;
+  for (const std::int64_t sign : {-1, 1}) {
+    Group apart = group(7, 2, 1);
+    apart.messages[2].capture_stamp_ns = 0;
+    apart.messages[1].capture_stamp_ns += sign * kMaxSpan_ns;
+    EXPECT_EQ(complete_for(apart), "RSV") << "another topic's stamp does not count";
+    apart.messages[1].capture_stamp_ns += sign;
+    EXPECT_EQ(complete_for(apart), "");
+  }
+  // The first stamp counts, not the previous one.
+  plan_.shape_cameras = 3;
+  Group spread = group(7, 3, 1);
+  spread.messages[1].capture_stamp_ns += 150'000'000;
+  spread.messages[2].capture_stamp_ns += 300'000'000;
+  EXPECT_EQ(complete_for(spread), "");
+  plan_.shape_cameras = 1;
+  EXPECT_EQ(complete_for(group(7, 1, 1)), "RSV");
+  plan_.shape_cameras = 0;
+  EXPECT_EQ(complete_for(group(7, 0, 1)), "");
+}
+
+TEST_F(InFlightTrackerTest, CountsTheOpenFramesOfTheBusiestNode) {
+  InFlightTracker tracker = this->tracker();
+  EXPECT_EQ(tracker.max_open_frames(), 0u);
+  EXPECT_FALSE(tracker.is_waited_for(7));
+  tracker.expect(group(7, 2, 0));
+  EXPECT_EQ(tracker.max_open_frames(), 1u);
+  tracker.expect(group(8, 2, 1));
+  EXPECT_EQ(tracker.max_open_frames(), 2u) << "of the simulation";
+  EXPECT_TRUE(tracker.is_waited_for(7));
+  EXPECT_FALSE(tracker.is_waited_for(9));
+  EXPECT_EQ(tracker.expected(),
+            (std::map<std::string, std::uint64_t>{{"R", 1}, {"S", 2}, {"V", 1}}));
+  EXPECT_EQ(tracker.handled(),
+            (std::map<std::string, std::uint64_t>{{"R", 0}, {"S", 0}, {"V", 0}}));
+  EXPECT_EQ(tracker.stalled(0), "") << "long before the time-out";
+  tracker.reset();
+  EXPECT_EQ(tracker.max_open_frames(), 0u);
+  EXPECT_EQ(tracker.expected().at("S"), 0u);
+}
+
+TEST_F(InFlightTrackerTest, NamesTheOldestFrameOfAStalledNode) {
+  InFlightTracker tracker = this->tracker(-3s);  // has always passed
+  EXPECT_EQ(tracker.stalled(0), "");
+  tracker.expect(group(8, 2, 0));
+  tracker.expect(group(7, 2, 0));
+  EXPECT_EQ(tracker.stalled(1), "node 'S' has not handled frame 7 in -3 s");
+  EXPECT_EQ(tracker.stalled(2), "");
+}
+
+// Nodes publish traces, at a cost, only while a reader exists.
+TEST_F(InFlightTrackerTest, ReadsTracesOnlyOfTheNodesOfALosslessReplay) {
+  const auto reads = [&](bool lossless, bool with_nodes) {
+    ReplayPlan plan = plan_;
+    plan.lossless = lossless;
+    if (!with_nodes) plan.nodes.clear();
+    InFlightTracker tracker(bus_, recording_, plan, {});
+    tracker.reset();
+    tracker.take_traces();
+    const auto endpoints = bus_.endpoints();
+    return std::any_of(endpoints.begin(), endpoints.end(), [](const auto& endpoint) {
+      return endpoint.own && !endpoint.writes && endpoint.topic == bus::topics::FrameTrace::name;
+    });
+  };
+  EXPECT_FALSE(reads(false, true));
+  EXPECT_FALSE(reads(true, false));
+  EXPECT_TRUE(reads(true, true));
+}
+
+TEST_F(InFlightTrackerTest, ATraceHandlesTheOpenFrameOfItsNodeOnce) {
+  plan_.lossless = true;
+  InFlightTracker tracker = this->tracker();
+  auto writer = bus_.writer<bus::topics::FrameTrace>();
+  ASSERT_TRUE(test::eventually(bus_, 10s, [&] { return writer.readers() == 1; }));
+  std::vector<std::string> traced;
+  const auto send = [&](const char* node, std::uint64_t frame, std::int64_t last_input_ns = 1,
+                        std::int64_t step_start_ns = 1, std::int64_t step_end_ns = 1) {
+    fivepipe_v1_FrameStep step{};
+    step.start_ns = step_start_ns;
+    step.end_ns = step_end_ns;
+    std::vector<fivepipe_v1_FrameStep> steps{step};
+    fivepipe_v1_FrameTrace trace{};
+    messages::set_text(trace.node, node);
+    trace.frame = frame;
+    trace.last_input_ns = last_input_ns;
+    messages::borrow(trace.steps, steps);
+    writer.write(trace);
+  };
+  // Traces of one key arrive in their order, so the last one has arrived after all others.
+  const auto take_until = [&](const std::string& last) {
+    return test::eventually(bus_, 10s, [&] {
+      tracker.take_traces();
+      return !traced.empty() && traced.back() == last;
+    });
+  };
+  tracker.expect(group(7, 2, 1));
+  send("S", 7);  // without a listener
+  ASSERT_TRUE(test::eventually(bus_, 10s, [&] {
+    tracker.take_traces();
+    return tracker.handled().at("S") == 1;
+  }));
+  tracker.on_trace = [&](const fivepipe_v1_FrameTrace& trace) {
+    traced.push_back(trace.node + std::to_string(trace.frame));
+  };
+  tracker.expect(group(8, 2, 1));
+  send("stranger", 8);
+  send("S", 7);
+  send("S", 8, -1);
+  send("S", 8, 1, -1);
+  send("S", 8, 1, 1, -1);
+  send("S", 99);
+  ASSERT_TRUE(take_until("S99"));
+  EXPECT_EQ(traced, (std::vector<std::string>{"S7", "S99"}));
+  EXPECT_EQ(tracker.handled().at("S"), 1u);
+  EXPECT_EQ(tracker.max_open_frames(), 2u) << "of the other nodes";
+  EXPECT_TRUE(tracker.is_waited_for(8));
+  send("S", 8);
+  ASSERT_TRUE(take_until("S8"));
+  EXPECT_EQ(tracker.handled(),
+            (std::map<std::string, std::uint64_t>{{"R", 0}, {"S", 2}, {"V", 0}}));
+  // Traces of an earlier round are discarded.
+  tracker.expect(group(9, 2, 0));
+  send("S", 9);
+  ASSERT_TRUE(bus_.wait(10s));
+  tracker.reset();
+  tracker.expect(group(9, 2, 0));
+  tracker.expect(group(10, 2, 0));
+  send("S", 10);
+  ASSERT_TRUE(take_until("S10"));
+  EXPECT_EQ(tracker.handled().at("S"), 1u);
+  EXPECT_TRUE(tracker.is_waited_for(9));
+}
+
 // Benchmarks subtract the stamps of a trace.
 TEST(InFlightTracker, RefusesAndLogsTracesWithImpossibleStamps) {
   std::ostringstream log;
@@ -79,6 +263,7 @@ TEST(InFlightTracker, RefusesAndLogsTracesWithImpossibleStamps) {
     writer.write(trace);
   };
   send(1, INT64_MIN);
+  send(1, INT64_MIN);
   send(2, 1);
   EXPECT_TRUE(test::eventually(bus, 10s, [&] {
     tracker.take_traces();
@@ -88,6 +273,7 @@ TEST(InFlightTracker, RefusesAndLogsTracesWithImpossibleStamps) {
   EXPECT_EQ(frames, std::vector<std::uint64_t>{2});
   EXPECT_NE(log.str().find("dropped: bad_trace: simulation: "), std::string::npos) << log.str();
   EXPECT_NE(log.str().find("(1 so far)"), std::string::npos) << log.str();
+  EXPECT_EQ(log.str().find("(2 so far)"), std::string::npos) << "at most one line per 5 s";
 }
 
 }  // namespace

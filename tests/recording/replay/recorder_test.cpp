@@ -24,15 +24,23 @@ TEST(Recorder, MessagesOfWritersWithoutAChannelAreLostAndTheReasonNamesAParticip
   test::TestFolder folder;
   recording::RecordingWriter recording(folder.path / "full.mcap", "test", {});
   const std::uint32_t domain = test::own_domain();
-  bus::Bus bus({domain}), peer({.domain = domain, .participant = "mallory"});
+  bus::Bus bus({domain}), peer({.domain = domain, .participant = "mallory"}),
+      before({.domain = domain, .participant = "alice"}),
+      after({.domain = domain, .participant = "zoe"});
   Recorder recorder(
       bus, recording,
       {{topic.c_str(), bus::topics::FrameComposited::type, bus::topics::FrameComposited::descriptor,
         bus::topics::FrameComposited::delivery, bus::topics::FrameComposited::max_keys}});
   auto first = peer.writer<bus::topics::FrameComposited>(),
-       second = peer.writer<bus::topics::FrameComposited>();
-  ASSERT_TRUE(
-      test::eventually(bus, 10s, [&] { return first.readers() == 1 && second.readers() == 1; }));
+       another = peer.writer<bus::topics::FrameComposited>(),
+       second = peer.writer<bus::topics::FrameComposited>(),
+       alices = before.writer<bus::topics::FrameComposited>(),
+       zoes = after.writer<bus::topics::FrameComposited>();
+  const auto is_matched = [](const auto& writer) { return writer.readers() == 1; };
+  ASSERT_TRUE(test::eventually(bus, 10s, [&] {
+    return is_matched(first) && is_matched(another) && is_matched(second) && is_matched(alices) &&
+           is_matched(zoes);
+  }));
   fivepipe_v1_FrameComposited message{};
   messages::set_text(message.viewer, "viewer");
   const auto received = [&](std::uint64_t count) {
@@ -42,18 +50,23 @@ TEST(Recorder, MessagesOfWritersWithoutAChannelAreLostAndTheReasonNamesAParticip
     });
   };
   first.write(message);
-  ASSERT_TRUE(received(1));
+  another.write(message);
+  alices.write(message);
+  zoes.write(message);
+  ASSERT_TRUE(received(4));
+  const std::uint64_t message_bytes = recording.counts()[topic].bytes / 4;
   while (!recording.is_full()) recording.add_channel("other", "Type", "schema", {});
   second.write(message);
   second.write(message);
-  ASSERT_TRUE(received(3));
+  ASSERT_TRUE(received(6));
   EXPECT_EQ(recording.counts()[topic].lost, 2u);
-  EXPECT_NE(recording.loss_reason().find("'mallory' uses 1"), std::string::npos)
-      << recording.loss_reason();
+  EXPECT_EQ(recording.counts()[topic].bytes, 6 * message_bytes);
+  EXPECT_EQ(recording.loss_reason(),
+            std::string(recording::kFullReason) + ", of which 'mallory' uses 2");
   first.write(message);
-  ASSERT_TRUE(received(4));
+  ASSERT_TRUE(received(7));
   recording.finish();
-  EXPECT_EQ(recording.counts()[topic].written, 2u) << "those of the first writer";
+  EXPECT_EQ(recording.counts()[topic].written, 5u) << "those of the earlier writers";
 }
 
 // The limit is one of nodes that send a status, not of participants.
@@ -63,13 +76,17 @@ TEST(Recorder, ComparesANodeThatJoinsAfterManyParticipants) {
   recording::RecordingWriter recording(folder.path / "many.mcap", "test", {});
   const std::uint32_t domain = test::own_domain();
   bus::Bus bus({domain});
-  Recorder recorder(bus, recording, {topic});
+  Recorder recorder(bus, recording, {topic, bus::topics::described<bus::topics::HeadPose>()});
   const auto is_compared = [&](bus::Bus& from, const std::string& node) {
     auto writer = from.writer<bus::topics::NodeStatus>();
     fivepipe_v1_TopicCounts sent{};
     messages::set_text(sent.topic, topic.name);
-    sent.sent = 7;
-    std::vector<fivepipe_v1_TopicCounts> topics{sent};
+    sent.sent = 1;
+    fivepipe_v1_TopicCounts none{}, not_recorded{};
+    messages::set_text(none.topic, bus::topics::HeadPose::name);
+    messages::set_text(not_recorded.topic, bus::topics::HullTile::name);
+    not_recorded.sent = 9;
+    std::vector<fivepipe_v1_TopicCounts> topics{sent, none, not_recorded};
     fivepipe_v1_NodeStatus status{};
     messages::set_text(status.node, node);
     status.start_stamp_ns = base::now_realtime_ns();
@@ -77,9 +94,13 @@ TEST(Recorder, ComparesANodeThatJoinsAfterManyParticipants) {
     return test::eventually(bus, 10s, [&] {
       writer.write(status);
       recorder.take();
-      const auto compared = recorder.compared();
-      return std::any_of(compared.begin(), compared.end(),
-                         [&](const SentByNode& sent_by) { return sent_by.node == node; });
+      bool is_named = false;
+      for (const SentByNode& sent_by : recorder.compared()) {
+        EXPECT_EQ(sent_by.topic, topic.name);
+        EXPECT_EQ(sent_by.sent, 1u);
+        is_named |= sent_by.node == node;
+      }
+      return is_named;
     });
   };
   std::vector<std::unique_ptr<bus::Bus>> others;
@@ -92,6 +113,21 @@ TEST(Recorder, ComparesANodeThatJoinsAfterManyParticipants) {
   EXPECT_TRUE(is_compared(*others.front(), "other_0"));
   bus::Bus late({.domain = domain, .participant = "late"});
   EXPECT_TRUE(is_compared(late, "late"));
+  // A status of a node that does not exist, before one of a node that does.
+  auto invents = late.writer<bus::topics::NodeStatus>();
+  fivepipe_v1_NodeStatus invented{};
+  messages::set_text(invented.node, "invented");
+  invented.start_stamp_ns = base::now_realtime_ns();
+  fivepipe_v1_TopicCounts sent{};
+  messages::set_text(sent.topic, topic.name);
+  sent.sent = 1;
+  std::vector<fivepipe_v1_TopicCounts> sents{sent};
+  messages::borrow(invented.topics, sents);
+  ASSERT_TRUE(test::eventually(bus, 10s, [&] { return invents.readers() == 1; }));
+  invents.write(invented);
+  ASSERT_TRUE(invents.wait_for_delivery(10s));
+  EXPECT_TRUE(is_compared(*others.back(), "other_" + std::to_string(LossDetector::kMaxNodes)));
+  for (const SentByNode& sent_by : recorder.compared()) EXPECT_NE(sent_by.node, "invented");
 }
 
 }  // namespace

@@ -100,6 +100,7 @@ TEST(SchemaCdr, ErrorNamesFieldAndByte) {
   };
   EXPECT_EQ(error_text({0, 1}), "at byte 0: a payload of 2 bytes has no header");
   EXPECT_EQ(error_text({0, 3, 0, 0}), "at byte 0: representation 3 is not plain CDR (0 or 1)");
+  EXPECT_EQ(error_text({1, 1, 0, 0}), "at byte 0: representation 257 is not plain CDR (0 or 1)");
   EXPECT_EQ(error_text({0, 1, 0, 0}), "list at byte 4: 4 bytes needed, 0 left");
   EXPECT_EQ(error_text({0, 1, 0, 0, 9, 0, 0, 0}),
             "list at byte 4: a sequence of 9, the bound is 3");
@@ -264,6 +265,20 @@ TEST(SchemaFieldReader, AgreesWithDecodeInEveryField) {
   EXPECT_GT(fields, 100);
   EXPECT_THROW(FieldReader(fivepipe_idl(), "fivepipe::v1::HullTile", "no_such_field"), IdlError);
   EXPECT_THROW(FieldReader(fivepipe_idl(), "NoSuchType", "frame"), IdlError);
+}
+
+TEST(SchemaFieldReader, NamesTheFieldThatItCannotRead) {
+  const auto error_text = [](const char* field) {
+    try {
+      FieldReader(all_constructs(), "m::All", field);
+    } catch (const IdlError& error) {
+      return std::string(error.what());
+    }
+    return std::string("none");
+  };
+  EXPECT_EQ(error_text("last"), "none");
+  EXPECT_EQ(error_text("absent"), "m::All has no field absent");
+  EXPECT_EQ(error_text("f"), "m::All.f is not an integer, boolean, string or enum");
 }
 
 // A payload truncated before the field's end has no value; one truncated later has it.

@@ -172,6 +172,73 @@ TEST(SchemaIdl, ExcessiveDepthAndLengthAreRejected) {
       << refusal(chain);
 }
 
+TEST(SchemaIdl, LimitsAreInclusive) {
+  const auto parses = [](const std::string& text) {
+    EXPECT_EQ(refusal(text), "parsed") << text.substr(0, 200);
+  };
+  parses(std::string(1 << 20, ' '));
+  EXPECT_NE(refusal(std::string((1 << 20) + 1, ' ')), "parsed");
+  parses("struct " + std::string(256, 'S') + " { long x; };");
+  EXPECT_NE(refusal("struct " + std::string(257, 'S') + " { long x; };"), "parsed");
+  const std::string inner = " { struct S { long x; }; }; };";
+  parses("module " + std::string(254, 'm') + " { module " + std::string(254, 'n') + inner);
+  EXPECT_NE(
+      refusal("module " + std::string(254, 'm') + " { module " + std::string(255, 'n') + inner),
+      "parsed");
+  parses("struct S { octet x[4294967295]; };");
+  parses("struct S { string<4294967295> x; };");
+  parses("struct S { octet x[1][1][1][1][1][1][1][2]; };");
+  parses("struct S { " + repeated("sequence<", 8) + "octet" + repeated(" >", 8) + " x; };");
+  EXPECT_NE(
+      refusal("struct S { " + repeated("sequence<", 9) + "octet" + repeated(" >", 9) + " x; };"),
+      "parsed");
+  // A sequence is as deep as a struct, and the deepest field counts.
+  std::string chain = "struct S0 { long x; };";
+  for (int i = 1; i <= 31; ++i)
+    chain += "struct S" + std::to_string(i) + " { sequence<S" + std::to_string(i - 1) +
+             "> a; long x; };";
+  parses(chain);
+  EXPECT_EQ(refusal(chain + "struct S { sequence<S31> a; };").substr(0, 10), "line 1, co");
+}
+
+TEST(SchemaIdl, ReadsEveryLetterDigitAndBlank) {
+  const Idl idl = parse_idl(
+      "struct\taz\n{\rlong\vAZ\f; long a09, z, A, Z, a; };// the end\n/**/struct b{long x;};//");
+  const std::vector<Member>& members = idl.at("az").members;
+  std::string names;
+  for (const Member& member : members) names += member.name + " ";
+  EXPECT_EQ(names, "AZ a09 z A Z a ");
+  EXPECT_EQ(idl.structs.size(), 2u);
+  for (const char* character : {"`", "{", "@", "[", "/", ":"})
+    EXPECT_NE(refusal("struct a" + std::string(character) + "b { long x; };"), "parsed")
+        << character;
+}
+
+TEST(SchemaIdl, ErrorsShowUnprintableAndLongTextsShortened) {
+  const std::string unexpected = "line 1, column 1: unexpected character ";
+  EXPECT_EQ(refusal("~"), unexpected + "'~'");
+  EXPECT_EQ(refusal("!"), unexpected + "'!'");
+  for (const char* unprintable : {"\x7f", "\x1f", "\xff"})
+    EXPECT_EQ(refusal(unprintable), unexpected + "'?'");
+  const std::string expected = "line 1, column 1: expected module, struct or enum, found '";
+  EXPECT_EQ(refusal(std::string(40, 'x')), expected + std::string(40, 'x') + "'");
+  EXPECT_EQ(refusal(std::string(41, 'x')), expected + std::string(40, 'x') + "...'");
+  EXPECT_EQ(refusal("/*/"), "line 1, column 1: the comment is not closed");
+  EXPECT_EQ(refusal("struct S :"), "line 1, column 10: inheritance is not supported");
+  EXPECT_EQ(refusal("struct S { octet x[1a]; };").substr(0, 38),
+            "line 1, column 20: expected an array's");
+}
+
+TEST(SchemaIdl, ANameFromOutsideIsNotSearchedInInnerModules) {
+  const Idl idl = parse_idl(
+      "module a { struct P { long x; }; module a { struct P { float x; }; struct Q { ::a::P p; "
+      "a::P "
+      "q; }; }; };");
+  const auto& members = idl.at("a::a::Q").members;
+  EXPECT_EQ(idl.structs[members.at(0).type.definition].name, "a::P");
+  EXPECT_EQ(idl.structs[members.at(1).type.definition].name, "a::a::P");
+}
+
 // Each struct contains the previous one twice, so that all paths together lead to 2^60 fields.
 TEST(SchemaIdl, SharedTypesAreVisitedOnce) {
   std::string doubling = "struct S0 { long x; };";
@@ -295,6 +362,8 @@ TEST(SchemaIdl, DifferencesAreReportedByField) {
   EXPECT_EQ(difference_text("string<8>", "string<9>"),
             "field viewer: string<8> instead of string<9>");
   EXPECT_EQ(difference_text("@key ", ""), "field viewer is a key");
+  EXPECT_EQ(difference_text("unsigned long long", "@key unsigned long long"),
+            "field frame is not a key");
   EXPECT_EQ(difference_text("frame;", "number;"), "field frame instead of number");
   EXPECT_EQ(difference_text("double y", "float y"), "field points.y: double instead of float");
   EXPECT_EQ(difference_text("double y;", ""), "field points.y is new");
@@ -308,6 +377,8 @@ TEST(SchemaIdl, DifferencesAreReportedByField) {
             "field points: sequence<a::b::Point> instead of sequence<a::b::Point, 5>");
   EXPECT_EQ(difference_text("double x", "double x[2]"),
             "field points.x: double instead of double[2]");
+  EXPECT_EQ(difference_text("struct Point { double x; double y; };", "enum Point { x, y };"),
+            "field points: a struct instead of an enum, or an enum instead of a struct");
 }
 
 }  // namespace

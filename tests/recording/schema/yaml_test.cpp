@@ -54,6 +54,17 @@ TEST(SchemaYaml, WritesNonFiniteNumbersAndInvalidUtf8) {
             "---\na: .nan\nb: .inf\nc: -.inf\nd: \"\xEF\xBF\xBD\"\n");
 }
 
+// A YAML reader takes these for booleans, numbers or syntax unless they are quoted.
+TEST(SchemaYaml, QuotesTextsThatYamlWouldReadAsSomethingElse) {
+  for (const char* plain : {"a", "Z", "word_1", "sequence<octet>", "nothing"})
+    EXPECT_EQ(to_yaml({{"k", plain}}), "---\nk: " + std::string(plain) + "\n");
+  for (const char* quoted : {"", "true", "False", "NULL", "yes", "no", "on", "Off", "1a", "_a",
+                             "a-b", "a b", "a{", "a;", "a="})
+    EXPECT_EQ(to_yaml({{"k", quoted}}), "---\nk: \"" + std::string(quoted) + "\"\n");
+  EXPECT_EQ(to_yaml({{"k", nullptr}, {"no", 0}}), "---\nk: null\n\"no\": 0\n");
+  EXPECT_EQ(to_yaml(Json::object()), "---\n{}\n");
+}
+
 // Compares with the values that an independent YAML parser reads.
 void expect_same(const YAML::Node& read, const Json& message, const std::string& path) {
   if (message.is_object()) {
