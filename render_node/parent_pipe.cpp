@@ -51,7 +51,9 @@ class ParentPipe {
       // guarantees that the collisions of every taken state are available.
       take_states();
       take_collisions();
-      take_tiles();
+      // In a lossless replay a newer frame must not replace the pending one before its state
+      // arrives.
+      if (!(replay_.lossless() && pending_)) take_tiles();
       if (pending_ && (virtual_frames_.has(pending_->frame) || states_.writers() == 0)) composite();
       if (pending_ && Clock::now() >= pending_until_) composite();
     }
