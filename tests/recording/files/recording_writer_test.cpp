@@ -220,10 +220,10 @@ TEST_F(RecordingTest, ARangeIncludesItsEnds) {
   const Recording recording(path_);
   const mcap::Id channel = recording.channels().at(0).id;
   const auto stamps_ns = [&](std::int64_t start_ns, std::int64_t end_ns) {
-    std::vector<std::int64_t> stamps_ns;
+    std::vector<std::int64_t> found_ns;
     auto cursor = recording.messages(start_ns, end_ns, {channel});
-    while (const auto message = cursor.next()) stamps_ns.push_back(message->log_stamp_ns);
-    return stamps_ns;
+    while (const auto message = cursor.next()) found_ns.push_back(message->log_stamp_ns);
+    return found_ns;
   };
   using Stamps = std::vector<std::int64_t>;
   EXPECT_EQ(stamps_ns(10, 20), (Stamps{10, 20}));

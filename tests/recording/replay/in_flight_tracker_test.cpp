@@ -58,9 +58,14 @@ TEST(InFlightTracker, WaitsForRenderedFramesOnlyIfAllTilesAreSent) {
 class InFlightTrackerTest : public testing::Test {
  protected:
   using Group = recording::FrameGroup;
+  static recording::RecordedChannel channel_of(const char* topic) {
+    recording::RecordedChannel channel;
+    channel.topic = topic;
+    return channel;
+  }
   static Group group(std::optional<std::uint64_t> frame, std::size_t maps, std::size_t poses) {
-    static const recording::RecordedChannel map{.topic = bus::topics::ObjectPixelMap::name},
-        pose{.topic = bus::topics::HeadPose::name};
+    static const auto map = channel_of(bus::topics::ObjectPixelMap::name),
+                      pose = channel_of(bus::topics::HeadPose::name);
     Group made{.frame = frame, .log_stamp_ns = 0, .capture_stamp_ns = 0, .messages = {}};
     made.messages.resize(maps + poses);
     for (std::size_t i = 0; i < maps + poses; ++i) {
@@ -68,6 +73,10 @@ class InFlightTrackerTest : public testing::Test {
       made.messages[i].capture_stamp_ns = 1'000'000'000;
     }
     return made;
+  }
+  InFlightTrackerTest() {
+    plan_.nodes = {{"S", "sim_node"}, {"R", "recon_node"}, {"V", "render_node"}};
+    plan_.shape_cameras = 2;
   }
   InFlightTracker tracker(std::chrono::milliseconds timeout = 60s) {
     plan_.timeout = timeout;
@@ -88,8 +97,7 @@ class InFlightTrackerTest : public testing::Test {
 
   bus::Bus bus_{{.domain = test::own_domain()}};
   const recording::Recording recording_{kRecording};
-  ReplayPlan plan_{.nodes = {{"S", "sim_node"}, {"R", "recon_node"}, {"V", "render_node"}},
-                   .shape_cameras = 2};
+  ReplayPlan plan_;
 };
 
 TEST_F(InFlightTrackerTest, FrameSetsNeedAllMapsOfOneCaptureAndAPoseUnlessForSimulation) {
