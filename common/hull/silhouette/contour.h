@@ -36,8 +36,8 @@ struct ContourEdge {
 //
 // The fit is a least-squares parabola through the centers of the pixel edges along the contour: at
 // most kContourEdges to each side, fewer if the contour turns by more than kMaxTurn_rad between the
-// sides. Errors on discs (tests/hull/surface_test.cpp): 0.30 degrees median and 1.0 degrees p95 for
-// a radius of 20 px, 2.5 and 7.2 degrees for 3 px.
+// sides. Errors on discs (tests/hull/silhouette/surface_test.cpp): 0.30 degrees median and 1.0
+// degrees p95 for a radius of 20 px, 2.5 and 7.2 degrees for 3 px.
 inline constexpr int kContourEdges = 16, kMinContourEdges = 2;
 inline constexpr double kMaxTurn_rad = 1.4;
 struct ContourFit {
