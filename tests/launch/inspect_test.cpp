@@ -203,7 +203,7 @@ TEST(MessageFormatter, AbbreviatesSequencesOfMoreThanSixteenNumbers) {
   EXPECT_EQ(shown_of(17, {.bare = true, .field = FieldPath("a[16]")}), "--- 1\n");
 }
 
-TEST(MessageFormatter, TellsWhatItCannotKnow) {
+TEST(MessageFormatter, MarksAnUnknownWriterAndPayloadsThatItCannotDecode) {
   setenv("TZ", "UTC", 1);
   tzset();
   const std::array<std::byte, 5> cut{std::byte{0}, std::byte{1}};

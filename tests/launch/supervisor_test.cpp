@@ -425,8 +425,11 @@ TEST_F(SupervisorTest, AChildStartsWithTheDefaultsOfAProcess) {
   sigset_t all, before;
   sigfillset(&all);
   sigprocmask(SIG_SETMASK, &all, &before);
-  std::vector<sighandler_t> handlers;
-  for (const int number : {SIGINT, SIGTERM, SIGPIPE}) handlers.push_back(signal(number, SIG_IGN));
+  std::vector<std::pair<int, sighandler_t>> handlers;
+  for (const int number : {SIGINT, SIGTERM, SIGPIPE})
+    handlers.emplace_back(number, signal(number, SIG_IGN));
+  // A test in the background may have started with these ignored, which nodes inherit.
+  for (const int number : {SIGHUP, SIGQUIT}) handlers.emplace_back(number, signal(number, SIG_DFL));
   {
     launch::ChildProcess child({"/bin/sh", "-c",
                                 "cat; echo to stderr >&2; ls -l /proc/self/fd | grep -c inherited; "
@@ -442,8 +445,7 @@ TEST_F(SupervisorTest, AChildStartsWithTheDefaultsOfAProcess) {
                                                  "SigIgn:\t0000000000000000"}));
     EXPECT_EQ(child.output_fd(), -1);
   }
-  std::size_t i = 0;
-  for (const int number : {SIGINT, SIGTERM, SIGPIPE}) signal(number, handlers[i++]);
+  for (const auto& [number, handler] : handlers) signal(number, handler);
   sigprocmask(SIG_SETMASK, &before, nullptr);
   for (const int file : inherited) close(file);
   dup2(own_stdin, STDIN_FILENO);
