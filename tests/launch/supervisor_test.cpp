@@ -12,6 +12,8 @@
 #include <fstream>
 #include <memory>
 #include <sstream>
+#include <utility>
+#include <vector>
 
 #include "launch/supervise/claims.h"
 #include "launch/supervise/supervisor.h"
@@ -303,7 +305,7 @@ TEST_F(SupervisorTest, TheFirstFailureIsTheReason) {
   launch::Supervisor supervisor({node("a", until_both_run + "2"), node("b", until_both_run + "3")},
                                 {}, output());
   std::ofstream(folder / "go") << '\n';
-  // Both have ended before the supervisor looks.
+  // Both have ended before the supervisor polls them.
   for (const launch::ProgramHistory& program : supervisor.history()) {
     siginfo_t ended{};
     ASSERT_EQ(waitid(P_PID, id_t(program.processes[0].pid), &ended, WEXITED | WNOWAIT), 0);
