@@ -24,7 +24,7 @@ using MeshImport = test::SceneFiles;
 using Corner = std::array<float, 3>;
 using Corners = std::multiset<std::array<Corner, 3>>;
 
-// The corners of each triangle, which begin with the smallest one.
+// Returns the corners of each triangle, the smallest one first.
 Corners corners_of(const ImportedMesh& mesh) {
   Corners corners;
   for (const auto& [a, b, c] : mesh.triangles) {
@@ -38,7 +38,7 @@ Corners corners_of(const ImportedMesh& mesh) {
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
-// Returns one triangle per element, each in a mesh of its own.
+// Returns a glTF file of these triangles, each in a mesh of its own.
 std::string gltf_of(const std::vector<std::array<Corner, 3>>& triangles) {
   std::string nodes, ids, meshes, accessors, views, bytes;
   for (std::size_t i = 0; i < triangles.size(); ++i) {
@@ -163,7 +163,7 @@ TEST_F(MeshImport, RefusesAPipeThatTheFileNames) {
   EXPECT_TRUE(reason.starts_with("cannot read the mesh: ")) << reason;
 }
 
-TEST(MeshBytes, SurviveTheWayThroughBytes) {
+TEST(MeshBytes, RoundTrip) {
   for (const ImportedMesh& mesh :
        {ImportedMesh{}, ImportedMesh{{}, {}, "why"}, ImportedMesh{{{1, 2, 3}}, {}, ""},
         ImportedMesh{{{1, 2, 3}}, {{0, 0, 0}}, "x"},

@@ -346,14 +346,14 @@ TEST(Numbers, AreParsedInYamlsForms) {
                                     {"+2", 2},
                                     {"-3e2", -300},
                                     {".inf", infinity},
-                                    {"-.INF", -infinity},
+                                    {"-.INF", infinity},
                                     {"inf", infinity},
                                     {"Infinity", infinity},
                                     {"1e999", infinity}}) {
     const ParsedNumber number = parse_number(text);
     EXPECT_TRUE(number.is_number) << text;
-    EXPECT_EQ(std::abs(number.value), std::abs(value)) << text;
-    EXPECT_EQ(std::isfinite(value) && number.value != value, false) << text;
+    // The reader refuses infinity, so its sign does not matter.
+    EXPECT_EQ(std::isfinite(value) ? number.value : std::abs(number.value), value) << text;
   }
   for (const std::string text : {".nan", "NaN", "-nan"}) {
     EXPECT_TRUE(parse_number(text).is_number) << text;

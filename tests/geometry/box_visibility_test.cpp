@@ -28,7 +28,7 @@ TEST(BoxVisibility, IsExactForNarrowAndWideViewsAndCamerasInsideTheBox) {
 }
 
 TEST(BoxVisibility, ABoxThatTouchesTheLeftOrTheUpperEdgeOfTheImageIsVisible) {
-  // The view is |x| <= z and |y| <= z, without rounding.
+  // The view is |x| <= z and |y| <= z. A double holds the touching edges exactly.
   const Camera camera{{2, 2, 1, 1, 0.5, 0.5}};
   const auto is_visible = [&](const Eigen::Vector3d& min_m, const Eigen::Vector3d& max_m) {
     return is_box_visible(camera, Eigen::AlignedBox3d(min_m, max_m));
@@ -65,7 +65,7 @@ std::vector<HalfSpace> half_spaces(const Camera& camera, const Eigen::AlignedBox
   return sides;
 }
 
-// A bounded intersection of half-spaces has a vertex on three of their planes, if it has a point.
+// A bounded intersection of half-spaces that is not empty has a vertex on three of their planes.
 bool intersect(const std::vector<HalfSpace>& sides) {
   const auto contains = [&](const Eigen::Vector3d& p) {
     return std::all_of(sides.begin(), sides.end(), [&](const HalfSpace& side) {

@@ -1,7 +1,6 @@
 // Runs the built `fivepipe` command.
 #include <gtest/gtest.h>
 #include <sys/wait.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <cstdio>
@@ -14,6 +13,7 @@
 
 #include "common/base/machine.h"
 #include "common/base/version.h"
+#include "tests/support/deployments.h"
 #include "tests/support/test_folder.h"
 
 namespace fivepipe::launch {
@@ -71,7 +71,8 @@ TEST(Command, HelpOfEverySubcommandHasAnExample) {
 }
 
 TEST(Command, MapsOfOneFrameAreImagesAndCameras) {
-  const auto folder = fs::temp_directory_path() / ("fivepipe_maps_" + std::to_string(getpid()));
+  const test::TestFolder test_folder;
+  const fs::path folder = test_folder.path / "maps";
   const Answer answer =
       fivepipe("maps " FIVEPIPE_SOURCE_DIR "/launch/deployments/demo.yaml --frame 30 --out " +
                folder.string());
@@ -87,16 +88,15 @@ TEST(Command, MapsOfOneFrameAreImagesAndCameras) {
     ++count;
   }
   EXPECT_GE(count, 3);
-  fs::remove_all(folder);
   EXPECT_EQ(fivepipe("maps /no/such.yaml --out " + folder.string()).exit_code, 2);
   EXPECT_EQ(fivepipe("maps").exit_code, 2);
 }
 
-// A deployment with pictures of 50x40 px: a bright square of 10x5 px in picture k, k rows lower.
+// A deployment with pictures of 50x40 px. Picture k has a bright rectangle of 10x5 px, k rows lower
+// than in picture 0.
 class PicturesDeployment {
  public:
   PicturesDeployment() {
-    fs::create_directories(folder);
     std::ofstream(folder / "rig.yaml")
         << "name: two\nvolume_m: {min: [-0.4, -0.4, -0.4], max: [0.4, 0.4, 0.4]}\ncameras:\n"
            "  - {name: left, image_size_px: [50, 40], horizontal_fov_deg: 90,\n"
@@ -119,7 +119,6 @@ class PicturesDeployment {
                      "above: {video: f%d.ppm, background: empty.ppm}, "
                      "right: {video: f%d.ppm, background: empty.ppm}");
   }
-  ~PicturesDeployment() { fs::remove_all(folder); }
   void write_deployment(const std::string& program, const std::string& sources) const {
     std::ofstream(folder / "deployment.yaml")
         << "name: pictures\nrig: rig.yaml\nscene: scene.yaml\nframe_rate_hz: 24\nviewer:\n"
@@ -133,13 +132,9 @@ class PicturesDeployment {
     return fivepipe("maps " + (folder / "deployment.yaml").string() + " --out " + out.string() +
                     " " + arguments);
   }
-  static std::string text_of(const fs::path& file) {
-    std::ostringstream text;
-    text << std::ifstream(file, std::ios::binary).rdbuf();
-    return text.str();
-  }
 
-  const fs::path folder = fs::temp_directory_path() / ("fivepipe_end_" + std::to_string(getpid()));
+  const test::TestFolder test_folder;
+  const fs::path folder = test_folder.path;
   const fs::path out = folder / "new" / "maps";
 };
 
@@ -155,8 +150,8 @@ TEST(Command, MapsHaveTheObjectPixelsAndTheCamerasOfOneFrame) {
     std::string pixels = "P4\n50 40\n" + std::string(7 * 40, '\0');
     for (int v = 8 + frame; v < 13 + frame; ++v)  // columns 20 to 29
       pixels.replace(pixels.size() - std::size_t(7 * (40 - v)) + 2, 2, "\x0f\xfc");
-    EXPECT_EQ(PicturesDeployment::text_of(pictures.out / "left.pbm"), pixels);
-    EXPECT_EQ(PicturesDeployment::text_of(pictures.out / "right.pbm"), pixels);
+    EXPECT_EQ(test::text_of(pictures.out / "left.pbm"), pixels);
+    EXPECT_EQ(test::text_of(pictures.out / "right.pbm"), pixels);
     EXPECT_FALSE(fs::exists(pictures.out / "above.pbm"));
     std::ifstream cameras(pictures.out / "cameras.txt");
     std::string line;

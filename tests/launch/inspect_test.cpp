@@ -203,7 +203,7 @@ TEST(MessageFormatter, AbbreviatesSequencesOfMoreThanSixteenNumbers) {
   EXPECT_EQ(shown_of(17, {.bare = true, .field = FieldPath("a[16]")}), "--- 1\n");
 }
 
-TEST(MessageFormatter, TellsWhatItCannotKnow) {
+TEST(MessageFormatter, MarksAnUnknownWriterAndPayloadsThatItCannotDecode) {
   setenv("TZ", "UTC", 1);
   tzset();
   const std::array<std::byte, 5> cut{std::byte{0}, std::byte{1}};
@@ -227,7 +227,7 @@ TEST(MessageFormatter, TellsWhatItCannotKnow) {
   EXPECT_EQ(bare(message), "");
 }
 
-TEST(MessageFormatter, DecodesCdr2KeysOfUpToFourBytesInBothByteOrders) {
+TEST(MessageFormatter, DecodesCdr2KeysWithFieldsOfUpToFourBytesInBothByteOrders) {
   const schema::Idl idl = schema::parse_idl(
       "enum E { zero, one, two }; struct K { @key unsigned long a; long long b; @key E e; };");
   for (const bool big_endian : {false, true}) {
@@ -256,7 +256,7 @@ TEST(MessageFormatter, NamesTheFieldThatDoesNotExist) {
             "'a b' is not a field path; examples: frame, region.u0_px, objects[0].object");
 }
 
-TEST(MessageFormatter, DoesNotDecodeCdr2Keys) {
+TEST(MessageFormatter, DoesNotDecodeCdr2KeysWithFieldsOfEightBytes) {
   const schema::Idl idl =
       schema::parse_idl("struct Wide { @key octet a; @key unsigned long long b; };");
   Cdr key;

@@ -1,18 +1,17 @@
 // The texts of `fivepipe record`, `replay`, `ls` and `hz`, word for word.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "launch/inspect/arrival_statistics.h"
 #include "launch/inspect/record_report.h"
 #include "launch/inspect/replay_report.h"
 #include "launch/inspect/topic_list.h"
+#include "tests/support/line_count.h"
 
 namespace fivepipe::launch {
 namespace {
-
-std::ptrdiff_t lines(const std::string& text) { return std::count(text.begin(), text.end(), '\n'); }
 
 replay::RecordRequest request() {
   replay::RecordRequest request;
@@ -51,9 +50,9 @@ TEST(RecordReport, NamesTheNodesWhoseMessagesAreMissingAtMostTwenty) {
             "cannot check for losses; no recent send counts from: (unnamed), sim\n");
   result.unverified_nodes.clear();
   result.sent.assign(20, {"recon_a", "v/HullTile", 101, 100});
-  EXPECT_EQ(lines(problems_text(request(), result)), 20);
+  EXPECT_EQ(test::line_count(problems_text(request(), result)), 20);
   result.sent.assign(22, {"recon_a", "v/HullTile", 101, 100});
-  EXPECT_EQ(lines(problems_text(request(), result)), 21);
+  EXPECT_EQ(test::line_count(problems_text(request(), result)), 21);
   EXPECT_TRUE(problems_text(request(), result).ends_with("and 2 more such lines\n"));
 
   result.sent.clear();
@@ -139,7 +138,7 @@ TEST(ArrivalTable, ShowsEachWriterAndAll) {
             "4 frames, 5 missing between them: 1, 3, 5..7\n");
   ArrivalStatistics frameless;
   frameless.add("a", {1, 1, 1}, std::nullopt);
-  EXPECT_EQ(lines(frameless.text()), 2);
+  EXPECT_EQ(test::line_count(frameless.text()), 2);
   frameless.add("a", {1, 1, 1}, 7);
   EXPECT_TRUE(frameless.text().ends_with("\n1 frame, none missing\n"));
 }
@@ -157,7 +156,7 @@ TEST(ArrivalTable, ListsTwelveGapsAndSixtyFourWriters) {
   EXPECT_EQ(statistics.text().find("others"), std::string::npos);
   for (const char* writer : {"x", "y", "a"}) statistics.add(writer, {30, 0, 1}, {});
   const std::string text = statistics.text();
-  EXPECT_EQ(lines(text), 1 + 64 + 2 + 1);
+  EXPECT_EQ(test::line_count(text), 1 + 64 + 2 + 1);
   EXPECT_NE(text.find("\nothers         2 "), std::string::npos) << text;
   EXPECT_NE(text.find("\na             15 "), std::string::npos) << text;
 }
@@ -254,21 +253,21 @@ TEST(TopicTables, ListsBreakAt15And24And48Columns) {
     const std::string first(5, 'a'), second(width - 7, 'b');
     return ListedTopic{"v/" + second, {"A"}, {}, {{first, 1}, {second, 1}}, {}, 0};
   };
-  EXPECT_EQ(lines(topics_text({topic(15)}, false)), 2);
-  EXPECT_EQ(lines(topics_text({topic(16)}, false)), 3);
-  EXPECT_EQ(lines(topics_text({topic(24)}, true)), 2);
-  EXPECT_EQ(lines(topics_text({topic(25)}, true)), 3);
+  EXPECT_EQ(test::line_count(topics_text({topic(15)}, false)), 2);
+  EXPECT_EQ(test::line_count(topics_text({topic(16)}, false)), 3);
+  EXPECT_EQ(test::line_count(topics_text({topic(24)}, true)), 2);
+  EXPECT_EQ(test::line_count(topics_text({topic(25)}, true)), 3);
   ListedTopic read = topic(15);
   std::swap(read.readers, read.writers);
-  EXPECT_EQ(lines(topics_text({read}, false)), 2);
+  EXPECT_EQ(test::line_count(topics_text({read}, false)), 2);
   read.readers = topic(16).writers;
-  EXPECT_EQ(lines(topics_text({read}, false)), 3);
+  EXPECT_EQ(test::line_count(topics_text({read}, false)), 3);
   for (const bool reads : {false, true})
     for (const std::size_t width : {48, 49}) {
       std::vector<ListedTopic> topics{{"v/aaaaa", {"A"}, {}, {}, {}, 0},
                                       {"v/" + std::string(width - 7, 'b'), {"A"}, {}, {}, {}, 0}};
       for (ListedTopic& one : topics) (reads ? one.readers : one.writers)["sim"] = 1;
-      EXPECT_EQ(lines(nodes_text(topics, false)), width == 48 ? 2 : 3);
+      EXPECT_EQ(test::line_count(nodes_text(topics, false)), width == 48 ? 2 : 3);
     }
 }
 

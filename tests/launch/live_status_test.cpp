@@ -4,9 +4,8 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-
 #include "launch/supervise/status/largest_counts.h"
+#include "tests/support/line_count.h"
 
 using namespace fivepipe;
 
@@ -27,8 +26,6 @@ launch::ProcessStatus status(const std::string& node, std::uint32_t pid,
 std::string numbered(const std::string& prefix, int number) {
   return prefix + (number < 10 ? "0" : "") + std::to_string(number);
 }
-
-std::ptrdiff_t lines(const std::string& text) { return std::count(text.begin(), text.end(), '\n'); }
 
 bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
@@ -76,7 +73,7 @@ TEST(NodesTable, ShowsFiftyNodesAndTwentyLatencies) {
     registry.add(node, 10 * s);
   }
   const std::string fifty = launch::nodes_table(registry, 10 * s);
-  EXPECT_EQ(lines(fifty), 1 + 50);
+  EXPECT_EQ(test::line_count(fifty), 1 + 50);
   std::size_t at = 0;
   for (int shown = 0; shown < 2 * 20; ++shown) {
     at = fifty.find("latency", at + 1);
@@ -85,7 +82,7 @@ TEST(NodesTable, ShowsFiftyNodesAndTwentyLatencies) {
   EXPECT_EQ(fifty.find("latency", at + 1), std::string::npos) << "of the second node's 21";
   registry.add(status("node50", 50), 10 * s);
   const std::string more = launch::nodes_table(registry, 10 * s);
-  EXPECT_EQ(lines(more), 1 + 50 + 1);
+  EXPECT_EQ(test::line_count(more), 1 + 50 + 1);
   EXPECT_TRUE(more.ends_with("and 1 more nodes\n")) << more;
   EXPECT_FALSE(contains(more, "node50"));
 }
@@ -129,9 +126,9 @@ TEST(NodeMessages, AreAtMostTwentyOfAKindAndTwoHundredInAll) {
     registry.add(node, 10 * s);
     return launch::node_messages(registry);
   };
-  EXPECT_EQ(lines(shown_of(19)), 19);
-  EXPECT_EQ(lines(shown_of(20)), 20);
-  EXPECT_EQ(lines(shown_of(21)), 20);
+  EXPECT_EQ(test::line_count(shown_of(19)), 19);
+  EXPECT_EQ(test::line_count(shown_of(20)), 20);
+  EXPECT_EQ(test::line_count(shown_of(21)), 20);
 
   launch::StatusRegistry registry;
   for (std::uint32_t i = 0; i < 10; ++i) {
@@ -140,7 +137,7 @@ TEST(NodeMessages, AreAtMostTwentyOfAKindAndTwoHundredInAll) {
     registry.add(node, 10 * s);
   }
   const std::string all = launch::node_messages(registry);
-  EXPECT_EQ(lines(all), 200);
+  EXPECT_EQ(test::line_count(all), 200);
   EXPECT_FALSE(contains(all, "more lines"));
   auto one_more = status("z", 10);
   one_more.diagnostics = {"table: high", "table: low"};
@@ -158,7 +155,7 @@ TEST(NodeMessages, NameTwentyDuplicateNodes) {
   };
   for (int i = 0; i < 20; ++i) add_duplicate(i);
   const std::string all = launch::node_messages(registry);
-  EXPECT_EQ(lines(all), 20);
+  EXPECT_EQ(test::line_count(all), 20);
   EXPECT_TRUE(
       all.starts_with("2 processes publish as node 'node00': process 1 on host alpha, "
                       "process 2 on host alpha\n"))

@@ -158,10 +158,10 @@ Answer interrupted(const std::vector<std::string>& words, std::ptrdiff_t lines) 
   return {exit_code.value_or(-1), program.said()};
 }
 
-TEST(RecordingCommandsLive, EchoTellsThatItWaitsForAWriter) {
+TEST(RecordingCommandsLive, EchoReportsThatItWaitsForAWriter) {
   const std::string domain = std::to_string(test::own_domain());
   const Answer echo = interrupted({"echo", "HeadPose", "--count", "1", "--domain", domain}, 1);
-  EXPECT_EQ(echo.exit_code, 130) << "no message came";
+  EXPECT_EQ(echo.exit_code, 130) << "no message arrived";
   EXPECT_EQ(echo.text, "waiting: no node writes " + kHeadTopic + " in domain " + domain +
                            "; `fivepipe ls` lists the nodes, Ctrl-C quits\n");
 }

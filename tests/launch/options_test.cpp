@@ -27,7 +27,7 @@ class CommandLine : public testing::Test {
                            add_hz, add_simulation, add_doctor, add_bench, add_maps})
       add(app_, command_);
   }
-  // Parses the words of a line; FILE stands for an existing file.
+  // Parses the words of a line. The word FILE names an existing file.
   bool accepts(const std::string& line) {
     std::vector<std::string> words;
     std::istringstream in(line);
@@ -217,6 +217,9 @@ TEST_F(CommandLine, ValuesOutsideTheirLimitsAreRefused) {
 TEST(Options, SettingsAreSplitAtTheirFirstEqualsSign) {
   EXPECT_EQ(settings_from({"a=1", "bc=d=e", "a=2", "f="}),
             (std::map<std::string, std::string>{{"a", "2"}, {"bc", "d=e"}, {"f", ""}}));
+}
+
+TEST(Options, ARateIsANumberOrMax) {
   EXPECT_EQ(rate_from("max"), 0);
   EXPECT_EQ(rate_from("0.25"), 0.25);
 }

@@ -1,17 +1,15 @@
 // The text and the JSON of `fivepipe info`, word for word. recording_info_test.cpp reads files.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "launch/inspect/recording_info.h"
+#include "tests/support/line_count.h"
 
 namespace fivepipe::launch {
 namespace {
 
 constexpr std::int64_t kStart_ns = 1'700'000'000'000'000'000;
-
-std::ptrdiff_t lines(const std::string& text) { return std::count(text.begin(), text.end(), '\n'); }
 
 RecordingInfo complete_info() {
   RecordingInfo info;
@@ -114,9 +112,9 @@ TEST_F(RecordingInfoText, StatesTheConditionOfTheFile) {
       "session.mcap`\n";
   EXPECT_EQ(condition(info), unfinished);
   info.damage.damage_reports.assign(10, "chunk at byte 5: CRC");
-  EXPECT_EQ(lines(condition(info)), 3 + 10 + 1);
+  EXPECT_EQ(test::line_count(condition(info)), 3 + 10 + 1);
   info.damage.damage_reports.resize(12, "chunk at byte 5: CRC");
-  EXPECT_EQ(lines(condition(info)), 3 + 11 + 1);
+  EXPECT_EQ(test::line_count(condition(info)), 3 + 11 + 1);
   EXPECT_TRUE(condition(info).starts_with(unfinished + "DAMAGED      chunk at byte 5: CRC\n"
                                                        "             chunk at byte 5: CRC\n"));
   EXPECT_TRUE(condition(info).ends_with("             and 2 more\n" + advice));
@@ -238,7 +236,7 @@ TEST_F(RecordingInfoText, ListsBreakAt120Columns) {
   for (const std::size_t last : {48, 49}) {
     info.settings = {{"a", "1"}, {"b", std::string(48, 'x')}, {"c", std::string(last - 2, 'y')}};
     const std::string text = section(text_of(info), "settings", "\ntopic");
-    EXPECT_EQ(lines(text), last == 48 ? 1 : 2) << text;
+    EXPECT_EQ(test::line_count(text), last == 48 ? 1 : 2) << text;
     EXPECT_EQ(text.find(", \n"), std::string::npos);
   }
   info = complete_info();

@@ -51,7 +51,7 @@ TEST(StatusRegistry, AnOlderProcessIsADuplicateOnceItPublishesForLongerThanItsLa
   EXPECT_TRUE(registry.duplicates().empty()) << "the older one has ended";
 }
 
-TEST(StatusRegistry, OfProcessesThatStartTogetherTheOneHeardLastIsTheNode) {
+TEST(StatusRegistry, OfProcessesThatStartTogetherTheLastToPublishIsTheNode) {
   launch::StatusRegistry registry;
   for (const bus::ProcessId& process : {kSecond, kFirst, bus::ProcessId{"beta", 1, 1}})
     registry.add(status("sim", process, 1 * s), 10 * s);

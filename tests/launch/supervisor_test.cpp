@@ -12,6 +12,8 @@
 #include <fstream>
 #include <memory>
 #include <sstream>
+#include <utility>
+#include <vector>
 
 #include "launch/supervise/claims.h"
 #include "launch/supervise/supervisor.h"
@@ -303,7 +305,7 @@ TEST_F(SupervisorTest, TheFirstFailureIsTheReason) {
   launch::Supervisor supervisor({node("a", until_both_run + "2"), node("b", until_both_run + "3")},
                                 {}, output());
   std::ofstream(folder / "go") << '\n';
-  // Both have ended before the supervisor looks.
+  // Both have ended before the supervisor polls them.
   for (const launch::ProgramHistory& program : supervisor.history()) {
     siginfo_t ended{};
     ASSERT_EQ(waitid(P_PID, id_t(program.processes[0].pid), &ended, WEXITED | WNOWAIT), 0);
@@ -425,8 +427,11 @@ TEST_F(SupervisorTest, AChildStartsWithTheDefaultsOfAProcess) {
   sigset_t all, before;
   sigfillset(&all);
   sigprocmask(SIG_SETMASK, &all, &before);
-  std::vector<sighandler_t> handlers;
-  for (const int number : {SIGINT, SIGTERM, SIGPIPE}) handlers.push_back(signal(number, SIG_IGN));
+  std::vector<std::pair<int, sighandler_t>> handlers;
+  for (const int number : {SIGINT, SIGTERM, SIGPIPE})
+    handlers.emplace_back(number, signal(number, SIG_IGN));
+  // A test in the background may have started with these ignored, which nodes inherit.
+  for (const int number : {SIGHUP, SIGQUIT}) handlers.emplace_back(number, signal(number, SIG_DFL));
   {
     launch::ChildProcess child({"/bin/sh", "-c",
                                 "cat; echo to stderr >&2; ls -l /proc/self/fd | grep -c inherited; "
@@ -442,8 +447,7 @@ TEST_F(SupervisorTest, AChildStartsWithTheDefaultsOfAProcess) {
                                                  "SigIgn:\t0000000000000000"}));
     EXPECT_EQ(child.output_fd(), -1);
   }
-  std::size_t i = 0;
-  for (const int number : {SIGINT, SIGTERM, SIGPIPE}) signal(number, handlers[i++]);
+  for (const auto& [number, handler] : handlers) signal(number, handler);
   sigprocmask(SIG_SETMASK, &before, nullptr);
   for (const int file : inherited) close(file);
   dup2(own_stdin, STDIN_FILENO);

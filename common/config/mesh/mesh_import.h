@@ -8,7 +8,8 @@
 
 namespace fivepipe::config {
 
-// A mesh in the file's unit and axes. Its vertices may be not finite.
+// A mesh in the file's unit and axes. Triangles refer to its vertices. A vertex may be NaN or
+// infinite.
 struct ImportedMesh {
   std::vector<std::array<float, 3>> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;

@@ -16,6 +16,7 @@
 #include "common/pipeline/bus/profile.h"
 #include "common/pipeline/node/status.h"
 #include "tests/support/test_domain.h"
+#include "tests/support/test_folder.h"
 
 namespace fivepipe::bus {
 namespace {
@@ -227,8 +228,8 @@ TEST(Bus, AConfigurationThatCycloneRefusesIsAnError) {
 }
 
 TEST(Profile, TheEnvironmentReplacesTheProfile) {
-  const std::filesystem::path file =
-      std::filesystem::path(testing::TempDir()) / "bus_test_profile.xml";
+  const test::TestFolder folder;
+  const std::filesystem::path file = folder.path / "profile.xml";
   std::ofstream(file) << "<CycloneDDS>of a file</CycloneDDS>\n";
   setenv("CYCLONEDDS_URI", ("file://" + file.string()).c_str(), 1);
   EXPECT_EQ(profile_xml("loopback"), "<CycloneDDS>of a file</CycloneDDS>\n");

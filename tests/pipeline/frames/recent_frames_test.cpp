@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <deque>
+#include <optional>
 #include <random>
+#include <utility>
 #include <vector>
 
 namespace fivepipe::frames {

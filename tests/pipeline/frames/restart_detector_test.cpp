@@ -58,7 +58,7 @@ TEST(RestartDetector, AllowsStampsToDifferBy200Ms) {
   }
 }
 
-TEST(RestartDetector, ComparesWithTheNewestFrameAsItCameFirst) {
+TEST(RestartDetector, ComparesWithTheFirstStampOfTheNewestFrame) {
   RestartDetector detector;
   for (const std::uint64_t frame : {10, 99, 100}) {
     EXPECT_FALSE(detector.is_restart(frame, stamp_ns(frame)));

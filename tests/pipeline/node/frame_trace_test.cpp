@@ -48,7 +48,8 @@ TEST(FrameSteps, AreContiguousUntilTheEnd) {
   EXPECT_EQ(third.start_ns, third.end_ns) << "not ended";
 }
 
-// Handles a frame with two steps. Returns the node's final status with its latencies by name.
+// Handles a frame with two steps. Returns the count of each latency in the node's final status, and
+// under "traces" the number of published traces.
 std::map<std::string, std::uint64_t> handle_frame(bus::Bus& bus, bool with_reader) {
   auto statuses = bus.reader<bus::topics::NodeStatus>();
   std::optional<bus::Reader<bus::topics::FrameTrace>> traces;

@@ -1,15 +1,12 @@
 #include "common/pipeline/node/status.h"
 
 #include <gtest/gtest.h>
-#include <spdlog/sinks/ostream_sink.h>
-#include <spdlog/spdlog.h>
 
 #include <array>
 #include <chrono>
 #include <ctime>
 #include <fstream>
 #include <map>
-#include <sstream>
 
 #include "common/base/realtime.h"
 #include "common/base/version.h"
@@ -17,6 +14,7 @@
 #include "common/pipeline/node/drop_counts.h"
 #include "common/pipeline/node/log_budget.h"
 #include "common/pipeline/node/status_names.h"
+#include "tests/support/captured_log.h"
 #include "tests/support/process.h"
 #include "tests/support/test_domain.h"
 
@@ -58,24 +56,6 @@ Reported reported_by(const fivepipe_v1_NodeStatus& status) {
   got.memory_mb = status.memory_mb;
   return got;
 }
-
-// Receives what the process logs, instead of the default logger.
-class CapturedLog {
- public:
-  CapturedLog() {
-    spdlog::set_default_logger(std::make_shared<spdlog::logger>(
-        "captured", std::make_shared<spdlog::sinks::ostream_sink_mt>(text_)));
-  }
-  ~CapturedLog() { spdlog::set_default_logger(before_); }
-  CapturedLog(const CapturedLog&) = delete;
-  CapturedLog& operator=(const CapturedLog&) = delete;
-  // Call it when no thread logs.
-  std::string text() const { return text_.str(); }
-
- private:
-  std::ostringstream text_;
-  std::shared_ptr<spdlog::logger> before_ = spdlog::default_logger();
-};
 
 // Returns the final report of a node.
 template <class Use>
@@ -212,7 +192,7 @@ TEST(NodeStatus, NamesTheSenderOfTooManyKeys) {
   auto reader = bus.reader<bus::topics::FrameTrace>();
   ASSERT_TRUE(test::eventually(bus, 10s, [&] { return reader.writers() == 1; }));
   constexpr std::uint64_t kKeys = bus::topics::kMaxKeys + 9;
-  const CapturedLog log;
+  const test::CapturedLog log;
   const Reported last = reported(bus, [&](NodeStatusReporter&) {
     for (std::uint64_t key = 0; key < kKeys; ++key) {
       fivepipe_v1_FrameTrace trace{};
@@ -233,13 +213,9 @@ TEST(NodeStatus, NamesTheSenderOfTooManyKeys) {
 template <class Use>
 std::string logged(Use use) {
   bus::Bus bus({test::own_domain()});
-  std::ostringstream log;
-  const auto logger = spdlog::default_logger();
-  spdlog::set_default_logger(std::make_shared<spdlog::logger>(
-      "test", std::make_shared<spdlog::sinks::ostream_sink_mt>(log)));
+  const test::CapturedLog log;
   reported(bus, use);
-  spdlog::set_default_logger(logger);
-  return log.str();
+  return log.text();
 }
 
 std::size_t occurrences(const std::string& text, const std::string& part) {
@@ -265,7 +241,7 @@ TEST(NodeStatus, LogsADropOnceAndANewDiagnosticEachTime) {
 TEST(NodeStatus, LogsHowManyLinesItSuppresses) {
   bus::Bus bus({test::own_domain()});
   auto statuses = bus.reader<bus::topics::NodeStatus>();
-  CapturedLog log;
+  const test::CapturedLog log;
   {
     NodeStatusReporter status(bus, "node");
     for (int i = 0; i < LogBudget::kMaxLines + 7; ++i)
@@ -273,7 +249,7 @@ TEST(NodeStatus, LogsHowManyLinesItSuppresses) {
     int received = 0;
     EXPECT_TRUE(test::eventually(bus, 20s, [&] {
       for (const auto& sample : statuses.take()) received += sample.valid();
-      return received == 3;  // the line follows the second one
+      return received >= 3;  // the node logs the line after the second one at the latest
     }));
   }
   EXPECT_EQ(occurrences(log.text(), "7 more lines are not logged"), 1u) << log.text();

@@ -92,8 +92,8 @@ TEST(AppendFile, SyncWaitsForNewBytesOnly) {
   EXPECT_TRUE(file.sync());
   for (const int allowed : {0, 1}) {
     file.append(bytes_of(10, 1));
-    int asked = 0;
-    EXPECT_FALSE(file.sync([&] { return asked++ == allowed; }));
+    int polls = 0;
+    EXPECT_FALSE(file.sync([&] { return polls++ == allowed; }));
   }
 }
 

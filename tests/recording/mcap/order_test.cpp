@@ -76,7 +76,7 @@ TEST(McapOrder, ACursorOutlivesItsReader) {
   EXPECT_EQ(test::all_messages(std::move(cursor)), recording.messages);
 }
 
-// A message outside the range that its chunk states would be returned out of order.
+// The cursor would return a message outside the times that its chunk states out of order.
 TEST(McapOrder, AMessageOutsideTheTimesOfItsChunkIsDamage) {
   const test::TestFolder folder;
   const std::filesystem::path path = folder.path / "a.mcap";

@@ -1,14 +1,12 @@
 #include "common/recording/replay/in_flight_tracker.h"
 
 #include <gtest/gtest.h>
-#include <spdlog/sinks/ostream_sink.h>
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <sstream>
 #include <stdexcept>
 
 #include "common/pipeline/messages/wire_conversions.h"
+#include "tests/support/captured_log.h"
 #include "tests/support/process.h"
 #include "tests/support/test_domain.h"
 
@@ -248,10 +246,7 @@ TEST_F(InFlightTrackerTest, ATraceHandlesTheOpenFrameOfItsNodeOnce) {
 
 // Benchmarks subtract the stamps of a trace.
 TEST(InFlightTracker, RefusesAndLogsTracesWithImpossibleStamps) {
-  std::ostringstream log;
-  const auto logger = spdlog::default_logger();
-  spdlog::set_default_logger(std::make_shared<spdlog::logger>(
-      "test", std::make_shared<spdlog::sinks::ostream_sink_mt>(log)));
+  const test::CapturedLog captured;
   bus::Bus bus({test::own_domain()});
   auto writer = bus.writer<bus::topics::FrameTrace>();
   const recording::Recording recording(kRecording);
@@ -277,11 +272,11 @@ TEST(InFlightTracker, RefusesAndLogsTracesWithImpossibleStamps) {
     tracker.take_traces();
     return !frames.empty();
   }));
-  spdlog::set_default_logger(logger);
+  const std::string log = captured.text();
   EXPECT_EQ(frames, std::vector<std::uint64_t>{2});
-  EXPECT_NE(log.str().find("dropped: bad_trace: simulation: "), std::string::npos) << log.str();
-  EXPECT_NE(log.str().find("(1 so far)"), std::string::npos) << log.str();
-  EXPECT_EQ(log.str().find("(2 so far)"), std::string::npos) << "at most one line per 5 s";
+  EXPECT_NE(log.find("dropped: bad_trace: simulation: "), std::string::npos) << log;
+  EXPECT_NE(log.find("(1 so far)"), std::string::npos) << log;
+  EXPECT_EQ(log.find("(2 so far)"), std::string::npos) << "at most one line per 5 s";
 }
 
 }  // namespace

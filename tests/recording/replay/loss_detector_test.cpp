@@ -137,7 +137,7 @@ TEST_F(LossDetectorTest, TheFirstComparedStampIsExact) {
   report(0.6, -10);
   EXPECT_EQ(loss_detector_.compared().size(), 1u);
   EXPECT_EQ(only().received, 2u);
-  // Messages that were in transit when the status came.
+  // Messages that were in transit when the status arrived.
   for (const int at_ns : {-1, 0, 1}) loss_detector_.received(kNode, kTopic, stamp(0.5) + at_ns);
   EXPECT_EQ(only().received, 4u);
 }

@@ -121,7 +121,7 @@ TEST_F(RecordSessionTest, MessagesInTransitAtASignalAreRecorded) {
   EXPECT_TRUE(result.finished);
   EXPECT_TRUE(result.synced);
   EXPECT_TRUE(result.complete());
-  // No node told how much it sent.
+  // No node reported how many messages it sent.
   EXPECT_TRUE(result.sent.empty());
   EXPECT_EQ(result.unverified_nodes, std::set<std::string>{"peer"});
   const recording::Recording recording(path_);
@@ -201,7 +201,7 @@ TEST(RefusalToOverwrite, NamesTheFileAndTheOption) {
   EXPECT_EQ(refusal_to_overwrite(file), file.string() + " exists; use --force to overwrite it");
 }
 
-// The files of a deployment lie in any folders.
+// The files of a deployment may be in any folders.
 TEST(RecordHeader, AttachesFilesByTheirPathBelowTheFolderOfAll) {
   const test::TestFolder folder;
   const std::filesystem::path mcap = folder.path / "a.mcap";

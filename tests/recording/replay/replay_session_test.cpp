@@ -87,9 +87,9 @@ TEST(ReplayPlan, SendsNodesTheInputsThatMatch) {
   request.topics = "HeadPose|HullTile";
   EXPECT_EQ(topics_of(recording, plan_for(recording, request)),
             std::set<std::string>{topics::HeadPose::name});
-  request.nodes = {"nobody"};
+  request.nodes = {"absent"};
   const std::string error = usage_error_of([&] { plan_for(recording, request); });
-  EXPECT_EQ(error.find("the recording's deployment has no node 'nobody'; its nodes are: "), 0u)
+  EXPECT_EQ(error.find("the recording's deployment has no node 'absent'; its nodes are: "), 0u)
       << error;
   EXPECT_NE(error.find("recon_a, "), std::string::npos) << error;
 }
