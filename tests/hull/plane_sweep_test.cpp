@@ -202,7 +202,7 @@ TEST_F(Sweep, RejectsMoreThan255Cameras) {
 
 TEST_F(Sweep, SupportsAtMost255Cameras) { EXPECT_EQ(kMaxSweepCameras, 255u); }
 
-// The textures are kept from frame to frame where the size stays.
+// The sweep keeps its textures from frame to frame if their size is unchanged.
 TEST_F(Sweep, MapsMayChangeTheirSizesAndTheirNumber) {
   Random random(5);
   PlaneSweep sweep(40, 30, 4);

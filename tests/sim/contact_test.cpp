@@ -105,7 +105,8 @@ TEST(RigidContact, MovesABallOutByTheResponseToItsContact) {
   EXPECT_FALSE(one.contact.take_contact(0)) << "taken";
 }
 
-// What falls for two query periods before it is lifted comes to rest; what is faster bounces.
+// An object that is slower than after a fall of two query periods comes to rest; a faster one
+// bounces.
 TEST(RigidContact, RestingSpeedIsThatOfTwoQueryPeriods) {
   const auto silhouettes = bars({bar(0)});
   const std::vector<std::pair<double, double>> speeds_m_s = {{1.0 / 480, 2 * kGravity_m_s2 / 120},
@@ -126,7 +127,7 @@ TEST(RigidContact, RestingSpeedIsThatOfTwoQueryPeriods) {
     }
 }
 
-// Between two bars that are nearer than the ball is wide, each move ends in the other bar.
+// The gap between the two bars is narrower than the ball, so each move ends in the other bar.
 TEST(RigidContact, LeavesOneContactPerMoveAndStopsAfterFour) {
   const auto silhouettes = bars({bar(-0.08), bar(0.08)});
   const Vector3d center_m(0.012, 0, 0);
