@@ -10,7 +10,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kGravity_m_s2 = 9.80665;
 constexpr double kQueryPeriod_s = 1.0 / 120;
 
 // A real bar with a radius of 3 cm, seen by cameras on its horizon.
