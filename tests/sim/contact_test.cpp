@@ -127,7 +127,7 @@ TEST(RigidContact, RestingSpeedIsThatOfTwoQueryPeriods) {
 }
 
 // The gap between the two bars is narrower than the ball, so each move ends in the other bar.
-TEST(RigidContact, LeavesOneContactPerMoveAndStopsAfterFour) {
+TEST(RigidContact, MovesOutOfOneContactAtATimeAtMostFourTimes) {
   const auto silhouettes = bars({bar(-0.08), bar(0.08)});
   const Vector3d center_m(0.012, 0, 0);
   Contacts squeezed({virtual_ball(center_m, 0.5)}, silhouettes);

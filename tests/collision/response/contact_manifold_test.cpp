@@ -233,7 +233,7 @@ TEST_F(ContactManifoldTest, StartsWithTheDeepestPointAndFollowsTheFarthestSample
 }
 
 // RP_obj is the point itself, so the axes are tried: the nearest exit of a plate is up or down.
-TEST_F(ContactManifoldTest, WithoutADirectionTheNearestAxisIsTried) {
+TEST_F(ContactManifoldTest, WithoutADirectionItTakesTheNearestAxis) {
   std::vector<hull::Silhouette> silhouettes = plane_silhouettes();  // z < 0, down to z = -0.04
   for (hull::Silhouette& s : silhouettes) {
     hull::ObjectPixels pixels(kImage_px, kImage_px);
