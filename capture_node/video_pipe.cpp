@@ -101,7 +101,7 @@ class VideoPipe {
         node_.status.drop_from(tile_costs_.process(sample), {"bad_tile_costs", "", ""});
   }
 
-  // In steps of ten percent.
+  // Reports in steps of ten percent. start_progress() logs a text only if it is new.
   void report_progress(std::string_view what, double fraction) {
     node_.status.start_progress(std::string(what) + ", " + std::to_string(10 * int(10 * fraction)) +
                                 " %");

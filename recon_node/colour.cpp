@@ -13,7 +13,7 @@ struct WeightedBgr {
   double weight = 0;
 };
 
-// No image is larger, and a position fits into an int.
+// Positions beyond this limit are outside of every image. Below it, they fit into an int.
 constexpr double kMaxPosition_px = 1e9;
 
 // Interpolates between the four pixels around uv_px. Pixels without colour, and pixels outside

@@ -199,7 +199,7 @@ class ParentPipe {
   std::set<std::string> highlighted_;
   std::optional<HullFrame> pending_;
   std::deque<HullFrame> after_pending_;  // lossless replays only; at most the frames in flight
-  std::optional<std::uint64_t> unread_frame_;  // the last drawn frame if it was not read back
+  std::optional<std::uint64_t> unread_frame_;  // the last frame that was not read back
   Clock::time_point pending_until_;
   bus::Reader<bus::topics::HullTile> tiles_;
   bus::Reader<bus::topics::VirtualState> states_;

@@ -324,13 +324,13 @@ TEST(Capture, ReturnsPixelsAndColourInRigOrder) {
   EXPECT_FALSE(capture.ended());
 }
 
-// The reference image of a synthetic camera is that of 24 images of the empty room, and a camera
-// without segmenter has read and processed its image too.
+// Capture learns each reference image from 24 images of the empty room, and stops OpenCV's own
+// threads.
 TEST(Capture, SyntheticCamerasLearnFrom24ImagesOfTheEmptyRoom) {
   const config::Rig rig = table_rig();
   config::CaptureConfig config = synthetic_config(rig);
   config.synthetic.noise_sigma_levels = 7;
-  config.segmentation.threshold_sigmas = 3;  // so that the map has noise, which tells them apart
+  config.segmentation.threshold_sigmas = 3;  // so that the maps contain noise and differ
   config.segmentation.opening_px = 0;
   Capture capture(rig, test_viewer(), config, 30);
   EXPECT_EQ(cv::getNumThreads(), 1);

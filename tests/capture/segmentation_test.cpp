@@ -66,7 +66,8 @@ TEST(Difference, MatchesPixelByPixelReferenceAtAnyWidth) {
   }
 }
 
-// Bounds beyond the range of a level: black and white differ from nothing darker or brighter.
+// Near black, the mean minus its limit is below 0, so no level is darker. Near white, no level is
+// brighter.
 TEST(Difference, BoundsStayInTheRangeOfALevel) {
   for (const int width : {3, 20}) {
     for (const auto& [mean, sigma] :

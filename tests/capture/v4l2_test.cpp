@@ -8,7 +8,6 @@
 #include <mutex>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
-#include <optional>
 #include <thread>
 
 #include "capture_node/capture.h"
@@ -33,7 +32,7 @@ struct Reply {
   int error = 0;
 };
 
-// What cv::VideoCapture does in this program.
+// Replaces the device behind cv::VideoCapture in this program.
 class Driver {
  public:
   void reset() {
@@ -42,7 +41,7 @@ class Driver {
     settings.clear();
     opened.clear();
     opens = true;
-    endless_level_.reset();
+    endless_ = cv::Mat();
     open_error = 0;
     reads_ = 0;
   }
@@ -51,15 +50,15 @@ class Driver {
     replies_.push_back(reply);
     changed_.notify_all();
   }
-  // Delivers an image of this level every millisecond from now on.
-  void go_on(int level = 1) {
+  // Delivers this image every millisecond from now on.
+  void go_on(const cv::Mat& image = picture(1)) {
     const std::lock_guard lock(mutex_);
-    endless_level_ = level;
+    endless_ = image;
     changed_.notify_all();
   }
   void pause() {
     const std::lock_guard lock(mutex_);
-    endless_level_.reset();
+    endless_ = cv::Mat();
   }
   // Waits until no thread reads.
   void wait_until_left() {
@@ -80,14 +79,14 @@ class Driver {
     ++reads_;
     waiting_ = true;
     changed_.notify_all();
-    changed_.wait(lock, [&] { return !replies_.empty() || endless_level_; });
+    changed_.wait(lock, [&] { return !replies_.empty() || !endless_.empty(); });
     waiting_ = false;
     changed_.notify_all();
     if (replies_.empty()) {
-      const int level = *endless_level_;
+      const cv::Mat next = endless_;
       lock.unlock();
       std::this_thread::sleep_for(1ms);
-      picture(level).copyTo(image);
+      next.copyTo(image);
       return true;
     }
     const Reply reply = replies_.front();
@@ -109,7 +108,7 @@ class Driver {
   std::condition_variable changed_;
   std::deque<Reply> replies_;
   bool waiting_ = false;
-  std::optional<int> endless_level_;
+  cv::Mat endless_;  // empty: the reader waits for the next reply
   int reads_ = 0;
 };
 Driver& driver() {
@@ -120,7 +119,7 @@ Driver& driver() {
 }  // namespace
 }  // namespace fivepipe::capture
 
-// These definitions precede those of OpenCV's library.
+// The linker takes these definitions instead of those in OpenCV's library.
 namespace cv {
 bool VideoCapture::open(const String& file, int api) {
   fivepipe::capture::Driver& driver = fivepipe::capture::driver();
@@ -260,7 +259,9 @@ TEST_F(V4l2, ClosingEndsTheReader) {
 TEST_F(V4l2, ClosingWaitsAtMostASecondForABlockedDriver) {
   auto source = opened();
   driver().wait_until_taken();
+  const auto start = std::chrono::steady_clock::now();
   source.reset();
+  EXPECT_LT(std::chrono::steady_clock::now() - start, 5s) << "1 s, on a busy machine";
   driver().go_on();
   driver().wait_until_left();
 }
@@ -302,8 +303,8 @@ TEST_F(V4l2, ErrorOfAWrongSizeNamesBothSizes) {
   for (const auto& [width_px, height_px, text] :
        {std::tuple{65, 48, "65x48"}, {64, 47, "64x47"}, {32, 24, "32x24"}}) {
     driver().reset();
-    driver().push({picture(20, width_px, height_px)});
-    driver().go_on();
+    // Every image has the wrong size, because opening tests the newest one.
+    driver().go_on(picture(20, width_px, height_px));
     const SourceProblem found = problem();
     EXPECT_EQ(found.fault, SourceFault::wrong_size);
     EXPECT_EQ(found.what, "/dev/null: delivers images of " + std::string(text) +
@@ -353,7 +354,7 @@ TEST_F(V4l2, CaptureLearnsTheEmptySceneFromTheFirstImages) {
   viewer.path = {{0, {0, -0.8, 0.8}, {0, 0, 0.2}}};
   config::CaptureConfig config;
   config.sources["cam"] = config::V4l2Source{kDevice, "", 3};
-  driver().go_on(50);
+  driver().go_on(picture(50));
   Capture capture(rig, viewer, config, 30);
   driver().pause();
   driver().wait_until_taken();
@@ -378,7 +379,7 @@ TEST_F(V4l2, CaptureTakesTheEmptySceneFromTheConfiguredPicture) {
   viewer.path = {{0, {0, -0.8, 0.8}, {0, 0, 0.2}}};
   config::CaptureConfig config;
   config.sources["cam"] = config::V4l2Source{kDevice, (folder.path / "empty.png").string(), 3};
-  driver().go_on(90);
+  driver().go_on(picture(90));
   Capture capture(rig, viewer, config, 30);
   EXPECT_EQ(capture.capture(0, false).at(0).pixels.value().count(),
             std::size_t(kWidth_px * kHeight_px));

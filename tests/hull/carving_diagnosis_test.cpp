@@ -280,7 +280,7 @@ double splitmix64(std::uint64_t seed, std::uint64_t index) {
   return double((z ^ (z >> 31)) >> 11) / 9007199254740992.0;
 }
 
-SampledVolume share_of(int count, int points, double box_m3) {
+SampledVolume sampled_volume(int count, int points, double box_m3) {
   const double p = double(count) / points;
   const bool certain = count == 0 || count == points;
   return {p * box_m3, box_m3 * (certain ? 3.0 / points : std::sqrt(p * (1 - p) / points))};
@@ -328,16 +328,16 @@ TEST(DiagnoseVolume, EqualsInHullAtEveryPointOfTheSequence) {
     const VolumeDiagnosis found =
         diagnose_volume(silhouettes, box, test_pool(), rule, {kPoints, 9});
     EXPECT_EQ(found.points, kPoints);
-    const auto share = [&](int count) { return share_of(count, kPoints, box.volume()); };
-    expect_equal(found.hull, share(hull));
-    expect_equal(found.too_few, share(too_few));
+    const auto volume = [&](int count) { return sampled_volume(count, kPoints, box.volume()); };
+    expect_equal(found.hull, volume(hull));
+    expect_equal(found.too_few, volume(too_few));
     for (int c = 0; c < 4; ++c) {
       SCOPED_TRACE(c);
       const CameraContribution& camera = found.cameras[std::size_t(c)];
-      expect_equal(camera.removed, share(expected[c].removed));
-      expect_equal(camera.removed_alone, share(expected[c].alone));
-      expect_equal(camera.removed_alone_unseen, share(expected[c].unseen));
-      expect_equal(camera.kept_by_others, share(expected[c].kept));
+      expect_equal(camera.removed, volume(expected[c].removed));
+      expect_equal(camera.removed_alone, volume(expected[c].alone));
+      expect_equal(camera.removed_alone_unseen, volume(expected[c].unseen));
+      expect_equal(camera.kept_by_others, volume(expected[c].kept));
     }
   }
 }

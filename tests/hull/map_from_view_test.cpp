@@ -217,7 +217,7 @@ TEST(PixelRects, HoldTheHalfOpenSquaresOfTheirPixels) {
                holds(rect, 3, 4.5) || holds(rect, std::nan(""), 3) || holds(rect, 3, std::nan("")));
 }
 
-TEST(Defaults, AreThoseOfThePaper) {
+TEST(Defaults, AreTheDocumentedValues) {
   EXPECT_EQ(HullRule{}.limits, Limits::all);
   EXPECT_EQ(HullRule{}.min_seen, 2);
   EXPECT_EQ(View{}.near_m, 0.05);

@@ -189,8 +189,7 @@ TEST_F(Sweep, RejectsMoreThan255Cameras) {
   Random random(3);
   PlaneSweep sweep(16, 12, 8);
   const geometry::Camera camera = random_camera(random, 16, 12);
-  std::vector<Silhouette> silhouettes(kMaxSweepCameras,
-                                      {camera, random_pixels(random, 16, 12, 0.5)});
+  std::vector<Silhouette> silhouettes(255u, {camera, random_pixels(random, 16, 12, 0.5)});
   sweep.set_silhouettes(silhouettes);
   const DepthTile tile =
       depth_of(sweep, whole_image(camera), View{camera, 0.5, 2.0}, SweepRange{0.5, 2.0});
@@ -200,9 +199,7 @@ TEST_F(Sweep, RejectsMoreThan255Cameras) {
   EXPECT_THROW(sweep.set_silhouettes(silhouettes), std::invalid_argument);
 }
 
-TEST_F(Sweep, SupportsAtMost255Cameras) { EXPECT_EQ(kMaxSweepCameras, 255u); }
-
-// The textures are kept from frame to frame where the size stays.
+// The sweep keeps its textures from frame to frame if their size is unchanged.
 TEST_F(Sweep, MapsMayChangeTheirSizesAndTheirNumber) {
   Random random(5);
   PlaneSweep sweep(40, 30, 4);

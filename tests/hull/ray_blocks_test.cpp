@@ -8,18 +8,13 @@
 
 #include "common/hull/cpu/point_simd.h"
 #include "common/hull/cpu/ray_simd.h"
-#include "tests/support/hull/scenes.h"
+#include "tests/support/hull/queries.h"
 
 namespace fivepipe::hull {
 namespace {
 
 using namespace test;
 using Eigen::Vector3d;
-
-base::WorkerPool& test_pool() {
-  static base::WorkerPool pool(2);
-  return pool;
-}
 
 // Tighter or wider margins and other steps change these numbers: the rays that float leaves to
 // double, the tiles that may meet the hull, their distance from it, the tests that stop a tile, the

@@ -80,8 +80,8 @@ TEST(FrameInputs, WrongFrameNumbersDoNotKeepFramesOut) {
   }
 }
 
-// Otherwise the first messages of a replay, which have lower numbers and earlier stamps, would
-// count as late ones.
+// If reset() kept the newest frame, the first messages of a replay, which have lower numbers and
+// earlier timestamps, would count as late.
 TEST(FrameInputs, ResetForgetsPosesColoursAndTheNewestFrame) {
   FrameInputs inputs;
   inputs.add(pose_of(1000));

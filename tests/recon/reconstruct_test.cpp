@@ -136,8 +136,8 @@ TEST(ReconBackends, ExactBackendsGiveTheSameDepths) {
   }
 }
 
-// A new width alone and a new height alone, too: backend `sweep` has a framebuffer of the view's
-// size.
+// Each view changes only the width or only the height. Backend `sweep` has a framebuffer of the
+// view's size.
 TEST_P(Recon, DependsOnNoEarlierView) {
   test::Random random(4);
   const auto silhouettes =
@@ -375,12 +375,12 @@ std::optional<Vector3d> reference_bgr(std::span<const hull::Silhouette> silhouet
       const int u_px = int(std::floor(uv->x())) + corner % 2, v_px = v + corner / 2;
       if (!region.pixels.contains(u_px, v_px) || (own && !own->pixels.contains(u_px, v_px)))
         continue;
-      const double share = (1 - std::abs(uv->x() - u_px)) * (1 - std::abs(uv->y() - v_px));
+      const double bilinear = (1 - std::abs(uv->x() - u_px)) * (1 - std::abs(uv->y() - v_px));
       const std::uint8_t* bgr =
           &region.bgr[3 * std::size_t((v_px - region.region.v0_px) * region.region.width_px() +
                                       u_px - region.region.u0_px)];
-      sum += weight * share * Vector3d(bgr[0], bgr[1], bgr[2]);
-      weights += weight * share;
+      sum += weight * bilinear * Vector3d(bgr[0], bgr[1], bgr[2]);
+      weights += weight * bilinear;
     }
   }
   return weights > 0 ? std::optional<Vector3d>(sum / weights) : std::nullopt;
@@ -433,9 +433,9 @@ TEST_F(Colour, EqualsTheDefinitionForRandomImages) {
   EXPECT_GT(cases["unseen"], 300);
 }
 
-// Two images of equal weight see the origin. `occluder_m`: where on the line of sight of the blue
-// one there is hull. Returns the share of the blue image.
-double share_of_occluded_image(double occluder_m, double camera_m = 1) {
+// Two images of equal weight see the origin. The blue one has hull on its line of sight, occluder_m
+// from the origin. Returns the weight of the blue image, as a fraction of both.
+double weight_of_occluded_image(double occluder_m, double camera_m = 1) {
   const auto camera_at = [](const Vector3d& eye) {
     return geometry::Camera{geometry::pinhole_from_fov(401, 101, 0.6),
                             geometry::look_at(eye, {0, 0, 0}, {1, 1, 1})};
@@ -457,18 +457,18 @@ TEST_F(Colour, HullInFrontOfThePointHidesItAtFourDistances) {
   constexpr double kRounding = 0.005;
   for (const double visible_m :
        {0.01, 0.016, 0.024, 0.037, 0.043, 0.077, 0.083, 0.12, 0.155, 0.165})
-    EXPECT_NEAR(share_of_occluded_image(visible_m), 0.5, kRounding) << visible_m;
+    EXPECT_NEAR(weight_of_occluded_image(visible_m), 0.5, kRounding) << visible_m;
   for (const double hidden_m : {0.04, 0.08, 0.16})
-    EXPECT_NEAR(share_of_occluded_image(hidden_m), 0, kRounding) << hidden_m;
-  EXPECT_NEAR(share_of_occluded_image(0.02), 0.3 / 1.3, kRounding);
+    EXPECT_NEAR(weight_of_occluded_image(hidden_m), 0, kRounding) << hidden_m;
+  EXPECT_NEAR(weight_of_occluded_image(0.02), 0.3 / 1.3, kRounding);
   // Hull behind the camera hides nothing.
-  EXPECT_NEAR(share_of_occluded_image(0.08, 0.07), 0.5, kRounding);
+  EXPECT_NEAR(weight_of_occluded_image(0.08, 0.07), 0.5, kRounding);
 }
 
 // The eye sees the origin from the direction of the blue camera. The weight of the red one is
 // ((1 + cos a) / 2) ^ 16 for the angle a between them.
 TEST_F(Colour, AHiddenImageAndAnImageFromBehindCountByTheirWeights) {
-  const auto share_of_blue = [](double red_weight, bool blue_is_hidden) {
+  const auto weight_of_blue = [](double red_weight, bool blue_is_hidden) {
     const double cosine = 2 * std::pow(red_weight, 1.0 / 16) - 1;
     const auto camera_at = [](const Vector3d& eye) {
       return geometry::Camera{geometry::pinhole_from_fov(61, 45, 0.6),
@@ -484,8 +484,8 @@ TEST_F(Colour, AHiddenImageAndAnImageFromBehindCountByTheirWeights) {
     const Bgr bgr = HullColour(std::span(&side, 1), regions).at({0, 0, 0}, {1, 0, 0});
     return double(bgr[0]) / (bgr[0] + bgr[2]);
   };
-  EXPECT_NEAR(share_of_blue(0.25, false), 0.8, 0.005);
-  EXPECT_NEAR(share_of_blue(1e-9, true), 0.5, 0.005);  // a hidden image has a billionth
+  EXPECT_NEAR(weight_of_blue(0.25, false), 0.8, 0.005);
+  EXPECT_NEAR(weight_of_blue(1e-9, true), 0.5, 0.005);  // a hidden image has a billionth
 }
 
 // The second image would add a third of a level, and less than the 1024th part of the weight.

@@ -5,8 +5,6 @@
 namespace fivepipe::test {
 namespace {
 
-constexpr double kGravity_m_s2 = 9.80665;
-
 class SimulationBounce : public GlTest {};
 
 // A real bar with a radius of 3 cm, seen by cameras on its horizon. The ball falls on it from

@@ -10,7 +10,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kGravity_m_s2 = 9.80665;
 constexpr double kQueryPeriod_s = 1.0 / 120;
 
 // A real bar with a radius of 3 cm, seen by cameras on its horizon.
@@ -105,7 +104,8 @@ TEST(RigidContact, MovesABallOutByTheResponseToItsContact) {
   EXPECT_FALSE(one.contact.take_contact(0)) << "taken";
 }
 
-// What falls for two query periods before it is lifted comes to rest; what is faster bounces.
+// An object that is slower than after a fall of two query periods comes to rest; a faster one
+// bounces.
 TEST(RigidContact, RestingSpeedIsThatOfTwoQueryPeriods) {
   const auto silhouettes = bars({bar(0)});
   const std::vector<std::pair<double, double>> speeds_m_s = {{1.0 / 480, 2 * kGravity_m_s2 / 120},
@@ -126,8 +126,8 @@ TEST(RigidContact, RestingSpeedIsThatOfTwoQueryPeriods) {
     }
 }
 
-// Between two bars that are nearer than the ball is wide, each move ends in the other bar.
-TEST(RigidContact, LeavesOneContactPerMoveAndStopsAfterFour) {
+// The gap between the two bars is narrower than the ball, so each move ends in the other bar.
+TEST(RigidContact, MovesOutOfOneContactAtATimeAtMostFourTimes) {
   const auto silhouettes = bars({bar(-0.08), bar(0.08)});
   const Vector3d center_m(0.012, 0, 0);
   Contacts squeezed({virtual_ball(center_m, 0.5)}, silhouettes);

@@ -257,6 +257,7 @@ TEST(Warmth, BeforeTheFirstHullThereIsNoneAndNothingIsReported) {
   EXPECT_EQ(simulation.counters().steps, 24u);
   EXPECT_TRUE(simulation.collisions().empty());
   const std::vector<float> warm = simulation.states()[0].warmth;
+  ASSERT_FALSE(warm.empty());
   EXPECT_EQ(warm, std::vector<float>(warm.size(), 0.0f));
 }
 
@@ -307,7 +308,8 @@ TEST(History, FastHandReportsFirstContactWithAThinPlate) {
   EXPECT_EQ(contacts, 1);
 }
 
-// The one ahead is the left and smaller, or the right and larger.
+// Two hands reach the plate. The hand ahead is the left and smaller one, or the right and larger
+// one.
 TEST(History, ReportsTheEarlierOfTwoFirstContacts) {
   for (const auto& [ahead_y_m, ahead_radius_m] : {std::pair{-0.12, 0.018}, {0.12, 0.022}}) {
     sim::Simulation simulation(scene_with_history(true), {}, kSpace);

@@ -9,7 +9,6 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kStep_s = 1.0 / 240;
-constexpr double kGravity_m_s2 = 9.80665;
 constexpr double kFriction = 0.25;  // 0.5 of each body; Bullet multiplies them
 
 // A box-shaped mesh whose origin is far from its centre.

@@ -7,10 +7,10 @@
 
 namespace fivepipe::test {
 
-// Of the current context. A context that several tests share is checked after each one.
+// Checks the current context. Tests that share a context call this in TearDown().
 inline void expect_no_gl_error() { EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR)); }
 
-// A context of one test.
+// A context for one test, which checks it at its end.
 class CheckedGlContext : public gl::GlContext {
  public:
   ~CheckedGlContext() { expect_no_gl_error(); }

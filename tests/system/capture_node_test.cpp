@@ -375,7 +375,7 @@ TEST_F(CaptureNode, NeedsNeitherARenderNodeNorAReaderOfColour) {
   for (std::size_t i = 1; i < poses_.all().size(); ++i)
     waits += poses_.all()[i].capture_stamp_ns - poses_.all()[i - 1].capture_stamp_ns > 400'000'000;
   EXPECT_LE(waits, 1);
-  // The node wakes for each frame: it does not skip every second one.
+  // The node wakes up for each frame, so it does not skip every second one.
   int consecutive = 0;
   for (std::size_t i = 1; i < poses_.all().size(); ++i)
     consecutive += poses_.all()[i].frame == poses_.all()[i - 1].frame + 1;
@@ -436,8 +436,8 @@ TEST_F(CaptureNode, GoesOnWithoutCompositesAfterHalfASecond) {
   write_pictures(20);
   composited_.emplace(bus_.writer<bus::topics::FrameComposited>());
   start_with(1000, "    max_frames_in_flight: 2\n    precomputed_frames: 20\n", "", false);
-  // Two frames, half a second, two frames. Before the node knows of this test's writer, it does not
-  // wait.
+  // Two frames, half a second, two frames. The node does not wait before it has discovered this
+  // test's writer.
   std::size_t seen = 0;
   int waits = 0;
   ASSERT_TRUE(holds([&] {
@@ -513,8 +513,8 @@ TEST_F(CaptureNode, AssignsTheTilesByTheCostsOfItsFrames) {
   EXPECT_EQ(ended().drops.at("bad_tile_costs"), 2u);
 }
 
-// Costs that are no numbers are counted if the node considers them. Frames are in flight for half a
-// second, in which the newest frame stays the newest.
+// The node counts costs that are not finite if it considers them at all, so the count shows which
+// ages it considers. A frame is in flight for half a second, during which it stays the newest.
 TEST_F(CaptureNode, ConsidersCostsOfTheNewest64Frames) {
   write_pictures(20);
   composited_.emplace(bus_.writer<bus::topics::FrameComposited>());
@@ -527,6 +527,7 @@ TEST_F(CaptureNode, ConsidersCostsOfTheNewest64Frames) {
   // Sends costs of this age right after a new frame, until the node has counted one more.
   std::uint64_t sent = 0;
   const auto send_until_counted = [&](std::uint64_t age_frames) {
+    ASSERT_TRUE(reports_again(2)) << said();  // which count all costs that were sent before
     const std::uint64_t before = counted();
     std::uint64_t last = newest_frame();
     ASSERT_TRUE(holds([&] {

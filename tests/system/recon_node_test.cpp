@@ -282,7 +282,6 @@ TEST_P(ReconNodeAlone, ReconstructsEveryTileWhateverTheRecordedOwners) {
   EXPECT_EQ(auto_is_cpu, backend == "auto" && gl::GlContext().is_software());
   EXPECT_EQ(report.gl_renderer.empty(), backend == "cpu" || auto_is_cpu);
   if (auto_is_cpu) {
-    EXPECT_EQ(backend, "auto");
     EXPECT_TRUE(
         report.diagnostics.at("backend auto").starts_with("using cpu; OpenGL is software: "));
   }
@@ -302,7 +301,7 @@ TEST_F(ReconNode, BackendAutoIsCpuWithoutOpenGl) {
       << report.diagnostics.at("backend auto");
 }
 
-// A key without a writer has a sample without a message.
+// DDS reports the end of a writer as a sample without data.
 TEST_F(ReconNode, TheEndOfAWriterIsNoMessage) {
   start_with(kTwoWorkers, true);
   {
@@ -361,7 +360,8 @@ TEST_F(ReconNode, ColoursTheHullByTheImagesOfTheSameFrame) {
   wait_until_taken();
   const NodeReport report = ended();
   EXPECT_EQ(report.counts.at("frames_without_colour"), 3u);
-  // Those of frame 9 that a second message of the same camera replaced.
+  // The colours of frame 9 that a second message of the same camera replaced, and the message of
+  // wait_until_taken().
   EXPECT_FALSE(report.drops.empty());
   for (const auto& [reason, count] : report.drops)
     EXPECT_TRUE((reason.starts_with("repeated_colour: ") || reason.starts_with("bad_colour: ")) &&

@@ -383,7 +383,7 @@ TEST_F(RenderNode, AReplayDiscardsTheHullsThatWaitForTheirStates) {
   EXPECT_EQ(drops_of(ended(), "late_state"), 0u);
 }
 
-// The replay's frame has the number and the stamp of one before.
+// Frame 6 of the replay has the number and the timestamp of a frame before the replay.
 TEST_F(RenderNode, AReplayDiscardsTheStatesBeforeIt) {
   start_with(", video: false, still_frame: 6");
   begin_replay(true);
@@ -536,7 +536,7 @@ TEST_F(RenderNode, NamesTheCamerasThatEmptyTheHullWhileTheyDo) {
   }
 }
 
-// The gap of 0.9 s has more frames than wait for the encoder.
+// The gap of 0.9 s at 1000 Hz is filled with 899 images, more than the encoder's queue holds.
 TEST_F(RenderNode, CountsTheFramesThatTheVideoLacks) {
   frame_rate_hz_ = 1000;
   start_with("", false);
@@ -572,7 +572,7 @@ TEST_F(RenderNode, EndsWhenTheUserClosesItsWindow) {
   EXPECT_EQ(wait_for_end(), 0);
 }
 
-// A key without a writer has a sample without a message.
+// DDS reports the end of a writer as a sample without data.
 TEST_F(RenderNode, TheEndOfAWriterIsNoMessage) {
   start_with(", video: false", false);
   {

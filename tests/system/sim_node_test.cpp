@@ -388,8 +388,8 @@ TEST_F(SimNode, TheEndOfACommandersWriterIsNoCommand) {
   }
 }
 
-// Without frame sets the node sleeps. A node that polls takes a whole core.
-TEST_F(SimNode, TakesNoTimeOfTheProcessorWithoutFrameSets) {
+// Without frame sets the node sleeps. A node that polls uses a whole core.
+TEST_F(SimNode, UsesNoCpuTimeWithoutFrameSets) {
   Collected<bus::topics::NodeStatus, double> cpu_s(
       bus_, [](const bus::Sample<bus::topics::NodeStatus>& sample) { return sample->cpu_s; });
   start_with(kScene);

@@ -292,7 +292,7 @@ void expect_equal(const collision::GlDetectionCounts& a, const collision::GlDete
   EXPECT_EQ(a.over_budget, b.over_budget);
 }
 
-// Each call counts anew. A detection that has grown its buffers keeps them, and one that may not
+// Each call counts from 0. A detection that has grown its buffers keeps them, and one that may not
 // grow refines nothing.
 TEST_F(GlDetectionTest, CountsEachCallAndKeepsItsBuffers) {
   Random random(16);

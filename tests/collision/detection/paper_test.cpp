@@ -60,7 +60,8 @@ TEST(BoxQuery, CertifiesBoxesBesideASilhouette) {
       silhouettes, {Eigen::Vector3d(-1, -1, -1), Eigen::Vector3d(1, 1, 1)}, 3));
 }
 
-// The bounding rectangle of a box's corners in each image, pixel by pixel.
+// Returns true if an image has no object pixel in the bounding rectangle of the corners, or if this
+// is true of each octant of the box, down to `depth` divisions. Tests every pixel.
 bool reference_free(std::span<const hull::Silhouette> silhouettes, const Eigen::AlignedBox3d& box,
                     int depth) {
   for (const hull::Silhouette& s : silhouettes) {
@@ -70,7 +71,8 @@ bool reference_free(std::span<const hull::Silhouette> silhouettes, const Eigen::
       for (const double y : {box.min().y(), box.max().y()})
         for (const double z : {box.min().z(), box.max().z()}) {
           const auto uv_px = geometry::project(s.camera, {x, y, z});
-          uv_px ? any_in_front = true : all_in_front = false;
+          all_in_front &= uv_px.has_value();
+          any_in_front |= uv_px.has_value();
           if (uv_px) image.extend(*uv_px);
         }
     bool any = !all_in_front && any_in_front;

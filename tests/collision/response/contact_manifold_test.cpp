@@ -182,7 +182,7 @@ TEST(FarthestPointSample, TakesTheFarthestOfTheRestUntilTheyAreTooNear) {
 }
 
 // With fewer points than the search samples, the first contact is the deepest one towards RP_obj,
-// the others are a farthest-point sample, and each status tells what was found.
+// the others are a farthest-point sample, and each status states what was found.
 TEST_F(ContactManifoldTest, StartsWithTheDeepestPointAndFollowsTheFarthestSample) {
   Random random(65);
   int no_exit = 0;
@@ -233,7 +233,7 @@ TEST_F(ContactManifoldTest, StartsWithTheDeepestPointAndFollowsTheFarthestSample
 }
 
 // RP_obj is the point itself, so the axes are tried: the nearest exit of a plate is up or down.
-TEST_F(ContactManifoldTest, WithoutADirectionTheNearestAxisIsTried) {
+TEST_F(ContactManifoldTest, WithoutADirectionItTakesTheNearestAxis) {
   std::vector<hull::Silhouette> silhouettes = plane_silhouettes();  // z < 0, down to z = -0.04
   for (hull::Silhouette& s : silhouettes) {
     hull::ObjectPixels pixels(kImage_px, kImage_px);

@@ -151,7 +151,7 @@ TEST(ComponentTracker, BackwardTimeResetsAndIdsAreNeverReused) {
   EXPECT_THROW(collision::ComponentTracker({.window_frames = 2}), std::invalid_argument);
 }
 
-collision::ComponentTrackerOptions fast(double max_speed_m_s) {
+collision::ComponentTrackerOptions with_max_speed(double max_speed_m_s) {
   return {.max_speed_m_s = max_speed_m_s};
 }
 
@@ -160,7 +160,7 @@ TEST(ComponentTracker, MatchesUpToEachLimit) {
   const auto is_tracked = [](const std::vector<collision::HullComponent>& first,
                              const std::vector<collision::HullComponent>& second,
                              std::size_t which = 0) {
-    collision::ComponentTracker tracker(fast(4));
+    collision::ComponentTracker tracker(with_max_speed(4));
     tracker.add(1, first);
     return tracker.add(1.25, second)[which].origin == collision::ComponentOrigin::tracked;
   };
@@ -246,7 +246,7 @@ TEST(ComponentTracker, VelocityIsTheSlopeOverTheLastFrames) {
 
 // At 5 m/s the first component passes the second one between two frames.
 TEST(ComponentTracker, PredictsFromTheLastVelocity) {
-  collision::ComponentTracker tracker(fast(8));
+  collision::ComponentTracker tracker(with_max_speed(8));
   for (int frame = 0; frame < 4; ++frame)
     tracker.add(1 + 0.02 * frame,
                 {component_at({0.1 * frame - 0.3, 0, 0}), component_at({0.3, 0, 0})});
