@@ -35,7 +35,8 @@ std::optional<ImportedMesh> mesh_from(const std::string& bytes) {
   if (bytes.size() < sizeof sizes) return std::nullopt;
   std::memcpy(&sizes, bytes.data(), sizeof sizes);
   // The sums below cannot overflow.
-  if (std::max({sizes.reason, sizes.vertices, sizes.triangles}) > bytes.size()) return std::nullopt;
+  if (sizes.reason > bytes.size() || std::max(sizes.vertices, sizes.triangles) > kMaxMeshElements)
+    return std::nullopt;
   const std::size_t vertices_at = sizeof sizes + sizes.reason,
                     triangles_at = vertices_at + sizeof(Vertex) * sizes.vertices;
   if (triangles_at + sizeof(Triangle) * sizes.triangles != bytes.size()) return std::nullopt;

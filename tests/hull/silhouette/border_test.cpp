@@ -46,7 +46,7 @@ Vector3d plane_through(const geometry::Camera& camera, const Vector2d& uv, const
 }
 
 TEST(LimitingCameras, AreThoseWithAnEdgeWithinAPixelNearestFirst) {
-  int found_count = 0, with_others = 0, cut = 0, starts_inside = 0;
+  int found_count = 0, with_others = 0, with_normals = 0, cut = 0, starts_inside = 0;
   for (int seed = 1; seed <= 40; ++seed) {
     SCOPED_TRACE(seed);
     test::Random random(seed);
@@ -121,6 +121,7 @@ TEST(LimitingCameras, AreThoseWithAnEdgeWithinAPixelNearestFirst) {
           ASSERT_EQ(other.camera, same.camera);
           ASSERT_NEAR(other.distance_px, same.distance_px, 1e-12);
           if (std::abs(other.error_rad - same.error_rad) > 1e-9) continue;  // two nearest edges
+          ++with_normals;
           ASSERT_NEAR((other.normal_world - same.normal_world).norm(), 0, 1e-9);
         }
       }
@@ -128,6 +129,7 @@ TEST(LimitingCameras, AreThoseWithAnEdgeWithinAPixelNearestFirst) {
   }
   EXPECT_GT(found_count, 3000);
   EXPECT_GT(with_others, 4000);
+  EXPECT_GT(with_normals, 0.8 * with_others);
   EXPECT_GT(cut, 100);
   EXPECT_GT(starts_inside, 100);
 }
