@@ -4,7 +4,7 @@
 #include "benchmarks/collision/baselines/distance_grid.h"
 #include "benchmarks/collision/baselines/rendered_response.h"
 #include "common/collision/response/recovery.h"
-#include "tests/support/collision_response.h"
+#include "tests/support/collision/response.h"
 
 namespace fivepipe::test {
 namespace {

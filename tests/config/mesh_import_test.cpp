@@ -196,8 +196,9 @@ TEST(MeshBytes, BytesOfADamagedChildAreNoMesh) {
   EXPECT_FALSE(mesh_from(with_sizes({0, std::uint64_t(1) << 62, 0})));
   EXPECT_FALSE(mesh_from(with_sizes({0, 0, std::uint64_t(1) << 62})));
   for (const std::size_t vertices : {kMaxMeshElements, kMaxMeshElements + 1})
-    EXPECT_EQ(mesh_from(with_sizes({0, vertices, 0}) + std::string(12 * vertices, '\0')).has_value(),
-              vertices == kMaxMeshElements);
+    EXPECT_EQ(
+        mesh_from(with_sizes({0, vertices, 0}) + std::string(12 * vertices, '\0')).has_value(),
+        vertices == kMaxMeshElements);
 }
 
 // Assimp catches the exception of the allocation.

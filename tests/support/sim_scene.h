@@ -1,7 +1,7 @@
 // Scenes for the tests of the simulation: virtual balls and boxes over real objects.
 #pragma once
 #include "sim_node/simulation/simulation.h"
-#include "tests/support/collision_scene.h"
+#include "tests/support/collision/scene.h"
 
 namespace fivepipe::test {
 

@@ -5,7 +5,7 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "tests/support/collision_backends.h"
+#include "tests/support/collision/backends.h"
 
 namespace fivepipe::test {
 namespace {

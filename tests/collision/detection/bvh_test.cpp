@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "common/collision/detection/bvh.h"
-#include "tests/support/collision_scene.h"
+#include "tests/support/collision/scene.h"
 
 namespace fivepipe::test {
 namespace {

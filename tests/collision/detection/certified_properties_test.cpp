@@ -8,7 +8,7 @@
 #include "common/collision/oracle/triangle_reference.h"
 #include "common/hull/oracle/reference.h"
 #include "tests/support/allocated_bytes.h"
-#include "tests/support/collision_backends.h"
+#include "tests/support/collision/backends.h"
 
 namespace fivepipe::test {
 namespace {

@@ -9,7 +9,7 @@
 #include <tuple>
 
 #include "common/collision/detection/cpu/contact_simd.h"
-#include "tests/support/collision_scene.h"
+#include "tests/support/collision/scene.h"
 
 namespace fivepipe::test {
 namespace {

@@ -13,7 +13,7 @@
 #include "common/collision/detection/cpu/cpu_detection.h"
 #include "common/collision/detection/cpu/detection_common.h"
 #include "common/collision/detection/cpu/triangle_walk.h"
-#include "tests/support/collision_triangles.h"
+#include "tests/support/collision/triangles.h"
 
 namespace fivepipe::test {
 namespace {

@@ -9,7 +9,7 @@
 #include "common/collision/detection/cpu/contact_simd.h"
 #include "common/collision/detection/gl/gl_contact_camera.h"
 #include "common/collision/detection/gl/gl_detection.h"
-#include "tests/support/collision_triangles.h"
+#include "tests/support/collision/triangles.h"
 
 namespace fivepipe::test {
 namespace {

@@ -8,7 +8,7 @@
 #include "common/collision/detection/box_query.h"
 #include "common/collision/detection/paper/paper_detection.h"
 #include "common/collision/detection/paper/paper_detector.h"
-#include "tests/support/collision_triangles.h"
+#include "tests/support/collision/triangles.h"
 
 namespace fivepipe::test {
 namespace {

@@ -4,7 +4,7 @@
 #include <map>
 
 #include "common/collision/detection/cpu/detection_common.h"
-#include "tests/support/collision_triangles.h"
+#include "tests/support/collision/triangles.h"
 
 namespace fivepipe::test {
 namespace {

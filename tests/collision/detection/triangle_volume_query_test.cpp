@@ -6,7 +6,7 @@
 
 #include "common/collision/detection/paper/triangle_volume_query.h"
 #include "common/hull/oracle/reference.h"
-#include "tests/support/collision_scene.h"
+#include "tests/support/collision/scene.h"
 
 namespace fivepipe::test {
 namespace {

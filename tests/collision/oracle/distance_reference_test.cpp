@@ -4,7 +4,7 @@
 
 #include "common/collision/oracle/distance_reference.h"
 #include "common/hull/oracle/reference.h"
-#include "tests/support/collision_scene.h"
+#include "tests/support/collision/scene.h"
 
 namespace fivepipe::test {
 namespace {

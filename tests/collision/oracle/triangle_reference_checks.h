@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "common/collision/oracle/triangle_reference.h"
-#include "tests/support/collision_scene.h"
+#include "tests/support/collision/scene.h"
 
 namespace fivepipe::test {
 

@@ -13,7 +13,7 @@
 
 #include "common/collision/response/farthest_point_sample.h"
 #include "common/collision/response/recovery.h"
-#include "tests/support/collision_response.h"
+#include "tests/support/collision/response.h"
 
 namespace fivepipe::test {
 namespace {

@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "common/collision/response/recovery.h"
-#include "tests/support/collision_response.h"
+#include "tests/support/collision/response.h"
 
 namespace fivepipe::test {
 namespace {

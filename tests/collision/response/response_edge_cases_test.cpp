@@ -2,7 +2,7 @@
 // V_rec, object in the hull, two contacts) nor in response_normals_test.cpp (edge and corner).
 #include <algorithm>
 
-#include "tests/support/collision_response.h"
+#include "tests/support/collision/response.h"
 
 namespace fivepipe::test {
 namespace {

@@ -3,7 +3,7 @@
 #include <iostream>
 
 #include "capture_node/segmentation/bit_morphology.h"
-#include "tests/support/collision_response.h"
+#include "tests/support/collision/response.h"
 
 namespace fivepipe::test {
 namespace {

@@ -3,7 +3,7 @@
 #include <numbers>
 
 #include "common/hull/oracle/reference.h"
-#include "tests/support/collision_response.h"
+#include "tests/support/collision/response.h"
 
 namespace fivepipe::test {
 namespace {

@@ -2,7 +2,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "tests/support/collision_response.h"
+#include "tests/support/collision/response.h"
 
 namespace fivepipe::test {
 namespace {

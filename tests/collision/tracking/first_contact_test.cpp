@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "common/collision/tracking/first_contact.h"
-#include "tests/support/collision_scene.h"
+#include "tests/support/collision/scene.h"
 
 namespace fivepipe::test {
 namespace {

@@ -8,7 +8,7 @@
 #include <stdexcept>
 
 #include "common/collision/tracking/hull_components.h"
-#include "tests/support/collision_scene.h"
+#include "tests/support/collision/scene.h"
 
 namespace fivepipe::test {
 namespace {

@@ -11,7 +11,7 @@
 
 #include "common/collision/tracking/hull_components.h"
 #include "common/collision/tracking/outline_motion.h"
-#include "tests/support/collision_scene.h"
+#include "tests/support/collision/scene.h"
 
 namespace fivepipe::test {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "common/collision/tracking/component_tracker.h"
-#include "tests/support/collision_scene.h"
+#include "tests/support/collision/scene.h"
 
 namespace fivepipe::test {
 

@@ -2,7 +2,7 @@
 // objects.
 #pragma once
 #include "common/collision/response/response.h"
-#include "tests/support/collision_scene.h"
+#include "tests/support/collision/scene.h"
 #include "tests/support/hull/queries.h"
 
 namespace fivepipe::test {

@@ -6,7 +6,7 @@
 
 #include "common/collision/detection/bvh.h"
 #include "common/hull/query/hull_query.h"
-#include "tests/support/collision_scene.h"
+#include "tests/support/collision/scene.h"
 
 namespace fivepipe::test {
 
