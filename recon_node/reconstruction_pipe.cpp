@@ -157,7 +157,8 @@ class ReconstructionPipe {
     if (is_seen && tiles_.readers() > 0 && colours.empty())
       node_.status.count("frames_without_colour");
     steps.begin("write_tiles");
-    costs_.write(costs_message(frame, config_.worker_index, made).message());
+    if (costs_.readers() > 0)
+      costs_.write(costs_message(frame, config_.worker_index, made).message());
     for (ReconTile& tile : made) tiles_.write(tile_message(frame, std::move(tile)).message());
     if (replay_.replaying())
       node_.status.latency("arrival_to_tiles",

@@ -127,7 +127,7 @@ void Window::State::show_frames(GLFWwindow* window) {
     }
     int width_px = 0, height_px = 0;
     glfwGetFramebufferSize(window, &width_px, &height_px);
-    if (!image.empty()) {
+    if (!image.empty() && width_px > 0 && height_px > 0) {
       if (!texture || texture->width_px() != image.cols || texture->height_px() != image.rows)
         texture.emplace(image.cols, image.rows, GL_RGB8);
       texture->upload(GL_BGR, GL_UNSIGNED_BYTE, image.data);

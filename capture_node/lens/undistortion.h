@@ -34,8 +34,8 @@ class Undistortion {
   struct SourceRect {
     std::int32_t u0, v0, u1, v1;
   };
-  bool identity_;
-  int source_width_px_, source_height_px_, width_px_, height_px_;
+  bool identity_ = false;
+  int source_width_px_ = 0, source_height_px_ = 0, width_px_ = 0, height_px_ = 0;
   // Per published pixel: index of its bit in the source map, rows padded to whole words.
   std::vector<std::int32_t> source_index_;
   std::vector<SourceRect> source_rects_;  // per published word

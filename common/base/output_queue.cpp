@@ -79,7 +79,7 @@ int OutputQueue::finish() {
 int OutputQueue::finish(std::chrono::nanoseconds timeout) {
   state_->queue.close();
   if (!thread_.joinable() || ended_.wait_for(timeout) == std::future_status::ready) return finish();
-  state_->closed = true;  // the thread drops what is queued
+  state_->closed = true;  // the thread drops the queued text
   thread_.detach();
   return ETIMEDOUT;
 }

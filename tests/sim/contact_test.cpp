@@ -1,5 +1,5 @@
-// Rigid contact with the hull: when it is queried, how far and how fast an object leaves it, and
-// what is counted.
+// Rigid contact with the hull: the times of the queries, the distance and speed with which an
+// object leaves the hull, and the counters.
 #include "sim_node/contact/rigid_contact.h"
 
 #include "sim_node/contact/bounce.h"

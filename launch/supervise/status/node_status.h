@@ -64,8 +64,8 @@ struct DuplicateNode {
 };
 
 struct NodeActivity {
-  bool ended;       // the newest process sent its final report
-  double silent_s;  // time since the newest status
+  bool ended = false;   // the newest process sent its final report
+  double silent_s = 0;  // time since the newest status
 };
 
 // A node publishes twice per second; one that is silent for longer hangs, died, or is out of reach.
@@ -104,8 +104,8 @@ class StatusRegistry {
  private:
   struct Entry {
     ProcessStatus newest;
-    std::int64_t first_arrived_ns, arrived_ns;
-    double cpu_percent;
+    std::int64_t first_arrived_ns = 0, arrived_ns = 0;
+    double cpu_percent = 0;
   };
   Entry& entry_of(std::vector<Entry>& processes, const ProcessStatus& status,
                   std::int64_t arrived_ns);

@@ -182,7 +182,7 @@ TEST(FarthestPointSample, TakesTheFarthestOfTheRestUntilTheyAreTooNear) {
 }
 
 // With fewer points than the search samples, the first contact is the deepest one towards RP_obj,
-// the others are a farthest-point sample, and each status states what was found.
+// and the others are a farthest-point sample. A contact without an exit has no camera and depth 0.
 TEST_F(ContactManifoldTest, StartsWithTheDeepestPointAndFollowsTheFarthestSample) {
   Random random(65);
   int no_exit = 0;
