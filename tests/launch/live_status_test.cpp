@@ -83,7 +83,7 @@ TEST(NodesTable, ShowsFiftyNodesAndTwentyLatencies) {
   registry.add(status("node50", 50), 10 * s);
   const std::string more = launch::nodes_table(registry, 10 * s);
   EXPECT_EQ(test::line_count(more), 1 + 50 + 1);
-  EXPECT_TRUE(more.ends_with("and 1 more nodes\n")) << more;
+  EXPECT_TRUE(more.ends_with("and 1 more node\n")) << more;
   EXPECT_FALSE(contains(more, "node50"));
 }
 

@@ -119,7 +119,7 @@ std::string nodes_table(const StatusRegistry& registry, std::int64_t now_ns) {
                latency_text(status)});
   }
   const std::size_t more = nodes.size() - std::min(nodes.size(), kMaxShownNodes);
-  return table.text() + (more == 0 ? "" : fmt::format("and {} more nodes\n", more));
+  return table.text() + (more == 0 ? "" : "and " + base::counted(more, "more node") + "\n");
 }
 
 std::string node_messages(const StatusRegistry& registry) {
