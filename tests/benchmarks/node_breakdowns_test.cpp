@@ -6,11 +6,12 @@
 
 #include "benchmarks/nodes/comparison.h"
 #include "benchmarks/nodes/node_breakdown.h"
+#include "tests/support/time_units.h"
 
 namespace fivepipe::node_bench {
 namespace {
 
-constexpr std::int64_t ms = 1'000'000;
+using test::ms;
 
 std::vector<double> of_step(const std::vector<std::pair<std::string, std::vector<double>>>& steps,
                             const std::string& name) {

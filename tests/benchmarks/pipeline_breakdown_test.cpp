@@ -8,11 +8,13 @@
 #include "benchmarks/nodes/pipeline/outside_times.h"
 #include "common/base/timing.h"
 #include "common/pipeline/bus/topics.h"
+#include "tests/support/time_units.h"
 
 namespace fivepipe::node_bench {
 namespace {
 
-constexpr std::int64_t ms = 1'000'000;
+using test::ms;
+
 const PipelineNodes kNodes{{"a", "b"}, "sim", "render", ""};
 const PipelineNodes kNodesWithCapture{{"a", "b"}, "sim", "render", "capture"};
 

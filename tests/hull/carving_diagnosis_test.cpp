@@ -8,6 +8,8 @@
 
 #include "common/hull/carving_diagnosis.h"
 #include "tests/support/hull/scenes.h"
+#include "tests/support/hull/test_pool.h"
+#include "tests/support/not_finite.h"
 
 namespace fivepipe::hull {
 namespace {
@@ -16,13 +18,6 @@ using namespace test;
 using Eigen::AlignedBox3d;
 using Eigen::Vector3d;
 
-base::WorkerPool& test_pool() {
-  static base::WorkerPool pool(2);
-  return pool;
-}
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN(),
-                 kInfinity = std::numeric_limits<double>::infinity();
 const HullRule kRules[] = {{}, {Limits::seen, 1}, {Limits::seen, 2}, {Limits::seen, 3}};
 
 std::vector<Silhouette> without(std::vector<Silhouette> silhouettes, int camera) {

@@ -9,6 +9,7 @@
 
 #include "common/hull/image_cone.h"
 #include "tests/support/hull/scenes.h"
+#include "tests/support/not_finite.h"
 
 namespace fivepipe::hull {
 namespace {
@@ -123,7 +124,6 @@ TEST(PixelsAtDepth, AreNoneIfTheHalfSpacesDoNotMeetInTheView) {
 TEST(Camera, IsFiniteWithFiniteParametersAndPositiveFocalLengths) {
   const geometry::Camera good{{10, 8, 9, 9, 0, -3}, Eigen::Isometry3d::Identity()};
   EXPECT_TRUE(is_finite(good));
-  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN(), kInfinity = INFINITY;
   for (double geometry::Pinhole::*parameter :
        {&geometry::Pinhole::fx_px, &geometry::Pinhole::fy_px, &geometry::Pinhole::cx_px,
         &geometry::Pinhole::cy_px})

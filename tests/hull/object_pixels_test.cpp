@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "tests/support/hull/scenes.h"
+#include "tests/support/not_finite.h"
 
 namespace fivepipe::hull {
 namespace {
@@ -143,7 +144,6 @@ TEST(ObjectPixels, SquaresOfPixelsAreHalfOpen) {
   EXPECT_TRUE(pixels.contains_at(1.5, 0.5) && pixels.contains_at(2.5 * below, 1.5 * below));
   EXPECT_FALSE(pixels.contains_at(1.5 * below, 1) || pixels.contains_at(2.5, 1) ||
                pixels.contains_at(2, 0.5 * below) || pixels.contains_at(2, 1.5));
-  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(pixels.holds(kNaN, 0) || pixels.holds(0, kNaN) || pixels.contains_at(kNaN, 0));
 }
 

@@ -19,7 +19,7 @@ using Eigen::Vector3d;
 constexpr int kMaxRigs = 10'000;  // per property; separates the seeds of the properties
 int rigs() { return std::getenv("FIVEPIPE_LONG") ? kMaxRigs : 2000; }
 
-base::WorkerPool& test_pool() {
+base::WorkerPool& one_worker() {
   static base::WorkerPool pool(1);  // more threads would not help with maps this small
   return pool;
 }
@@ -57,7 +57,7 @@ Rig random_rig(test::Random& random, int min_cameras = 1) {
 struct Queries {
   CpuHull hull;
   HullQuery query;
-  explicit Queries(const Rig& rig) : hull(test_pool(), rig.silhouettes, rig.rule), query(hull) {}
+  explicit Queries(const Rig& rig) : hull(one_worker(), rig.silhouettes, rig.rule), query(hull) {}
   std::vector<float> depths(const View& view) {
     return hull.depth(view, test::whole_image(view.camera)).depth_m;
   }

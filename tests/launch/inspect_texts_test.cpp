@@ -8,7 +8,7 @@
 #include "launch/inspect/record_report.h"
 #include "launch/inspect/replay_report.h"
 #include "launch/inspect/topic_list.h"
-#include "tests/support/line_count.h"
+#include "tests/support/text.h"
 
 namespace fivepipe::launch {
 namespace {

@@ -5,30 +5,17 @@
 #include <gtest/gtest.h>
 
 #include "launch/supervise/status/largest_counts.h"
-#include "tests/support/line_count.h"
+#include "tests/launch/statuses.h"
+#include "tests/support/text.h"
 
 using namespace fivepipe;
+using namespace fivepipe::test;
 
 namespace {
-
-constexpr std::int64_t s = 1'000'000'000, ms = 1'000'000;
-
-launch::ProcessStatus status(const std::string& node, std::uint32_t pid,
-                             std::int64_t start_stamp_ns = 1 * s) {
-  launch::ProcessStatus status;
-  status.node = node;
-  status.process = bus::ProcessId{"alpha", pid, 1};
-  status.start_stamp_ns = start_stamp_ns;
-  return status;
-}
 
 // "a00", "a01", ..
 std::string numbered(const std::string& prefix, int number) {
   return prefix + (number < 10 ? "0" : "") + std::to_string(number);
-}
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
 }
 
 }  // namespace

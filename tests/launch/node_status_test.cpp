@@ -2,29 +2,11 @@
 #include <gtest/gtest.h>
 
 #include "launch/supervise/status/live_status.h"
+#include "tests/launch/statuses.h"
+#include "tests/support/text.h"
 
 using namespace fivepipe;
-
-namespace {
-
-constexpr std::int64_t s = 1'000'000'000;
-
-const bus::ProcessId kFirst{"alpha", 12, 1}, kSecond{"alpha", 34, 2};
-
-launch::ProcessStatus status(const std::string& node, std::optional<bus::ProcessId> process,
-                             std::int64_t start_stamp_ns) {
-  launch::ProcessStatus status;
-  status.node = node;
-  status.process = std::move(process);
-  status.start_stamp_ns = start_stamp_ns;
-  return status;
-}
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
-
-}  // namespace
+using namespace fivepipe::test;
 
 TEST(StatusRegistry, DetectsDuplicateNodes) {
   launch::StatusRegistry registry;

@@ -4,21 +4,12 @@
 #include <nlohmann/json.hpp>
 
 #include "launch/supervise/report.h"
+#include "tests/launch/statuses.h"
 
 using namespace fivepipe;
+using namespace fivepipe::test;
 
 namespace {
-
-constexpr std::int64_t s = 1'000'000'000;
-
-launch::ProcessStatus status(const std::string& node, std::uint32_t pid,
-                             std::int64_t start_stamp_ns) {
-  launch::ProcessStatus status;
-  status.node = node;
-  status.process = bus::ProcessId{"alpha", pid, pid};
-  status.start_stamp_ns = start_stamp_ns;
-  return status;
-}
 
 // Ten seconds of a pipeline at 30 Hz. The first frame is composited after 0.5 s. recon_b was killed
 // once.

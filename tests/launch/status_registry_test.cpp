@@ -2,25 +2,10 @@
 #include <gtest/gtest.h>
 
 #include "launch/supervise/status/node_status.h"
+#include "tests/launch/statuses.h"
 
 using namespace fivepipe;
-
-namespace {
-
-constexpr std::int64_t s = 1'000'000'000;
-
-const bus::ProcessId kFirst{"alpha", 12, 1}, kSecond{"alpha", 34, 2};
-
-launch::ProcessStatus status(const std::string& node, std::optional<bus::ProcessId> process,
-                             std::int64_t start_stamp_ns) {
-  launch::ProcessStatus status;
-  status.node = node;
-  status.process = std::move(process);
-  status.start_stamp_ns = start_stamp_ns;
-  return status;
-}
-
-}  // namespace
+using namespace fivepipe::test;
 
 TEST(StatusRegistry, CpuPercentNeedsTimeBetweenTwoStatuses) {
   launch::StatusRegistry registry;

@@ -21,9 +21,7 @@ BINARY = FOLDER / "build" / "release"
 # A mutant of a header that almost every source includes takes minutes to build.
 MAX_COMPILATIONS = 25
 # These start processes of the product.
-PROCESS_TESTS = re.compile(
-    r"^(pipeline|launch|render_window|mcap_conformance|hostile_peer|(capture|recon|sim|render)_node_)"
-)
+PROCESS_TESTS = re.compile(r"^(pipeline|launch|hostile_peer|(capture|recon|sim|render)_node_)")
 
 
 class DoesNotCompile(Exception):

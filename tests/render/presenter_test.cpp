@@ -12,23 +12,23 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const cv::Size kSize(160, 120);
+const cv::Size kFrameSize(160, 120);
 
 class PresenterTest : public testing::Test {
  protected:
   PresenterTest() {
-    viewer_.render_width_px = kSize.width;
-    viewer_.render_height_px = kSize.height;
+    viewer_.render_width_px = kFrameSize.width;
+    viewer_.render_height_px = kFrameSize.height;
   }
 
   // A grey image with a bright bar whose column encodes the number.
   static cv::Mat image(int number) {
-    cv::Mat image(kSize, CV_8UC3, cv::Scalar(90, 90, 90));
+    cv::Mat image(kFrameSize, CV_8UC3, cv::Scalar(90, 90, 90));
     image.colRange(8 * number, 8 * number + 8).setTo(cv::Scalar(230, 230, 230));
     return image;
   }
   static int number_of(const cv::Mat& image) {
-    for (int number = 0; number < kSize.width / 8; ++number)
+    for (int number = 0; number < kFrameSize.width / 8; ++number)
       if (image.at<cv::Vec3b>(60, 8 * number + 4)[1] > 160) return number;
     return -1;
   }

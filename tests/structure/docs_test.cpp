@@ -11,20 +11,12 @@
 #include <string>
 #include <vector>
 
+#include "tests/structure/source_text.h"
+
 namespace fivepipe::test {
 namespace {
 
 namespace fs = std::filesystem;
-
-const fs::path kRoot = FIVEPIPE_SOURCE_DIR;
-
-std::string text_of(const fs::path& file) {
-  std::ifstream in(kRoot / file);
-  EXPECT_TRUE(in) << file;
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
-}
 
 // The changelog names removed things, so only its links are checked.
 std::vector<fs::path> documents() {

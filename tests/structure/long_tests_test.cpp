@@ -11,23 +11,30 @@
 #include <set>
 #include <string>
 
+#include "tests/structure/source_text.h"
+
 namespace fivepipe::test {
 namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path kTests = fs::path(FIVEPIPE_SOURCE_DIR) / "tests",
-               kBuild = fs::path(FIVEPIPE_BINARY_DIR).parent_path();
-
-std::string text_of(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  EXPECT_TRUE(in) << file;
-  return {std::istreambuf_iterator<char>(in), {}};
-}
+const fs::path kTests = kRoot / "tests", kBuild = fs::path(FIVEPIPE_BINARY_DIR).parent_path();
 
 bool reads_long(const fs::path& file) {
   static const std::regex kRead(R"(getenv\(\s*"FIVEPIPE_LONG"\s*\))");
   return std::regex_search(text_of(file), kRead);
+}
+
+// A file that a unity build generates includes the sources; another one is a source.
+std::vector<fs::path> sources_of(const fs::path& file) {
+  if (!file.filename().string().starts_with("unity_")) return {file};
+  static const std::regex kInclude("#include \"([^\"]+)\"");
+  const std::string text = text_of(file);
+  std::vector<fs::path> sources;
+  for (auto it = std::sregex_iterator(text.begin(), text.end(), kInclude);
+       it != std::sregex_iterator(); ++it)
+    sources.emplace_back((*it)[1].str());
+  return sources;
 }
 
 // The programs that compile each source.
@@ -41,7 +48,8 @@ std::map<fs::path, std::set<std::string>> programs_by_source() {
     if (object == std::string::npos) continue;
     const std::string output = text.substr(object);
     if (std::regex_search(output, program, kProgram))
-      programs[command.at("file").get<std::string>()].insert(program[1]);
+      for (const fs::path& source : sources_of(command.at("file").get<std::string>()))
+        programs[source].insert(program[1]);
   }
   return programs;
 }

@@ -13,6 +13,7 @@
 
 #include "common/pipeline/bus/bus.h"
 #include "common/pipeline/messages/wire_conversions.h"
+#include "tests/support/not_finite.h"
 
 namespace fivepipe::test {
 namespace {
@@ -24,8 +25,6 @@ constexpr const char* kUsage = R"(Usage: hostile_peer DOMAIN SECONDS RATE_HZ [TO
 Sends SECONDS * RATE_HZ messages, at most RATE_HZ per second: of TOPIC, such as ObjectPixelMap, or
 of all topics in turn. Prints the number of messages at the end.
 )";
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 class HostilePeer {
  public:

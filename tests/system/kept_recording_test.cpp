@@ -5,6 +5,7 @@
 
 #include "common/config/deployment.h"
 #include "common/recording/schema/cdr.h"
+#include "tests/support/recording/kept_recording.h"
 #include "tests/support/recording/replayed_nodes.h"
 
 namespace fivepipe::test {
@@ -14,7 +15,7 @@ using nlohmann::ordered_json;
 using recording::Recording;
 using Counts = std::map<std::string, std::uint64_t>;
 
-const std::string kRecording = FIVEPIPE_SOURCE_DIR "/tests/recordings/v1.mcap";
+const std::string kRecording = kKeptRecording;
 constexpr std::uint64_t kFrames = 33;
 
 class KeptRecording : public test::ReplayedNodesTest {

@@ -7,6 +7,7 @@
 
 #include "common/recording/schema/cdr.h"
 #include "common/recording/schema/wire_types.h"
+#include "tests/support/recording/kept_recording.h"
 #include "tests/support/recording/replayed_nodes.h"
 
 namespace fivepipe::test {
@@ -17,7 +18,7 @@ using recording::Recording;
 using test::eventually;
 using test::Outputs;
 
-const std::string kRecording = FIVEPIPE_SOURCE_DIR "/tests/recordings/v1.mcap";
+const std::string kRecording = kKeptRecording;
 
 class Replay : public test::RecordingTest {
  protected:

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "tests/support/collision/backends.h"
+#include "tests/support/not_finite.h"
 
 namespace fivepipe::test {
 namespace {
@@ -14,7 +15,6 @@ using collision::CollisionVerdict;
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr collision::DetectionOptions kWithPoints{};
 
 CollisionHull ball_hull(double radius_m) {

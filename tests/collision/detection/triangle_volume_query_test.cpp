@@ -7,11 +7,10 @@
 #include "common/collision/detection/paper/triangle_volume_query.h"
 #include "common/hull/oracle/reference.h"
 #include "tests/support/collision/scene.h"
+#include "tests/support/not_finite.h"
 
 namespace fivepipe::test {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 class TriangleQuery : public GlTest {};
 

@@ -8,8 +8,10 @@
 #include <cstdio>
 #include <numbers>
 
+#include "common/base/timing.h"
 #include "common/hull/silhouette/coverage_hull.h"
 #include "tests/support/hull/scenes.h"
+#include "tests/support/hull/test_pool.h"
 
 namespace fivepipe::hull {
 namespace {
@@ -128,11 +130,6 @@ Vector3d normal_world(const geometry::Camera& camera, const Vector2d& uv_px,
   return (camera.camera_from_world.linear().transpose() * n).normalized();
 }
 
-double percentile(std::vector<double> values, double p) {
-  if (values.empty()) return 0;
-  std::sort(values.begin(), values.end());
-  return values[std::min(values.size() - 1, std::size_t(p * double(values.size())))];
-}
 double degrees_between(const Vector3d& a, const Vector3d& b) {
   return std::atan2(a.cross(b).norm(), a.dot(b)) * 180 / std::numbers::pi;
 }
@@ -140,11 +137,6 @@ double degrees_between(const Vector3d& a, const Vector3d& b) {
 struct Errors {
   std::vector<double> surface_px, normal_deg;
 };
-
-base::WorkerPool& test_pool() {
-  static base::WorkerPool pool(2);
-  return pool;
-}
 
 // Error of the surface along the ray, in footprints of a map pixel at the object.
 void add_surface(Errors& e, float depth_m, double truth_m) {
@@ -229,9 +221,11 @@ void compare(Compared& all, test::Random& random, double radius_px, bool long_on
 void print(const char* what, double radius_px, const Compared& all) {
   std::printf("%-8s %4.1f px %6zu rays |", what, radius_px, all.coverage.surface_px.size());
   for (const Errors* e : {&all.coverage, &all.center, &all.touched})
-    std::printf(" %6.3f %6.3f |", percentile(e->surface_px, 0.5), percentile(e->surface_px, 0.95));
+    std::printf(" %6.3f %6.3f |", base::percentile(e->surface_px, 0.5),
+                base::percentile(e->surface_px, 0.95));
   for (const Errors* e : {&all.coverage, &all.center, &all.touched})
-    std::printf(" %6.2f %6.2f |", percentile(e->normal_deg, 0.5), percentile(e->normal_deg, 0.95));
+    std::printf(" %6.2f %6.2f |", base::percentile(e->normal_deg, 0.5),
+                base::percentile(e->normal_deg, 0.95));
   std::printf("\n");
 }
 
@@ -258,11 +252,11 @@ TEST(CoverageAccuracy, SurfaceAndNormalsAreNearerThanThoseOfBinaryMaps) {
       EXPECT_GT(all.coverage.surface_px.size(), 1000u);
       for (const Errors* binary : {&all.center, &all.touched})
         for (const double p : {0.5, 0.95}) {
-          EXPECT_LT(kSurfaceGain * percentile(all.coverage.surface_px, p),
-                    percentile(binary->surface_px, p));
+          EXPECT_LT(kSurfaceGain * base::percentile(all.coverage.surface_px, p),
+                    base::percentile(binary->surface_px, p));
           EXPECT_LT((radius_px < 3 ? kNormalGain : kNormalGainFrom3px) *
-                        percentile(all.coverage.normal_deg, p),
-                    percentile(binary->normal_deg, p));
+                        base::percentile(all.coverage.normal_deg, p),
+                    base::percentile(binary->normal_deg, p));
         }
     }
 }

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <queue>
 
+#include "common/base/timing.h"
 #include "common/hull/silhouette/coverage_hull.h"
 #include "common/hull/silhouette/thin_coverage.h"
 #include "tests/support/hull/scenes.h"
@@ -102,11 +103,6 @@ Level level_of(const CoverageMap& m, const Wire& wire) {
   return level;
 }
 
-double percentile(std::vector<double> values, double p) {
-  std::sort(values.begin(), values.end());
-  return values[std::size_t(p * double(values.size() - 1))];
-}
-
 // Wires at any angle: every fourth within 2 degrees of a diagonal or exactly on it, every eighth
 // along rows or columns.
 std::vector<Wire> wires(double width_px, int count) {
@@ -164,21 +160,21 @@ TEST(ThinCoverage, WiresKeepTheirWidthAndPosition) {
         beyond[int(rule)].push_back(level.farthest_px - width_px / 2);
       }
     }
-    std::printf("%5.2f | %5.2f %5.2f %5.2f", width_px, percentile(before, 0.05),
-                percentile(before, 0.5), percentile(before, 0.95));
+    std::printf("%5.2f | %5.2f %5.2f %5.2f", width_px, base::percentile(before, 0.05),
+                base::percentile(before, 0.5), base::percentile(before, 0.95));
     for (int rule = 0; rule < 2; ++rule)
-      std::printf(" | %5.2f %5.2f %5.2f, %5.2f %5.2f", percentile(widths[rule], 0.05),
-                  percentile(widths[rule], 0.5), percentile(widths[rule], 0.95),
-                  percentile(beyond[rule], 0.5), percentile(beyond[rule], 1));
+      std::printf(" | %5.2f %5.2f %5.2f, %5.2f %5.2f", base::percentile(widths[rule], 0.05),
+                  base::percentile(widths[rule], 0.5), base::percentile(widths[rule], 0.95),
+                  base::percentile(beyond[rule], 0.5), base::percentile(beyond[rule], 1));
     std::printf("\n");
     // Connecting pixels at a corner widens very thin wires; eight samples per pixel resolve 1/16
     // px.
-    EXPECT_NEAR(percentile(widths[1], 0.5), width_px, 0.11);
-    EXPECT_LE(percentile(beyond[1], 1),
+    EXPECT_NEAR(base::percentile(widths[1], 0.5), width_px, 0.11);
+    EXPECT_LE(base::percentile(beyond[1], 1),
               std::max(0.0, 1 - width_px) / 2 + 0.25);  // moved to the row, connected at corners;
                                                         // 0.09 px is the error of the interpolant
-    EXPECT_GE(percentile(widths[0], 0.05), std::min(1.0, width_px) - 0.4);
-    EXPECT_LE(percentile(beyond[0], 1), std::max(0.0, 1 - width_px) / 2 + 0.5);
+    EXPECT_GE(base::percentile(widths[0], 0.05), std::min(1.0, width_px) - 0.4);
+    EXPECT_LE(base::percentile(beyond[0], 1), std::max(0.0, 1 - width_px) / 2 + 0.5);
   }
 }
 

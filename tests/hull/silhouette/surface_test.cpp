@@ -10,6 +10,7 @@
 #include "common/hull/silhouette/contour.h"
 #include "common/hull/silhouette/hull_surface.h"
 #include "tests/support/hull/scenes.h"
+#include "tests/support/hull/test_pool.h"
 
 namespace fivepipe::hull {
 namespace {
@@ -17,11 +18,6 @@ namespace {
 using namespace test;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-base::WorkerPool& test_pool() {
-  static base::WorkerPool pool(2);
-  return pool;
-}
 
 constexpr double kDegree = std::numbers::pi / 180;
 

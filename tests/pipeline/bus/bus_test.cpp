@@ -15,6 +15,7 @@
 #include "common/pipeline/bus/discovery.h"
 #include "common/pipeline/bus/profile.h"
 #include "common/pipeline/node/status.h"
+#include "tests/support/process.h"
 #include "tests/support/test_domain.h"
 #include "tests/support/test_folder.h"
 
@@ -22,16 +23,6 @@ namespace fivepipe::bus {
 namespace {
 
 using namespace std::chrono_literals;
-
-// Waits on the bus until the condition holds. Returns false after 10 s.
-bool eventually(Bus& bus, const std::function<bool()>& condition) {
-  const auto deadline = std::chrono::steady_clock::now() + 10s;
-  while (!condition()) {
-    if (std::chrono::steady_clock::now() > deadline) return false;
-    bus.wait(20ms);
-  }
-  return true;
-}
 
 fivepipe_v1_FrameComposited composited(std::uint64_t frame) {
   fivepipe_v1_FrameComposited message{};
@@ -44,10 +35,10 @@ TEST(Bus, DeliversSamplesInOrderWithTheirWriter) {
   Bus bus({test::own_domain()});
   auto writer = bus.writer<topics::FrameComposited>();
   auto reader = bus.reader<topics::FrameComposited>();
-  ASSERT_TRUE(eventually(bus, [&] { return writer.readers() == 1; }));
+  ASSERT_TRUE(test::eventually(bus, 10s, [&] { return writer.readers() == 1; }));
   for (std::uint64_t frame = 1; frame <= 20; ++frame) writer.write(composited(frame));
   std::uint64_t next = 1, first_writer = 0;
-  ASSERT_TRUE(eventually(bus, [&] {
+  ASSERT_TRUE(test::eventually(bus, 10s, [&] {
     for (const auto& sample : reader.take()) {
       EXPECT_TRUE(sample.valid());
       EXPECT_EQ(sample->frame, next++);
@@ -64,9 +55,9 @@ TEST(Bus, RestartedWriterGetsANewHandle) {
   std::vector<std::uint64_t> writers;
   for (int start = 0; start < 2; ++start) {
     auto writer = bus.writer<topics::FrameComposited>();
-    ASSERT_TRUE(eventually(bus, [&] { return writer.readers() == 1; }));
+    ASSERT_TRUE(test::eventually(bus, 10s, [&] { return writer.readers() == 1; }));
     writer.write(composited(1));
-    ASSERT_TRUE(eventually(bus, [&] {
+    ASSERT_TRUE(test::eventually(bus, 10s, [&] {
       for (const auto& sample : reader.take())
         if (sample.valid()) writers.push_back(sample.writer());
       return writers.size() == std::size_t(start) + 1;
@@ -84,7 +75,7 @@ TEST(Bus, LatchedTopicReachesALateJoiner) {
   writer.write(info);
   auto reader = bus.reader<topics::CameraInfo>();
   bool seen = false;
-  EXPECT_TRUE(eventually(bus, [&] {
+  EXPECT_TRUE(test::eventually(bus, 10s, [&] {
     for (const auto& sample : reader.take())
       seen |= sample.valid() && sample->pinhole.width_px == 720;
     return seen;
@@ -95,11 +86,11 @@ TEST(Bus, ASlowReaderReceivesTheNewestSamples) {
   Bus bus({test::own_domain()});
   auto writer = bus.writer<topics::HeadPose>();
   auto reader = bus.reader<topics::HeadPose>();
-  ASSERT_TRUE(eventually(bus, [&] { return writer.readers() == 1; }));
+  ASSERT_TRUE(test::eventually(bus, 10s, [&] { return writer.readers() == 1; }));
   fivepipe_v1_HeadPose message{};
   for (message.frame = 1; message.frame <= 1000; ++message.frame) writer.write(message);
   std::uint64_t newest = 0;
-  EXPECT_TRUE(eventually(bus, [&] {
+  EXPECT_TRUE(test::eventually(bus, 10s, [&] {
     const auto waiting = reader.take();
     EXPECT_LE(waiting.size(), 8u) << "the reader kept more than the depth of a stream";
     for (const auto& sample : waiting) newest = sample->frame;
@@ -118,7 +109,7 @@ TEST(Bus, IncompatibleTypeVersionIsReportedByName) {
       "w");
   ASSERT_NE(peer, nullptr);
   std::string problem_text;
-  EXPECT_TRUE(eventually(bus, [&] {
+  EXPECT_TRUE(test::eventually(bus, 10s, [&] {
     for (const std::string& problem : bus.problems()) problem_text = problem;
     return !problem_text.empty();
   }));
@@ -136,7 +127,7 @@ TEST(Bus, EachDeliveryHasItsQos) {
   const auto latched = bus.writer<topics::CameraInfo>();
   const auto event = bus.reader<topics::FrameTrace>();
   std::map<std::string, EndpointDescription> found;
-  ASSERT_TRUE(eventually(bus, [&] {
+  ASSERT_TRUE(test::eventually(bus, 10s, [&] {
     for (const EndpointDescription& endpoint : bus.endpoints())
       if (endpoint.own && endpoint.topic.starts_with("fivepipe/")) found[endpoint.topic] = endpoint;
     return found.size() == 3;
@@ -199,7 +190,7 @@ TEST(Bus, PeersWithAnotherQosAreReportedOnce) {
   dds_qset_durability(qos.get(), DDS_DURABILITY_TRANSIENT_LOCAL);
   ASSERT_GT(dds_create_reader(participant.handle, pose_topic, qos.get(), nullptr), 0);
   std::vector<std::string> problems;
-  EXPECT_TRUE(eventually(bus, [&] {
+  EXPECT_TRUE(test::eventually(bus, 10s, [&] {
     for (const std::string& problem : bus.problems()) problems.push_back(problem);
     return problems.size() == 2;
   }));
@@ -350,10 +341,10 @@ TEST(NodeStatusReporter, PublishesTypedFieldsAndTheFinalReport) {
     status.diagnostic("start", "nearly done");
     status.diagnostic("start", "");
     // A volatile writer's last sample reaches only readers that are already matched.
-    ASSERT_TRUE(eventually(bus, [&] { return reader.writers() == 1; }));
+    ASSERT_TRUE(test::eventually(bus, 10s, [&] { return reader.writers() == 1; }));
   }
   bool final_seen = false;
-  ASSERT_TRUE(eventually(bus, [&] {
+  ASSERT_TRUE(test::eventually(bus, 10s, [&] {
     for (const auto& sample : reader.take()) {
       if (!sample.valid() || !sample->final_report) continue;
       final_seen = true;

@@ -8,6 +8,7 @@
 #include <random>
 
 #include "common/pipeline/messages/wire_conversions.h"
+#include "tests/support/process.h"
 #include "tests/support/test_domain.h"
 
 namespace fivepipe::bus {
@@ -22,19 +23,9 @@ struct Kept {
   std::vector<std::byte> cdr;
 };
 
-// Waits on the bus until the condition holds. Returns false after 10 s.
-bool eventually(Bus& bus, const std::function<bool()>& condition) {
-  const auto deadline = std::chrono::steady_clock::now() + 10s;
-  while (!condition()) {
-    if (std::chrono::steady_clock::now() > deadline) return false;
-    bus.wait(20ms);
-  }
-  return true;
-}
-
 std::vector<Kept> take_many(Bus& bus, SerializedReader& reader, std::size_t many) {
   std::vector<Kept> kept;
-  EXPECT_TRUE(eventually(bus, [&] {
+  EXPECT_TRUE(test::eventually(bus, 10s, [&] {
     reader.take([&](const SerializedSample& s) {
       kept.push_back({s.kind, s.writer, s.source_stamp_ns, {s.cdr.begin(), s.cdr.end()}});
     });
@@ -66,12 +57,13 @@ TEST(SerializedBus, DescribesWriterAfterItIsGone) {
   {
     Bus there({test::own_domain()});
     auto out = there.writer<topics::ObjectPixelMap>();
-    ASSERT_TRUE(eventually(here, [&] { return out.readers() == 1 && reader.writers() == 1; }));
+    ASSERT_TRUE(
+        test::eventually(here, 10s, [&] { return out.readers() == 1 && reader.writers() == 1; }));
     std::vector<std::uint8_t> payload{1, 2, 3};
     out.write(map("left", 1, payload));
     ASSERT_TRUE(out.wait_for_delivery(10s));
   }
-  ASSERT_TRUE(eventually(here, [&] { return reader.writers() == 0; }));
+  ASSERT_TRUE(test::eventually(here, 10s, [&] { return reader.writers() == 0; }));
   const auto kept = take_many(here, reader, 1);
   ASSERT_FALSE(kept.empty());
   const auto writer = reader.writer(kept[0].writer);
@@ -87,8 +79,8 @@ TEST(SerializedBus, RewritesSamplesBitExactWithSourceTimestamp) {
   SerializedWriter replayer(to, map_topic, WriterHistory::keep_all);
   SerializedReader recorder_again(to, map_topic);
   auto typed_in = to.reader<topics::ObjectPixelMap>();
-  ASSERT_TRUE(
-      eventually(from, [&] { return typed_out.readers() == 1 && replayer.readers() == 2; }));
+  ASSERT_TRUE(test::eventually(
+      from, 10s, [&] { return typed_out.readers() == 1 && replayer.readers() == 2; }));
 
   // Payloads of every length modulo the alignments.
   std::mt19937 random(5);
@@ -125,14 +117,14 @@ TEST(SerializedBus, ForwardsUnregisteredKey) {
   SerializedReader recorder(from, map_topic);
   SerializedWriter replayer(to, map_topic, WriterHistory::keep_all);
   auto typed_in = to.reader<topics::ObjectPixelMap>();
-  ASSERT_TRUE(
-      eventually(from, [&] { return typed_out->readers() == 1 && replayer.readers() == 1; }));
+  ASSERT_TRUE(test::eventually(
+      from, 10s, [&] { return typed_out->readers() == 1 && replayer.readers() == 1; }));
   std::vector<std::uint8_t> payload{1, 2, 3};
   typed_out->write(map("left", 7, payload));
   const std::vector<Kept> there = take_many(from, recorder, 1);
   ASSERT_EQ(there.size(), 1u);
   ASSERT_TRUE(replayer.write({there[0].kind, 0, there[0].source_stamp_ns, there[0].cdr}));
-  ASSERT_TRUE(eventually(to, [&] { return !typed_in.take().empty(); }));
+  ASSERT_TRUE(test::eventually(to, 10s, [&] { return !typed_in.take().empty(); }));
   typed_out.reset();
   const std::vector<Kept> gone = take_many(from, recorder, 1);
   ASSERT_EQ(gone.size(), 1u);
@@ -140,7 +132,7 @@ TEST(SerializedBus, ForwardsUnregisteredKey) {
 
   bool unregistered = false;
   ASSERT_TRUE(replayer.write({gone[0].kind, 0, gone[0].source_stamp_ns, gone[0].cdr}));
-  EXPECT_TRUE(eventually(to, [&] {
+  EXPECT_TRUE(test::eventually(to, 10s, [&] {
     for (const auto& sample : typed_in.take())
       unregistered |=
           !sample.valid() && sample.writer_gone() && std::string(sample->camera) == "left";
@@ -152,11 +144,11 @@ TEST(SerializedBus, ReportsUnregisteredKeyAfterUntakenSample) {
   Bus bus({test::own_domain()});
   auto writer = std::make_optional(bus.writer<topics::ObjectPixelMap>());
   SerializedReader recorder(bus, map_topic);
-  ASSERT_TRUE(eventually(bus, [&] { return writer->readers() == 1; }));
+  ASSERT_TRUE(test::eventually(bus, 10s, [&] { return writer->readers() == 1; }));
   std::vector<std::uint8_t> payload{1, 2, 3};
   for (std::uint64_t frame = 0; frame < 3; ++frame) writer->write(map("left", frame, payload));
   writer.reset();
-  ASSERT_TRUE(eventually(bus, [&] { return recorder.writers() == 0; }));
+  ASSERT_TRUE(test::eventually(bus, 10s, [&] { return recorder.writers() == 0; }));
   const std::vector<Kept> kept = take_many(bus, recorder, 4);
   ASSERT_EQ(kept.size(), 4u);
   for (std::size_t i = 0; i < 4; ++i)
@@ -182,7 +174,7 @@ TEST(SerializedBus, KeepsAllSamplesUntilTaken) {
   Bus bus({test::own_domain()});
   auto writer = bus.writer<topics::ObjectPixelMap>();
   SerializedReader recorder(bus, map_topic);
-  ASSERT_TRUE(eventually(bus, [&] { return writer.readers() == 1; }));
+  ASSERT_TRUE(test::eventually(bus, 10s, [&] { return writer.readers() == 1; }));
   std::vector<std::uint8_t> payload(1000, 1);
   for (std::uint64_t frame = 0; frame < 500; ++frame) writer.write(map("left", frame, payload));
   EXPECT_EQ(take_many(bus, recorder, 500).size(), 500u);
@@ -193,7 +185,7 @@ TEST(SerializedBus, DescribesWriters) {
   Bus bus({.domain = test::own_domain(), .participant = "capture"});
   auto writer = bus.writer<topics::ObjectPixelMap>();
   SerializedReader recorder(bus, map_topic);
-  ASSERT_TRUE(eventually(bus, [&] { return writer.readers() == 1; }));
+  ASSERT_TRUE(test::eventually(bus, 10s, [&] { return writer.readers() == 1; }));
   std::vector<std::uint8_t> payload;
   writer.write(map("left", 1, payload));
   const std::vector<Kept> kept = take_many(bus, recorder, 1);

@@ -9,7 +9,8 @@
 namespace fivepipe::recording {
 namespace {
 
-constexpr std::int64_t kStart_ns = 1'700'000'000'000'000'000, kFrame_ns = 16'000'000;
+using test::kFrame_ns, test::kStart_ns;
+
 constexpr std::uint64_t kFrames = 300;
 
 class FrameGroupPrefetcherTest : public testing::Test {

@@ -16,7 +16,7 @@ namespace {
 
 using Bytes = std::vector<std::byte>;
 
-constexpr std::int64_t kStart_ns = 1'700'000'000'000'000'000;
+using test::kStart_ns;
 
 struct Kept {
   std::string topic, writer;

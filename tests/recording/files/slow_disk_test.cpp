@@ -16,7 +16,7 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-constexpr std::int64_t kStart_ns = 1'700'000'000'000'000'000;
+using test::kStart_ns;
 constexpr double kDisk_bytes_s = 1e6;
 // The disk takes one piece at a time, and calls are not interrupted.
 constexpr auto kPieceTime =

@@ -8,6 +8,7 @@
 #include "common/pipeline/messages/wire_conversions.h"
 #include "tests/support/captured_log.h"
 #include "tests/support/process.h"
+#include "tests/support/recording/kept_recording.h"
 #include "tests/support/test_domain.h"
 
 namespace fivepipe::replay {
@@ -18,8 +19,6 @@ using namespace std::chrono_literals;
 bool is_tile(const recording::OwnedMessage& message) {
   return message.channel->topic == bus::topics::HullTile::name && !message.key_change;
 }
-
-const char* const kRecording = FIVEPIPE_SOURCE_DIR "/tests/recordings/v1.mcap";
 
 // The first frame of the recording that has all its tiles.
 recording::FrameGroup frame_with_tiles(const recording::Recording& recording) {
@@ -32,7 +31,7 @@ recording::FrameGroup frame_with_tiles(const recording::Recording& recording) {
 // render_node shows only frames of which it has all tiles.
 TEST(InFlightTracker, WaitsForRenderedFramesOnlyIfAllTilesAreSent) {
   bus::Bus bus({test::own_domain()});
-  const recording::Recording recording(kRecording);
+  const recording::Recording recording(test::kKeptRecording);
   ReplayPlan plan;
   plan.nodes = {{"parent", "render_node"}};
   const recording::FrameGroup whole = frame_with_tiles(recording);
@@ -94,7 +93,7 @@ class InFlightTrackerTest : public testing::Test {
   }
 
   bus::Bus bus_{{.domain = test::own_domain()}};
-  const recording::Recording recording_{kRecording};
+  const recording::Recording recording_{test::kKeptRecording};
   ReplayPlan plan_;
 };
 
@@ -249,7 +248,7 @@ TEST(InFlightTracker, RefusesAndLogsTracesWithImpossibleStamps) {
   const test::CapturedLog captured;
   bus::Bus bus({test::own_domain()});
   auto writer = bus.writer<bus::topics::FrameTrace>();
-  const recording::Recording recording(kRecording);
+  const recording::Recording recording(test::kKeptRecording);
   ReplayPlan plan;
   plan.lossless = true;
   plan.nodes = {{"simulation", "sim_node"}};

@@ -2,10 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/recording/synthetic_recordings.h"
+
 namespace fivepipe::replay {
 namespace {
 
-constexpr std::int64_t kSecond_ns = 1'000'000'000, kRecorderStarts_ns = 1'700'000'000 * kSecond_ns;
+using test::kSecond_ns;
+
+constexpr std::int64_t kRecorderStarts_ns = test::kStart_ns;
 const std::string kNode = "capture", kTopic = "maps";
 
 // Simulates a node that sends 100 messages and 2 statuses per second, and a recorder that misses

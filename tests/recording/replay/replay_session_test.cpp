@@ -8,6 +8,7 @@
 #include "common/recording/replay/node_inputs.h"
 #include "common/recording/replay/recorded_deployment.h"
 #include "tests/support/process.h"
+#include "tests/support/recording/kept_recording.h"
 #include "tests/support/recording/synthetic_recordings.h"
 #include "tests/support/test_domain.h"
 
@@ -17,8 +18,7 @@ namespace {
 using namespace std::chrono_literals;
 using End = ReplayResult::End;
 namespace topics = bus::topics;
-
-const char* const kRecording = FIVEPIPE_SOURCE_DIR "/tests/recordings/v1.mcap";
+using test::kKeptRecording, test::kStart_ns;
 
 std::set<std::string> topics_of(const recording::Recording& recording, const ReplayPlan& plan) {
   std::set<std::string> topics;
@@ -46,7 +46,7 @@ TEST(ReplayRequest, ReplaysAllTopicsOnceAtTheRecordedRateByDefault) {
   EXPECT_EQ(request.frames_in_flight, 2);
   EXPECT_EQ(request.domain, 0u);
   EXPECT_EQ(request.wait_s, 20);
-  const recording::Recording recording(kRecording);
+  const recording::Recording recording(kKeptRecording);
   const ReplayPlan plan = plan_for(recording, request);
   EXPECT_EQ(plan.start_ns, recording.start_ns());
   EXPECT_EQ(plan.end_ns, recording.end_ns());
@@ -63,7 +63,7 @@ TEST(ReplayRequest, ReplaysAllTopicsOnceAtTheRecordedRateByDefault) {
 }
 
 TEST(ReplayPlan, SendsNodesTheInputsThatMatch) {
-  const recording::Recording recording(kRecording);
+  const recording::Recording recording(kKeptRecording);
   ReplayRequest request;
   request.nodes = {"recon_a", "simulation"};
   request.rate = 0.5;
@@ -128,7 +128,6 @@ class ReplaySessionTest : public testing::Test {
                    }});
   }
 
-  static constexpr std::int64_t kStart_ns = 1'700'000'000'000'000'000;
   const std::uint32_t domain_ = test::own_domain();
   test::TestFolder folder_;
   const std::filesystem::path path_ = folder_.path / "made.mcap";
@@ -230,7 +229,7 @@ TEST_F(ReplaySessionTest, AnInterruptStopsItBeforeTheFirstMessage) {
 
 // Otherwise every replay to nodes would leave a folder in the temporary directory.
 TEST(RecordedDeployment, LoadsTheSettingsAndRemovesItsFolder) {
-  const recording::Recording recording(kRecording);
+  const recording::Recording recording(kKeptRecording);
   std::filesystem::path folder;
   {
     const RecordedDeployment recorded(recording, {});

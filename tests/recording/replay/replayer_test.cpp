@@ -21,7 +21,7 @@ using Bytes = std::vector<std::byte>;
 using Clock = std::chrono::steady_clock;
 namespace topics = bus::topics;
 
-constexpr std::int64_t kStart_ns = 1'700'000'000'000'000'000, kSecond_ns = 1'000'000'000;
+using test::kSecond_ns, test::kStart_ns;
 
 // Plain CDR, little-endian.
 class Cdr {

@@ -8,6 +8,7 @@
 
 #include "common/hull/silhouette/coverage_hull.h"
 #include "tests/support/hull/scenes.h"
+#include "tests/support/hull/test_pool.h"
 
 namespace fivepipe::hull {
 
@@ -18,12 +19,8 @@ inline constexpr double kAgree_m = 1e-6;  // a float near 1 m has a unit of 6e-8
 inline constexpr double kOnBorder = 1e-3;
 inline constexpr double kNearestSample_m = 1e-9;
 
-inline base::WorkerPool& test_pool() {
-  static base::WorkerPool pool(2);
-  return pool;
-}
 inline DepthTile depth_of(std::span<const CoverageSilhouette> silhouettes, const View& view) {
-  return CoverageHull(test_pool(), silhouettes).depth(view, test::whole_image(view.camera));
+  return CoverageHull(test::test_pool(), silhouettes).depth(view, test::whole_image(view.camera));
 }
 
 // The definition, implemented independently with the weights of the four nearest centres. Returns

@@ -4,19 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "common/hull/query/hull_query.h"
 #include "tests/support/hull/scenes.h"
+#include "tests/support/hull/test_pool.h"
+#include "tests/support/not_finite.h"
 
 namespace fivepipe::test {
-
-inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN(),
-                        kInfinity = std::numeric_limits<double>::infinity();
-inline base::WorkerPool& test_pool() {
-  static base::WorkerPool pool(2);
-  return pool;
-}
 
 // A hull and its HullQuery.
 struct Queries {

@@ -1,11 +1,16 @@
-// Counts the lines of a program's output.
+// Texts that programs print.
 #pragma once
 #include <algorithm>
 #include <cstddef>
 #include <string>
 
 namespace fivepipe::test {
+
 inline std::ptrdiff_t line_count(const std::string& text) {
   return std::count(text.begin(), text.end(), '\n');
 }
+inline bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
 }  // namespace fivepipe::test
