@@ -81,15 +81,16 @@ function(fivepipe_test_precompiled_headers)
     ${CMAKE_SOURCE_DIR}/cmake/precompiled.h <gtest/gtest.h>)
 endfunction()
 
-# fivepipe_test(NAME [ALONE] source... LINK library...): a GoogleTest program. ctest runs each of its
-# tests. ALONE: they measure times or rates, or they run several processes, so ctest runs nothing
-# beside them. Under the sanitizers they measure none.
+# fivepipe_test(NAME [ALONE] source... LINK library...): a GoogleTest program. ctest runs each of
+# its tests. ALONE is for programs whose tests measure times or rates, or run several processes:
+# ctest then runs no other test at the same time. Under the sanitizers, which slow the tests too
+# much to measure, ALONE has no effect.
 function(fivepipe_test name)
   if(NOT FIVEPIPE_TESTS)
     return()
   endif()
   cmake_parse_arguments(ARG "ALONE" "" "LINK" ${ARGN})
-  # These replace functions of the standard library.
+  # Sources of tests/support replace functions of the standard library, so each is compiled alone.
   foreach(source IN LISTS ARG_UNPARSED_ARGUMENTS)
     if(source MATCHES "/support/")
       set_source_files_properties(${source} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)

@@ -5,6 +5,7 @@
 #include "benchmarks/collision/baselines/rendered_response.h"
 #include "common/collision/response/recovery.h"
 #include "tests/support/collision/response.h"
+#include "tests/support/not_finite.h"
 
 namespace fivepipe::test {
 namespace {

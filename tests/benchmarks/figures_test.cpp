@@ -14,20 +14,15 @@
 #include "benchmarks/figures/blocks.h"
 #include "benchmarks/figures/documents.h"
 #include "benchmarks/figures/numbers.h"
+#include "tests/support/source_text.h"
+#include "tests/support/test_folder.h"
 
 namespace fivepipe::figures {
 namespace {
 
 namespace fs = std::filesystem;
+using test::kRoot, test::text_of;
 using ::testing::HasSubstr;
-
-const fs::path kRoot = FIVEPIPE_SOURCE_DIR;
-
-std::string text_of(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  EXPECT_TRUE(in) << file;
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 std::vector<fs::path> documents() {
   std::vector<fs::path> files = {kRoot / "README.md", kRoot / "CONTRIBUTING.md"};
@@ -115,24 +110,19 @@ TEST(Figures, EveryBlockIsInADocument) {
     EXPECT_THAT(text_of(kRoot / "README.md"), HasSubstr("<!-- figures: " + std::string(name)));
 }
 
-// A folder with result files, which its destructor removes.
+// A folder with result files.
 class ResultFolder {
  public:
-  ResultFolder() : folder_(fs::path(testing::TempDir()) / "figures_test") {
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  ~ResultFolder() { fs::remove_all(folder_); }
   void add(const std::string& name, const json& results, const std::string& commit = "c0ffee") {
-    std::ofstream(folder_ / (name + ".json"))
+    std::ofstream(folder_.path / (name + ".json"))
         << json{{"commit", commit},
                 {"machine", {{"cpu", "Xeon"}, {"cores", 2}, {"build_type", "Release"}}},
                 {"results", results}};
   }
-  Results results() const { return Results(folder_); }
+  Results results() const { return Results(folder_.path); }
 
  private:
-  fs::path folder_;
+  test::TestFolder folder_;
 };
 
 json hull_result(const std::string& name, double best_ms, double error_mm) {

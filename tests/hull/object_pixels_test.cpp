@@ -3,8 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <limits>
-
 #include "tests/support/hull/scenes.h"
 #include "tests/support/not_finite.h"
 

@@ -7,6 +7,7 @@
 
 #include "common/hull/oracle/reference.h"
 #include "tests/support/hull/queries.h"
+#include "tests/support/not_finite.h"
 
 namespace fivepipe::hull {
 namespace {

@@ -8,6 +8,7 @@
 
 #include "common/hull/cpu/ray_walk.h"
 #include "tests/support/hull/queries.h"
+#include "tests/support/not_finite.h"
 
 namespace fivepipe::hull {
 namespace {

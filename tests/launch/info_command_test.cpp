@@ -8,6 +8,7 @@
 
 #include "common/config/deployment.h"
 #include "common/recording/files/format.h"
+#include "tests/support/recording/kept_recording.h"
 
 namespace fivepipe::launch {
 namespace {
@@ -99,20 +100,24 @@ TEST_F(RecordingCommands, InfoFindsADamagedChunkOfAFinishedFile) {
 }
 
 TEST_F(RecordingCommands, InfoExtractsRecordedDeployment) {
-  const std::string kept = FIVEPIPE_SOURCE_DIR "/tests/recordings/v1.mcap";
   const fs::path extracted = folder.path / "extracted";
-  const Answer answer = fivepipe("info " + kept + " --extract " + extracted.string());
+  const Answer answer =
+      fivepipe("info " + test::kKeptRecording + " --extract " + extracted.string());
   EXPECT_EQ(answer.exit_code, 0) << answer.text;
   const std::string start = "--deployment ";
   const auto begin = answer.text.find(start) + start.size();
   const fs::path file = answer.text.substr(begin, answer.text.find(' ', begin) - begin);
   EXPECT_TRUE(fs::exists(file)) << answer.text;
   EXPECT_EQ(config::load_deployment(file, {}).name, "small");
-  EXPECT_EQ(fivepipe("info " + kept + " --extract " + extracted.string()).exit_code, 2)
+  EXPECT_EQ(fivepipe("info " + test::kKeptRecording + " --extract " + extracted.string()).exit_code,
+            2)
       << "the folder is not empty";
   for (const std::string other : {"--json", "--quick"}) {
     const fs::path unused = folder.path / "unused";
-    EXPECT_EQ(fivepipe("info " + kept + " --extract " + unused.string() + " " + other).exit_code, 2)
+    EXPECT_EQ(
+        fivepipe("info " + test::kKeptRecording + " --extract " + unused.string() + " " + other)
+            .exit_code,
+        2)
         << other;
     EXPECT_FALSE(fs::exists(unused)) << other;
   }

@@ -7,6 +7,7 @@
 #include "launch/supervise/status/largest_counts.h"
 #include "tests/launch/statuses.h"
 #include "tests/support/text.h"
+#include "tests/support/time_units.h"
 
 using namespace fivepipe;
 using namespace fivepipe::test;

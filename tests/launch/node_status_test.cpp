@@ -4,6 +4,7 @@
 #include "launch/supervise/status/live_status.h"
 #include "tests/launch/statuses.h"
 #include "tests/support/text.h"
+#include "tests/support/time_units.h"
 
 using namespace fivepipe;
 using namespace fivepipe::test;

@@ -9,15 +9,15 @@
 namespace fivepipe::launch {
 namespace {
 
-constexpr std::int64_t kRecorded_ns = 1'700'000'000'000'000'000;
+constexpr std::int64_t kRecordingStart_ns = 1'700'000'000'000'000'000;
 
 RecordingInfo complete_info() {
   RecordingInfo info;
   info.file = "session.mcap";
   info.file_bytes = 1'260'000;
   info.read_all = true;
-  info.start_ns = kRecorded_ns;
-  info.end_ns = kRecorded_ns + 2'500'000'000;
+  info.start_ns = kRecordingStart_ns;
+  info.end_ns = kRecordingStart_ns + 2'500'000'000;
   info.messages = 110;
   info.chunks = {{"", 1}, {"lz4", 4}};
   info.compressed_bytes = 99'999;
@@ -164,7 +164,7 @@ TEST_F(RecordingInfoText, StatesLossesAsFarAsTheyAreKnown) {
 TEST_F(RecordingInfoText, StatesWhatACutOffRecordingLacks) {
   RecordingInfo info = complete_info();
   info.counts = {{"v/State", {.received = 100, .written = 50, .lost = 10}}};
-  info.counts_stamp_ns = kRecorded_ns;
+  info.counts_stamp_ns = kRecordingStart_ns;
   const std::string dropped =
       "LOST         10 of 100 received messages were dropped: the disk was too slow\n"
       "             State 10\n";

@@ -5,6 +5,7 @@
 
 #include "launch/supervise/report.h"
 #include "tests/launch/statuses.h"
+#include "tests/support/time_units.h"
 
 using namespace fivepipe;
 using namespace fivepipe::test;

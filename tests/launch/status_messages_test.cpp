@@ -6,6 +6,7 @@
 #include "common/pipeline/messages/wire_conversions.h"
 #include "tests/support/process.h"
 #include "tests/support/test_domain.h"
+#include "tests/support/time_units.h"
 
 using namespace fivepipe;
 using namespace std::chrono_literals;
@@ -116,14 +117,14 @@ TEST(StatusMessages, TheFirst256EntriesOfAListAreUsed) {
 TEST(StatusMessages, AreTakenOfTheGivenNodesThatStartWithinAMinute) {
   bus::Bus bus({test::own_domain()});
   auto reader = bus.reader<bus::topics::NodeStatus>();
-  const std::int64_t now_ns = base::now_realtime_ns(), s = 1'000'000'000;
+  const std::int64_t now_ns = base::now_realtime_ns();
   {
     auto writer = bus.writer<bus::topics::NodeStatus>();
     ASSERT_TRUE(test::eventually(bus, 10s, [&] { return reader.writers() == 1; }));
     for (const auto& [node, start_stamp_ns] :
-         std::vector<std::pair<std::string, std::int64_t>>{{"soon", now_ns + 45 * s},
+         std::vector<std::pair<std::string, std::int64_t>>{{"soon", now_ns + 45 * test::s},
                                                            {"other", now_ns},
-                                                           {"late", now_ns + 90 * s},
+                                                           {"late", now_ns + 90 * test::s},
                                                            {"", now_ns}}) {
       fivepipe_v1_NodeStatus message{};
       messages::set_text(message.node, node);

@@ -3,6 +3,7 @@
 
 #include "launch/supervise/status/node_status.h"
 #include "tests/launch/statuses.h"
+#include "tests/support/time_units.h"
 
 using namespace fivepipe;
 using namespace fivepipe::test;

@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "common/pipeline/bus/process_id.h"
 #include "launch/supervise/status/node_status.h"
 #include "tests/support/time_units.h"
 
@@ -21,7 +22,7 @@ inline launch::ProcessStatus status(const std::string& node, std::optional<bus::
   return status;
 }
 
-// `pid` on host alpha.
+// Of process `pid` on host alpha.
 inline launch::ProcessStatus status(const std::string& node, std::uint32_t pid,
                                     std::int64_t start_stamp_ns = 1 * s) {
   return status(node, bus::ProcessId{"alpha", pid, 1}, start_stamp_ns);

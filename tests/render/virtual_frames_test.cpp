@@ -2,10 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/time_units.h"
+
 namespace fivepipe::render {
 namespace {
 
-constexpr std::int64_t kSecond_ns = 1'000'000'000;
 std::vector<ObjectPose> ball_at(double x_m) {
   ObjectPose pose{"ball", Eigen::Isometry3d::Identity(), {}, {}};
   pose.world_from_object.translation().x() = x_m;
@@ -67,8 +68,8 @@ TEST(VirtualFrames, WrongFrameNumbersDoNotKeepStatesOut) {
 
 TEST(VirtualFrames, FollowsRestartedCapture) {
   VirtualFrames frames;
-  frames.add_state(50, 10 * kSecond_ns, ball_at(50));
-  frames.add_state(0, 11 * kSecond_ns, ball_at(0));
+  frames.add_state(50, 10 * test::s, ball_at(50));
+  frames.add_state(0, 11 * test::s, ball_at(0));
   EXPECT_EQ(x_of(frames.best_for(1)), 0);
   EXPECT_FALSE(frames.has(50));
 }

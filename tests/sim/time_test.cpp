@@ -2,6 +2,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "tests/support/not_finite.h"
 #include "tests/support/sim_scene.h"
 
 namespace fivepipe::test {
@@ -193,8 +194,6 @@ TEST_F(SimulationTime, RejectsInvalidTimes) {
 }
 
 TEST_F(SimulationTime, RejectsOnlyInvalidConfigurations) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity(),
-                   kNan = std::numeric_limits<double>::quiet_NaN();
   const auto is_valid = [](const config::SimConfig& config) {
     try {
       sim::Simulation simulation(ball_over_floor(), config);
@@ -204,13 +203,13 @@ TEST_F(SimulationTime, RejectsOnlyInvalidConfigurations) {
     }
   };
   EXPECT_TRUE(is_valid({.step_s = 1e-3}));
-  for (const double step_s : {0.0, -1e-3, kInfinity, kNan})
+  for (const double step_s : {0.0, -1e-3, kInfinity, kNaN})
     EXPECT_FALSE(is_valid({.step_s = step_s})) << step_s;
   EXPECT_TRUE(is_valid({.eps_m = collision::kMinEps_m}));
-  for (const double eps_m : {0.5 * collision::kMinEps_m, kInfinity, kNan})
+  for (const double eps_m : {0.5 * collision::kMinEps_m, kInfinity, kNaN})
     EXPECT_FALSE(is_valid({.eps_m = eps_m})) << eps_m;
   EXPECT_TRUE(is_valid({.spacing_m = 1e-3}));
-  for (const double spacing_m : {0.0, -1e-3, kInfinity, kNan})
+  for (const double spacing_m : {0.0, -1e-3, kInfinity, kNaN})
     EXPECT_FALSE(is_valid({.spacing_m = spacing_m})) << spacing_m;
   EXPECT_TRUE(is_valid({.max_points = 0}));
   EXPECT_FALSE(is_valid({.max_points = -1}));

@@ -2,16 +2,13 @@
 // quoted constants exist.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <regex>
 #include <set>
-#include <sstream>
 #include <string>
 #include <vector>
 
-#include "tests/structure/source_text.h"
+#include "tests/support/source_text.h"
 
 namespace fivepipe::test {
 namespace {

@@ -11,6 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/source_text.h"
+
 namespace fivepipe::test {
 namespace {
 
@@ -31,15 +33,14 @@ const std::vector<std::string> kProduction = {
     "common", "capture_node", "recon_node", "sim_node", "render_node", "launch", "benchmarks"};
 
 std::vector<Source> sources_in(const std::vector<std::string>& tops) {
-  const fs::path root = FIVEPIPE_SOURCE_DIR;
   static const std::regex include("^\\s*#include\\s+[<\"]([^>\"]+)[>\"].*");
   std::vector<Source> sources;
   for (const std::string& top : tops)
-    for (const auto& entry : fs::recursive_directory_iterator(root / top)) {
+    for (const auto& entry : fs::recursive_directory_iterator(kRoot / top)) {
       const std::string extension = entry.path().extension();
       if (extension != ".h" && extension != ".cpp") continue;
       Source source;
-      source.path = fs::relative(entry.path(), root);
+      source.path = fs::relative(entry.path(), kRoot);
       source.folder = fs::path(source.path).parent_path();
       source.name = entry.path().filename();
       std::ifstream file(entry.path());
@@ -154,11 +155,10 @@ TEST(Layering, CommonDependsOnNoNodeAndNoProgram) {
 
 // Every folder is a vertex, also the subfolders of libraries, nodes, launch and benchmarks.
 TEST(Layering, FolderDependenciesAreAcyclic) {
-  const fs::path root = FIVEPIPE_SOURCE_DIR;
   std::map<std::string, std::map<std::string, std::string>> uses;  // folder, folder, example
   for (const Source& source : production())
     for (const std::string& include : source.includes) {
-      if (include.find('/') == std::string::npos || !fs::exists(root / include)) continue;
+      if (include.find('/') == std::string::npos || !fs::exists(kRoot / include)) continue;
       const std::string target = fs::path(include).parent_path();
       if (target != source.folder) uses[source.folder].emplace(target, source.path);
     }
@@ -275,12 +275,11 @@ TEST(Sizes, LinesHaveAtMost100Columns) {
 
 TEST(Sizes, FoldersHoldAtMost25Files) {
   std::map<std::string, int> files;
-  const fs::path root = FIVEPIPE_SOURCE_DIR;
   std::vector<std::string> tops = kProduction;
   tops.insert(tops.end(), {"tests", "docs", "idl", "scenes"});
   for (const std::string& top : tops)
-    for (const auto& entry : fs::recursive_directory_iterator(root / top))
-      if (entry.is_regular_file()) ++files[fs::relative(entry.path().parent_path(), root)];
+    for (const auto& entry : fs::recursive_directory_iterator(kRoot / top))
+      if (entry.is_regular_file()) ++files[fs::relative(entry.path().parent_path(), kRoot)];
   for (const auto& [folder, count] : files)
     if (folder.find("node_modules") == std::string::npos) {
       EXPECT_LE(count, 25) << folder;

@@ -3,15 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <regex>
 #include <set>
 #include <string>
+#include <vector>
 
-#include "tests/structure/source_text.h"
+#include "tests/support/source_text.h"
 
 namespace fivepipe::test {
 namespace {
@@ -25,7 +24,7 @@ bool reads_long(const fs::path& file) {
   return std::regex_search(text_of(file), kRead);
 }
 
-// A file that a unity build generates includes the sources; another one is a source.
+// Returns the sources that a generated file of the unity build includes, or else `file` itself.
 std::vector<fs::path> sources_of(const fs::path& file) {
   if (!file.filename().string().starts_with("unity_")) return {file};
   static const std::regex kInclude("#include \"([^\"]+)\"");

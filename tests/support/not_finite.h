@@ -1,4 +1,4 @@
-// Values that every function of numbers must bear or refuse.
+// NaN and infinity, which every function must accept or reject.
 #pragma once
 #include <limits>
 

@@ -1,4 +1,4 @@
-// Texts that programs print.
+// Queries of the text that a program prints.
 #pragma once
 #include <algorithm>
 #include <cstddef>

@@ -1,4 +1,4 @@
-// Units of stamps, which are in nanoseconds.
+// A second and a millisecond, in nanoseconds.
 #pragma once
 #include <cstdint>
 

@@ -15,7 +15,6 @@ using nlohmann::ordered_json;
 using recording::Recording;
 using Counts = std::map<std::string, std::uint64_t>;
 
-const std::string kRecording = kKeptRecording;
 constexpr std::uint64_t kFrames = 33;
 
 class KeptRecording : public test::ReplayedNodesTest {
@@ -43,7 +42,7 @@ class Checksum {
 };
 
 TEST_F(KeptRecording, HasItsMessages) {
-  const recording::Recording recording(kRecording);
+  const recording::Recording recording(kKeptRecording);
   ASSERT_TRUE(recording.mcap().is_finished()) << recording.mcap().damage().summary;
   EXPECT_EQ(test::counts_by_topic(recording), (Counts{{"fivepipe/v1/CameraInfo", 3},
                                                       {"fivepipe/v1/CollisionResult", 102},
@@ -93,7 +92,7 @@ TEST_F(KeptRecording, HasItsMessages) {
 
 // The expected values are those that @foxglove/omgidl-serialization read when the file was made.
 TEST_F(KeptRecording, DecodesToItsValues) {
-  const recording::Recording recording(kRecording);
+  const recording::Recording recording(kKeptRecording);
   const auto map = first_of(recording, bus::topics::ObjectPixelMap::name);
   EXPECT_EQ(map["camera"], "left");
   EXPECT_EQ(map["capture_stamp_ns"], 1795372620245587784);
@@ -124,7 +123,7 @@ TEST_F(KeptRecording, DecodesToItsValues) {
 }
 
 TEST_F(KeptRecording, HasTheTypesOfThisBuildAndItsDeployment) {
-  const recording::Recording recording(kRecording);
+  const recording::Recording recording(kKeptRecording);
   std::set<mcap::Id> all;
   for (const recording::RecordedChannel& channel : recording.channels()) all.insert(channel.id);
   EXPECT_EQ(recording.type_differences(all), std::vector<std::string>{});
@@ -138,11 +137,11 @@ TEST_F(KeptRecording, HasTheTypesOfThisBuildAndItsDeployment) {
 }
 
 TEST_F(KeptRecording, IsReplayedLosslessly) {
-  const auto recon = replayed(kRecording, {{"recon_node", "recon_a"}},
+  const auto recon = replayed(kKeptRecording, {{"recon_node", "recon_a"}},
                               {bus::topics::HullTile::name}, {"--rate", "max"}, kKeptDeployment);
   EXPECT_EQ(recon.counts.at("recon_a").at("frame_sets_complete"), kFrames);
   const auto simulation =
-      replayed(kRecording, {{"sim_node", "simulation"}}, {bus::topics::VirtualState::name},
+      replayed(kKeptRecording, {{"sim_node", "simulation"}}, {bus::topics::VirtualState::name},
                {"--rate", "max"}, kKeptDeployment);
   EXPECT_EQ(simulation.outputs.at(bus::topics::VirtualState::name).size(), kFrames);
 }

@@ -7,12 +7,14 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
+#include <sstream>
 
 #include "common/config/deployment.h"
 #include "common/pipeline/messages/camera_messages.h"
 #include "tests/support/deployments.h"
 #include "tests/support/process.h"
 #include "tests/support/test_domain.h"
+#include "tests/support/text.h"
 
 namespace fivepipe::test {
 namespace {
@@ -67,9 +69,17 @@ class Pipeline : public testing::Test {
 };
 
 TEST_F(Pipeline, CompositesReportsAndExitsCleanly) {
+  const auto start = Clock::now();
   Deployed deployed(kSmallDeployment, domain_, out_, {"--duration", "8"});
   ASSERT_TRUE(frames_go_on(20, kStart)) << log();
   ASSERT_EQ(deployed.wait_for_end(40s), 0) << log();
+  // A line about the state every 5 s, and one whenever rendering stops.
+  int states = 0;
+  std::istringstream lines(log());
+  for (std::string line; std::getline(lines, line);)
+    states += contains(line, " s: ") && contains(line, "frames composited");
+  EXPECT_GE(states, 1) << log();
+  EXPECT_LE(states, (Clock::now() - start) / 5s + 2) << log();
   const auto report = nlohmann::json::parse(std::ifstream(out_ / "report.json"));
   EXPECT_GE(report["frames"]["composited"].get<int>(), 20);
   EXPECT_GE(report["frames"]["captured"].get<int>(), report["frames"]["composited"].get<int>());

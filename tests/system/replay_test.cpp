@@ -18,12 +18,10 @@ using recording::Recording;
 using test::eventually;
 using test::Outputs;
 
-const std::string kRecording = kKeptRecording;
-
 class Replay : public test::RecordingTest {
  protected:
   std::unique_ptr<test::Program> replay(std::vector<std::string> options, bool typed_to = false) {
-    options.insert(options.begin(), {"replay", kRecording});
+    options.insert(options.begin(), {"replay", kKeptRecording});
     return fivepipe("replay", options, typed_to);
   }
   // Takes outputs until the program has ended. Returns its exit code; nullopt after `timeout`.
@@ -81,7 +79,7 @@ TEST_F(Replay, SigtermStopsWithinTwoSeconds) {
 TEST_F(Replay, KeepsTheRecordedPace) {
   std::optional<std::int64_t> first_ns;
   std::int64_t last_ns = 0;
-  const Recording recording(kRecording);
+  const Recording recording(kKeptRecording);
   for (auto messages = recording.messages(); const auto message = messages.next();) {
     if (message->channel->topic != bus::topics::HeadPose::name) continue;
     if (!first_ns) first_ns = message->log_stamp_ns;
@@ -124,13 +122,13 @@ TEST_F(Replay, KeysPauseStepAndStop) {
     const auto resumed = this->replay({"--paused", "--rate", rate}, true);
     resumed->type("s ");
     EXPECT_EQ(end_of(*resumed, poses), 0) << resumed->said();
-    EXPECT_EQ(poses.taken(), 4u + test::counts_by_topic(recording::Recording(kRecording))
+    EXPECT_EQ(poses.taken(), 4u + test::counts_by_topic(recording::Recording(kKeptRecording))
                                       .at(bus::topics::HeadPose::name));
   }
 }
 
 TEST_F(Replay, RangeIncludesEarlierLatchedMessages) {
-  const recording::Recording recording(kRecording);
+  const recording::Recording recording(kKeptRecording);
   std::set<mcap::Id> pose_channels;
   for (const auto& channel : recording.channels())
     if (channel.topic == bus::topics::HeadPose::name && !channel.key_states)

@@ -1,7 +1,6 @@
 // Hard cases of triangles and meshes for every backend of collision detection.
 #include <algorithm>
 #include <array>
-#include <limits>
 #include <numbers>
 #include <stdexcept>
 

@@ -1,6 +1,5 @@
 // Volume queries of triangles in viewports of their own (paper, section 4.2.4).
 #include <algorithm>
-#include <limits>
 #include <set>
 #include <stdexcept>
 
@@ -229,7 +228,7 @@ TEST_F(TriangleQuery, SamplesDegenerateTrianglesAlongTheirLongestEdgeAndCountsTh
 TEST_F(TriangleQuery, RejectsVerticesThatAreNotFinite) {
   collision::TriangleVolumeQuery query(100, 10);
   query.set_silhouettes(hand());
-  for (const double bad : {kNaN, std::numeric_limits<double>::infinity()})
+  for (const double bad : {kNaN, kInfinity})
     EXPECT_THROW(
         query.query(std::vector<collision::Triangle>{{kOrigin, {0.1, 0, bad}, {0, 0.1, 0}}}),
         std::invalid_argument);

@@ -5,11 +5,11 @@
 #include "common/collision/oracle/distance_reference.h"
 #include "common/hull/oracle/reference.h"
 #include "tests/support/collision/scene.h"
+#include "tests/support/not_finite.h"
 
 namespace fivepipe::test {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kRounding_m = 1e-12;  // for coordinates of a few metres
 
 // A camera whose full map is the pyramid |X|, |Y| < Z. A pixel is 1 / 50.5 wide at Z = 1.

@@ -7,6 +7,7 @@
 #include "common/collision/proximity/lazy_octree.h"
 #include "common/hull/oracle/reference.h"
 #include "tests/collision/proximity/proximity_queries.h"
+#include "tests/support/not_finite.h"
 
 namespace fivepipe::test {
 namespace {

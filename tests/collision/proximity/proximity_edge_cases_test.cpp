@@ -6,6 +6,7 @@
 
 #include "common/hull/oracle/reference.h"
 #include "tests/collision/proximity/proximity_queries.h"
+#include "tests/support/not_finite.h"
 
 namespace fivepipe::test {
 namespace {

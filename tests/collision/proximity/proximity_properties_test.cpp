@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "tests/collision/proximity/proximity_queries.h"
+#include "tests/support/not_finite.h"
 
 namespace fivepipe::test {
 namespace {

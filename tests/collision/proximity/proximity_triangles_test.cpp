@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "tests/collision/proximity/proximity_queries.h"
+#include "tests/support/not_finite.h"
 
 namespace fivepipe::test {
 namespace {

@@ -14,6 +14,7 @@
 #include "common/collision/response/farthest_point_sample.h"
 #include "common/collision/response/recovery.h"
 #include "tests/support/collision/response.h"
+#include "tests/support/not_finite.h"
 
 namespace fivepipe::test {
 namespace {

@@ -5,6 +5,7 @@
 
 #include "common/collision/response/hull_normal.h"
 #include "tests/support/hull/queries.h"
+#include "tests/support/not_finite.h"
 
 namespace fivepipe::test {
 namespace {

@@ -5,6 +5,7 @@
 #include "common/collision/response/recovery.h"
 #include "common/hull/oracle/reference.h"
 #include "tests/support/hull/queries.h"
+#include "tests/support/not_finite.h"
 
 namespace fivepipe::test {
 namespace {

@@ -3,6 +3,7 @@
 #include <stdexcept>
 
 #include "tests/support/collision/response.h"
+#include "tests/support/not_finite.h"
 
 namespace fivepipe::test {
 namespace {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "tests/collision/tracking/tracked_scene.h"
+#include "tests/support/not_finite.h"
 
 namespace fivepipe::test {
 namespace {
@@ -329,10 +330,9 @@ TEST(ComponentTracker, OnlyMeetingBoxesMergeOrSplit) {
 }
 
 TEST(ComponentTracker, RejectsInvalidOptions) {
-  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   for (const collision::ComponentTrackerOptions& options :
        {collision::ComponentTrackerOptions{.max_speed_m_s = 0},
-        collision::ComponentTrackerOptions{.max_speed_m_s = kNan},
+        collision::ComponentTrackerOptions{.max_speed_m_s = kNaN},
         collision::ComponentTrackerOptions{.window_frames = 2}})
     EXPECT_THROW(collision::ComponentTracker{options}, std::invalid_argument);
   EXPECT_NO_THROW(

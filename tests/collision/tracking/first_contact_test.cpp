@@ -9,6 +9,7 @@
 
 #include "common/collision/tracking/first_contact.h"
 #include "tests/support/collision/scene.h"
+#include "tests/support/not_finite.h"
 
 namespace fivepipe::test {
 namespace {
@@ -295,7 +296,6 @@ TEST(FirstContact, RejectsEachInvalidNumber) {
   const std::vector<hull::Capsule> object = {ball(kOrigin, 0.01)};
   const Frame frame(object, cameras, around(object));
   const collision::Bvh plate(geometry::box_mesh({0.005, 0.3, 0.3}));
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const collision::HullSnapshot now{&frame.query, 1, frame.components[0]},
       later{&frame.query, 2, frame.components[0]};
   const collision::MovingObject resting{&plate, at({0.5, 0, 0}), at({0.5, 0, 0})};

@@ -12,6 +12,7 @@
 #include "common/collision/tracking/hull_components.h"
 #include "common/collision/tracking/outline_motion.h"
 #include "tests/support/collision/scene.h"
+#include "tests/support/not_finite.h"
 
 namespace fivepipe::test {
 namespace {
@@ -232,10 +233,9 @@ TEST(OutlineMotion, TooFewFramesOrCamerasGiveNoMotion) {
       outlines_of(points, script, ring(1, 1.6, 0.5, 480, 1.1), 6), {}, 0.08));
   const auto cameras = ring(5, 1.6, 0.5, 480, 1.1);
   EXPECT_FALSE(collision::outline_motion(outlines_of(points, script, cameras, 1), {}, 0.08));
-  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(collision::outline_motion(outlines_of(points, script, cameras, 6),
-                                         {Vector3d::Constant(kNan), kOrigin}, 0.08));
-  EXPECT_FALSE(collision::outline_motion(outlines_of(points, script, cameras, 6), {}, kNan));
+                                         {Vector3d::Constant(kNaN), kOrigin}, 0.08));
+  EXPECT_FALSE(collision::outline_motion(outlines_of(points, script, cameras, 6), {}, kNaN));
 }
 
 std::vector<collision::HullComponent> components_of(

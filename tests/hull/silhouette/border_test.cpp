@@ -8,6 +8,7 @@
 
 #include "common/hull/silhouette/hull_border.h"
 #include "tests/support/hull/queries.h"
+#include "tests/support/not_finite.h"
 
 namespace fivepipe::hull {
 namespace {

@@ -100,6 +100,7 @@ TEST(ProcessId, StaysThatOfAProcessThatWasSilentForLongerThanItsLease) {
   const test::TestFolder folder;
   const test::Program node({FIVEPIPE_BINARY_DIR "/status_writer", "sim", std::to_string(domain)},
                            folder.path / "log");
+  unsetenv("CYCLONEDDS_URI");  // other tests may run after this one in the same process
   StatusWriters seen;
   ASSERT_TRUE(eventually(bus, kTimeout, [&] {
     seen.take(reader);

@@ -127,9 +127,9 @@ TEST_F(FrameGroupsTest, GroupsInterleavedFramesByRank) {
 }
 
 TEST_F(FrameGroupsTest, LateMessagesAreCountedAndGroupedAlone) {
-  constexpr std::uint64_t kMany = FrameGroups::kReorderWindow_frames + 40;
+  constexpr std::uint64_t kManyFrames = FrameGroups::kReorderWindow_frames + 40;
   std::vector<Made> messages;
-  for (std::uint64_t frame = 0; frame < kMany; ++frame)
+  for (std::uint64_t frame = 0; frame < kManyFrames; ++frame)
     for (const char* topic : {"a", "b"})
       messages.push_back({topic, frame, kStart_ns + std::int64_t(frame) * kFrame_ns});
   const std::size_t at = 2 * (3 + FrameGroups::kReorderWindow_frames + 2);
@@ -138,7 +138,7 @@ TEST_F(FrameGroupsTest, LateMessagesAreCountedAndGroupedAlone) {
   std::uint64_t late = 0;
   const auto groups = groups_of(messages, &late);
   EXPECT_EQ(late, 1u);
-  EXPECT_EQ(groups.size(), kMany + 1);
+  EXPECT_EQ(groups.size(), kManyFrames + 1);
   const auto alone = std::find_if(groups.begin(), groups.end(),
                                   [](const FrameGroup& group) { return !group.frame; });
   ASSERT_NE(alone, groups.end());

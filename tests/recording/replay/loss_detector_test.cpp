@@ -3,11 +3,10 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/recording/synthetic_recordings.h"
+#include "tests/support/time_units.h"
 
 namespace fivepipe::replay {
 namespace {
-
-using test::kSecond_ns;
 
 constexpr std::int64_t kRecorderStarts_ns = test::kStart_ns;
 const std::string kNode = "capture", kTopic = "maps";
@@ -20,7 +19,7 @@ class LossDetectorTest : public testing::Test {
   std::uint64_t sent_ = 0;
 
   static std::int64_t stamp(double s) {
-    return kRecorderStarts_ns + std::int64_t(s * double(kSecond_ns));
+    return kRecorderStarts_ns + std::int64_t(s * double(test::s));
   }
   void report(double at_s, double start_s) {
     loss_detector_.add_status({kNode, stamp(start_s), stamp(at_s), {{kTopic, sent_}}, false});

@@ -12,6 +12,7 @@
 #include "tests/support/process.h"
 #include "tests/support/recording/synthetic_recordings.h"
 #include "tests/support/test_domain.h"
+#include "tests/support/time_units.h"
 
 namespace fivepipe::replay {
 namespace {
@@ -21,7 +22,7 @@ using Bytes = std::vector<std::byte>;
 using Clock = std::chrono::steady_clock;
 namespace topics = bus::topics;
 
-using test::kSecond_ns, test::kStart_ns;
+using test::kStart_ns;
 
 // Plain CDR, little-endian.
 class Cdr {
@@ -98,7 +99,7 @@ class ReplayerTest : public testing::Test {
   }
   template <class Topic>
   void add(double at_s, const Bytes& cdr, const std::string& writer = "w") {
-    const std::int64_t stamp_ns = kStart_ns + std::int64_t(at_s * double(kSecond_ns));
+    const std::int64_t stamp_ns = kStart_ns + std::int64_t(at_s * double(test::s));
     writer_->add(channel<Topic>(writer), stamp_ns, stamp_ns - 5, cdr);
   }
   // Ends the file and returns a plan that sends all of it at an unlimited rate.
@@ -174,7 +175,7 @@ TEST_F(ReplayerTest, SendsTheWholeFileInEachRoundAndCountsItOnce) {
   add<topics::Command>(0.1, command());
   add<topics::FrameComposited>(0.2, composited(3), "other");
   add<topics::FrameComposited>(0.3, composited(4));
-  writer_->add(channel<topics::FrameComposited>(), kStart_ns + kSecond_ns, kStart_ns,
+  writer_->add(channel<topics::FrameComposited>(), kStart_ns + test::s, kStart_ns,
                recording::KeyChange::disposed, Cdr("viewer").done());
   const ReplayPlan plan = finish();
   read<topics::FrameComposited>();
@@ -430,7 +431,7 @@ class LosslessReplayerTest : public ReplayerTest {
       EXPECT_GT(times.start_ns, kStart_ns);
       EXPECT_GE(times.release_ns, times.start_ns);
       EXPECT_GE(times.end_ns, times.release_ns);
-      EXPECT_LT(times.end_ns - times.start_ns, 60 * kSecond_ns);
+      EXPECT_LT(times.end_ns - times.start_ns, 60 * test::s);
     };
   }
   // Handles the oldest frame if the replayer has sent none since the last call: it waits.

@@ -8,7 +8,6 @@
 #include "common/hull/query/hull_query.h"
 #include "tests/support/hull/scenes.h"
 #include "tests/support/hull/test_pool.h"
-#include "tests/support/not_finite.h"
 
 namespace fivepipe::test {
 

@@ -1,4 +1,4 @@
-// Worker threads for tests of the CPU backends.
+// Two worker threads, which the tests of a program share.
 #pragma once
 #include "common/base/worker_pool.h"
 

@@ -1,6 +1,8 @@
 // Types and payloads for tests of recordings.
 #pragma once
+#include <cstdint>
 #include <cstring>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -10,9 +12,8 @@
 
 namespace fivepipe::test {
 
-// The first log stamp of synthetic recordings, the time between their frames, and a second.
-inline constexpr std::int64_t kStart_ns = 1'700'000'000'000'000'000, kFrame_ns = 16'000'000,
-                              kSecond_ns = 1'000'000'000;
+// The log stamp of the first message and the period of the frames in synthetic recordings.
+inline constexpr std::int64_t kStart_ns = 1'700'000'000'000'000'000, kFrame_ns = 16'000'000;
 
 // The fields by which a type belongs to a frame; HeadPose and others have more.
 inline constexpr const char* kFramedType = "made_up::Framed";

@@ -1,4 +1,4 @@
-// Text of the checkout's files.
+// Reads files of the checkout.
 #pragma once
 #include <gtest/gtest.h>
 
