@@ -198,6 +198,8 @@ TEST_F(HeadFile, ReportsEveryProblemWithItsLocation) {
   EXPECT_THAT(problems(header_ + "0,0,-1,0.5,0,,\n"),
               ElementsAre("head.csv:2:14: target_y_m must be a finite number, is \"\"",
                           "head.csv:2:15: target_z_m must be a finite number, is \"\""));
+  EXPECT_THAT(problems(header_ + "0,0,-1,0.5,  ,0,0\n"),
+              ElementsAre("head.csv:2:14: target_x_m must be a finite number, is \"\""));
   EXPECT_THAT(problems(header_),
               ElementsAre("head.csv:1:1: the file contains no key: add a line below the header"));
   EXPECT_THAT(problems(""),
