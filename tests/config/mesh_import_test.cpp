@@ -153,6 +153,23 @@ TEST_F(MeshImport, OnlyTheImportersOfTheExtensionRead) {
   }
 }
 
+// The second buffer is the same file as the first.
+TEST_F(MeshImport, AFileMayNameAnotherOneTwice) {
+  const std::array<std::array<Corner, 3>, 2> triangles{
+      {{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}}, {{{0, 0, 3}, {1, 0, 3}, {0, 1, 3}}}}};
+  std::string gltf = gltf_of({triangles[0], triangles[1]});
+  const std::string second_view = R"("buffer": 0, "byteLength": 36, "byteOffset": 36)",
+                    two = R"([{"byteLength": 72, "uri": "two.bin"}, )"
+                          R"({"byteLength": 72, "uri": "two.bin"}]})";
+  ASSERT_NE(gltf.find(second_view), std::string::npos);
+  gltf[gltf.find(second_view) + second_view.find('0')] = '1';
+  const std::size_t list = gltf.find('[', gltf.find("\"buffers\""));
+  write("two.bin", std::string(reinterpret_cast<const char*>(&triangles), sizeof triangles));
+  const ImportedMesh mesh = import_mesh(write("part.gltf", gltf.substr(0, list) + two), "gltf");
+  EXPECT_EQ(mesh.reason, "");
+  EXPECT_EQ(corners_of(mesh), (Corners{triangles[0], triangles[1]}));
+}
+
 // Reading a pipe would wait for its writer until the time limit.
 TEST_F(MeshImport, RefusesAPipeThatTheFileNames) {
   ASSERT_EQ(mkfifo((folder() / "pipe.bin").c_str(), 0600), 0);
