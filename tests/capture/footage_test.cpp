@@ -4,13 +4,14 @@
 #include <opencv2/core.hpp>
 
 #include "tests/support/capture_rig.h"
+#include "tests/support/footage.h"
 
 namespace fivepipe::capture {
 namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path kFootage = fs::path(FIVEPIPE_SOURCE_DIR) / ".." / "shared" / "data" / "seated4cam";
+const fs::path kFootage = test::seated4cam_folder();
 
 // The settings of launch/deployments/seated4cam.yaml.
 config::SegmentationConfig footage_settings() {

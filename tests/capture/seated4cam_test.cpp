@@ -6,11 +6,12 @@
 #include "capture_node/capture.h"
 #include "common/config/deployment.h"
 #include "common/hull/hull.h"
+#include "tests/support/footage.h"
 
 namespace fivepipe::capture {
 namespace {
 
-const std::filesystem::path kData = FIVEPIPE_SOURCE_DIR "/../shared/data/seated4cam";
+const std::filesystem::path kData = test::seated4cam_folder();
 
 TEST(Seated4cam, HullTopMatchesSeatedHeight) {
   if (!std::filesystem::exists(kData)) GTEST_SKIP() << "no recording at " << kData;

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "common/config/deployment.h"
+#include "tests/support/footage.h"
 #include "tests/support/scene_files.h"
 
 namespace fivepipe::config {
@@ -16,7 +17,7 @@ namespace {
 using Eigen::Vector3d;
 
 const std::filesystem::path kSource = FIVEPIPE_SOURCE_DIR;
-const std::filesystem::path kRecording = kSource / ".." / "shared" / "data" / "seated4cam";
+const std::filesystem::path kRecording = test::seated4cam_folder();
 
 std::vector<std::filesystem::path> files_in(const std::filesystem::path& folder,
                                             const std::string& name_ends_in) {

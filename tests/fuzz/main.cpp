@@ -11,7 +11,8 @@
 namespace fivepipe::fuzz {
 namespace {
 
-// Of so many inputs, each target accepts and rejects some; a run with fewer tests little.
+// A run with fewer inputs than this tests little: of this many, each target accepts some and
+// rejects some.
 constexpr std::uint32_t kMinInputs = 100;
 
 std::vector<Target> targets() {
@@ -29,6 +30,9 @@ or an input that needs more than 2 s or 1 GiB (five times as much with the sanit
 then prints target and seed, keeps the input in the folder fuzz_TARGET_SEED, and ends with code 1.
 
 FOLDER: reads such an input again in this process, for a debugger.
+
+Target mesh: as in the product, a child process with limits imports the file. A crash or a sanitizer
+report in that child counts as a rejected input.
 
 Targets:
 )",
@@ -64,9 +68,7 @@ int fuzz(const Target& target, double duration_s, std::uint32_t first_seed) {
              report.inputs, first_seed, report.accepted);
   if (report.inputs >= kMinInputs && report.accepted > 0 && report.accepted < report.inputs)
     return 0;
-  fmt::print(
-      "too few inputs, or they do not test both: that good ones are accepted and bad ones "
-      "rejected\n");
+  fmt::print("too few inputs, or the target accepted all or none of them\n");
   return 1;
 }
 

@@ -147,7 +147,7 @@ Verdict check_map(const Header& header, std::vector<std::uint8_t> payload) {
   if (map == nullptr) return {};
   const config::RigCamera& camera = rig().cameras.at(map->camera);
   if (!camera.gives_shape) return {true, "a map of a camera that gives no shape"};
-  if (map->frame > messages::kMaxFrame || map->capture_stamp_ns < 0)
+  if (messages::why_implausible(map->frame, map->capture_stamp_ns))
     return {true, "an implausible frame or stamp"};
   if (map->pixels.count() != message.object_pixels) return {true, "the count differs"};
   if (std::string broken =

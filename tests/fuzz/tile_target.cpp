@@ -99,7 +99,7 @@ std::string broken_invariant(const HullFrame& hull) {
   const auto is_depth = [](float z) {
     return z == hull::kNoHull || (z >= float(kNear_m) && z <= float(kFar_m));
   };
-  if (hull.frame > messages::kMaxFrame || hull.capture_stamp_ns < 0)
+  if (messages::why_implausible(hull.frame, hull.capture_stamp_ns))
     return "an implausible frame or stamp";
   if (!is_rigid(hull.eye_from_world)) return "the pose is not rigid";
   if (!(hull.recon == recon())) return "another pinhole";

@@ -114,10 +114,16 @@ class PicturesDeployment {
       std::ofstream(folder / ("f" + std::to_string(k) + ".ppm")) << "P6 50 40 255\n" << pixels;
     }
     std::ofstream(folder / "empty.ppm") << "P6 50 40 255\n" << std::string(50 * 40 * 3, '<');
+    write_sources("f%d.ppm");
+  }
+  // `above`: the pictures of the camera that gives only colour.
+  void write_sources(const std::string& above) const {
     write_deployment("capture_node",
                      "left: {video: \"${data}f%d.ppm\", background: empty.ppm}, "
-                     "above: {video: f%d.ppm, background: empty.ppm}, "
-                     "right: {video: f%d.ppm, background: empty.ppm}");
+                     "above: {video: " +
+                         above +
+                         ", background: empty.ppm}, "
+                         "right: {video: f%d.ppm, background: empty.ppm}");
   }
   void write_deployment(const std::string& program, const std::string& sources) const {
     std::ofstream(folder / "deployment.yaml")
@@ -176,6 +182,21 @@ TEST(Command, MapsHaveTheObjectPixelsAndTheCamerasOfOneFrame) {
     }
     EXPECT_FALSE(cameras >> line) << line;
   }
+}
+
+// A camera that gives only colour may have fewer pictures.
+TEST(Command, MapsNeedNoPictureOfACameraThatGivesOnlyColour) {
+  const PicturesDeployment pictures;
+  for (const char* name : {"colour0.ppm", "colour1.ppm"})
+    fs::copy(pictures.folder / "f0.ppm", pictures.folder / name);
+  const auto map_of_the_last_frame = [&] {
+    const Answer answer = pictures.maps("--frame 2");
+    EXPECT_EQ(answer.exit_code, 0) << answer.text;
+    return test::text_of(pictures.out / "left.pbm");
+  };
+  const std::string map = map_of_the_last_frame();
+  pictures.write_sources("colour%d.ppm");
+  EXPECT_EQ(map_of_the_last_frame(), map);
 }
 
 TEST(Command, MapsOfAFrameAfterTheLastAreRefused) {

@@ -115,8 +115,7 @@ TEST_F(Up, ASecondUpLeavesTheResultsOfARunningOne) {
                  report = folder_ / "out" / "report.json";
   for (const fs::path& result : {video, report}) std::ofstream(result) << "of the running one";
   const std::string log = log_of("recon_a");
-  const std::uint32_t other_domain = domain_ == 20 ? 21 : domain_ - 1;
-  for (const std::uint32_t domain : {domain_, other_domain}) {
+  for (const std::uint32_t domain : {domain_, own_second_domain()}) {
     Program& second = start(up_words("out", domain), "second.said");
     ASSERT_EQ(second.wait_for_end(kTimeout), 2) << second.said();
     EXPECT_NE(second.said().find("process " + std::to_string(first.pid())), std::string::npos)
@@ -133,7 +132,7 @@ TEST_F(Up, ASecondUpLeavesTheResultsOfARunningOne) {
   ASSERT_EQ(first.wait_for_end(kTimeout), 130) << first.said();
   EXPECT_EQ(this->report()["ended_by"], "SIGINT");
   // The end of the first one releases the folder.
-  Program& third = start(up_words("out", other_domain), "third.said");
+  Program& third = start(up_words("out", own_second_domain()), "third.said");
   EXPECT_TRUE(wait_for([&] { return !fs::exists(video); })) << third.said();
 }
 

@@ -220,7 +220,7 @@ class Source:
         self.code = code_only(self.text)
         self._line_starts = [0] + [m.end() for m in re.finditer("\n", self.text)]
         names = "|".join(map(re.escape, sorted(skipped_constants)))
-        self._skipped = re.compile(rf"\b(?:{names})(?:\[\])?\s*(?:=|\{{)") if names else None
+        self._skipped = re.compile(rf"\b(?:{names})(?:\[\])?\s*(?:=(?!=)|\{{)") if names else None
 
     def places(self, operator, rng):
         edits = OPERATORS[operator][1](self.code, rng)

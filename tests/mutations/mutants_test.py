@@ -113,6 +113,7 @@ class Operators(unittest.TestCase):
     def test_skips_assertions_and_constants_of_speed(self):
         self.only("constant", "assert(a == 1);")
         self.only("constant", "constexpr int kBatch = 16;")
+        self.only("relational", "g(kBatch == 16);", "g(kBatch != 16);")
         self.only("constant", "g(kBatch + 16);", *self.either("g(kBatch + 32);", "g(kBatch + 8);"))
 
     def either(self, *texts):

@@ -196,5 +196,9 @@ class Durations:
         self.path.write_text(json.dumps(self.seconds, indent=1))
 
     def timeout_s(self, program):
-        """A mutant that hangs fails after five times the usual duration."""
-        return 20 + 5 * self.seconds.get(program, 20)
+        return timeout_s(self.seconds.get(program, 20))
+
+
+def timeout_s(usual_s):
+    """A mutant that hangs fails after five times the usual duration."""
+    return 20 + 5 * usual_s

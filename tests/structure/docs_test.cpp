@@ -88,6 +88,17 @@ std::string command_sources() {
   return sources;
 }
 
+// The whole option, not only the start of a longer one.
+bool holds_option(const std::string& text, const std::string& option) {
+  for (std::size_t at = text.find(option); at != text.npos; at = text.find(option, at + 1)) {
+    const std::size_t end = at + option.size();
+    if (end == text.size() || !(std::islower(static_cast<unsigned char>(text[end])) ||
+                                text[end] == '-' || text[end] == '_'))
+      return true;
+  }
+  return false;
+}
+
 TEST(Docs, CommandsAndTheirOptionsExist) {
   const std::string sources = command_sources();
   for (const fs::path& file : documents()) {
@@ -101,7 +112,7 @@ TEST(Docs, CommandsAndTheirOptionsExist) {
     static const std::set<std::string> kForeign = {"--build", "--target", "--gtest_filter",
                                                    "--install", "--args"};
     for (const std::string& option : matches(text, R"([ `=](--[a-z][a-z_-]+))"))
-      EXPECT_TRUE(kForeign.contains(option) || sources.find(option) != std::string::npos)
+      EXPECT_TRUE(kForeign.contains(option) || holds_option(sources, option))
           << file << " names " << option;
   }
 }
@@ -111,13 +122,22 @@ TEST(Docs, ConfigurationKeysExist) {
   for (const auto& entry : fs::recursive_directory_iterator(kRoot / "common/config"))
     if (entry.path().extension() == ".cpp") readers += text_of(fs::relative(entry.path(), kRoot));
   int keys = 0;
+  const auto expect_key = [&](const std::string& key, const fs::path& file) {
+    ++keys;
+    EXPECT_NE(readers.find('"' + key + '"'), std::string::npos) << file << " has key " << key;
+  };
   for (const fs::path& file : documents())
     for (const std::string& block : matches(text_of(file), "```yaml\\n([^`]*)```"))
-      for (const std::string& key : matches(block, R"((?:\n|[{,-]) *([a-z_]+):)")) {
-        ++keys;
-        EXPECT_NE(readers.find('"' + key + '"'), std::string::npos) << file << " has key " << key;
-      }
+      for (const std::string& key : matches(block, R"((?:\n|[{,-]) *([a-z_]+):)"))
+        expect_key(key, file);
   EXPECT_GT(keys, 20);
+  // The first column of each table of keys.
+  const fs::path reference = "docs/configuration.md";
+  for (const std::string& table :
+       matches(text_of(reference), R"(\n\| key \|[^\n]*\n[-| ]+\n((?:\|[^\n]*\n)+))"))
+    for (const std::string& cell : matches("\n" + table, R"(\n\|([^|]*)\|)"))
+      for (const std::string& key : matches(cell, R"(`([^`]*)`)")) expect_key(key, reference);
+  EXPECT_GT(keys, 120);
 }
 
 // A number in a document and the constant in the code that it quotes.
@@ -137,8 +157,18 @@ TEST(Docs, QuotedConstantsAreThoseOfTheCode) {
        "render_node/parent_pipe.cpp", R"(kStateTimeout = (\d+)ms)"},
       {"docs/architecture.md", R"(composites nothing for (\d+) ms)", "capture_node/pacing.h",
        R"(kStallTimeout\{(\d+)\})"},
-      {"docs/architecture.md", R"(Writers\*\* wait at most (\d+) ms)",
+      {"docs/architecture.md", R"(After (\d+) ms it drops the sample)",
        "common/pipeline/bus/bus.cpp", R"(RELIABLE, DDS_MSECS\((\d+)\))"},
+      {"docs/architecture.md", R"(while more than (\d+) MB are unacknowledged)",
+       "launch/profiles/loopback.xml", R"(<WhcHigh>(\d+) ?MB)"},
+      {"docs/architecture.md", R"(counts at most (\d+) subjects per reason)",
+       "common/pipeline/node/drop_counts.h", R"(kMaxPerReason = (\d+))"},
+      {"docs/architecture.md", R"(at most (\d+) keys per writer)", "common/pipeline/bus/topics.h",
+       R"(kMaxKeys = (\d+))"},
+      {"docs/architecture.md", R"((\d+) for `HullTile`, and refuses)",
+       "common/pipeline/bus/topics.h", R"(kMaxTiles = (\d+))"},
+      {"docs/architecture.md", R"(Beyond (\d+) writers of a topic)",
+       "common/pipeline/bus/key_limit.h", R"(kMaxWriters = (\d+))"},
       {"docs/architecture.md", R"(no frame set arrives for (\d+) ms)",
        "sim_node/simulation_pipe.cpp", R"(kFrameSetTimeout = (\d+)ms)"},
       {"docs/recording.md", R"(buffers up to (\d+) MiB)",

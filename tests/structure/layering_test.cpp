@@ -1,4 +1,4 @@
-// Checks the layers of the architecture and the sizes of style.md on the sources themselves.
+// Checks the layers of the architecture, and the sizes that CONTRIBUTING.md states, on the sources.
 #include <gtest/gtest.h>
 
 #include <algorithm>

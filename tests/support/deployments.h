@@ -10,6 +10,8 @@
 namespace fivepipe::test {
 
 inline const std::string kSmallDeployment = FIVEPIPE_SOURCE_DIR "/tests/system/deployment.yaml";
+// The nodes of the small deployment.
+inline const std::string kNodes[] = {"capture", "recon_a", "recon_b", "simulation", "rendering"};
 // The deployment of the kept recording tests/recordings/v1.mcap.
 inline const std::string kKeptDeployment = FIVEPIPE_SOURCE_DIR "/tests/recordings/deployment.yaml";
 

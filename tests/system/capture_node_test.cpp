@@ -412,8 +412,8 @@ TEST_F(CaptureNode, KeepsAtMostTheConfiguredFramesInFlight) {
   const std::vector<Pose>& poses = poses_.all();
   int early = 0;
   for (std::size_t i = 2; i < reported_ns.size() + 1; ++i) {
-    // After 500 ms without a composite the node goes on. A frame before the matching of the test's
-    // writer is not held back either.
+    // After 500 ms without a composite the node continues. A frame before the matching of the
+    // test's writer is not held back either.
     const bool stalled = poses[i].capture_stamp_ns - poses[i - 2].capture_stamp_ns > 400'000'000;
     early += !stalled && i > 10 && poses[i].capture_stamp_ns < reported_ns[i - 2];
   }

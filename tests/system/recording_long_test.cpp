@@ -73,7 +73,7 @@ TEST_F(LongRecording, AMinuteAtSixtyHertzKeepsEveryRateAndLosesNothing) {
   test::Deployed deployed(FIVEPIPE_SOURCE_DIR "/tests/system/long_deployment.yaml", domain_,
                           folder_ / "up", {"--duration", duration_s, "--record", file.string()});
   double recorder_cpu_s = 0;
-  ASSERT_TRUE(test::eventually(bus_, 160s, [&] {
+  ASSERT_TRUE(test::eventually(bus_, is_long() ? 160s : 90s, [&] {
     for (const auto& sample : statuses.take())
       if (sample.valid() && std::string(sample->node).starts_with("recorder"))
         recorder_cpu_s = sample->cpu_s;

@@ -9,6 +9,7 @@
 #include "common/recording/files/format.h"
 #include "tests/support/recording/recordings.h"
 #include "tests/support/sanitizer.h"
+#include "tests/support/text.h"
 
 namespace fivepipe::test {
 namespace {
@@ -63,10 +64,6 @@ class RecordingOnSlowDisk : public RecordingTest {
   }
 };
 
-bool holds(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
-
 // 2 s of data are 20 MB, which the disk takes in 20 s.
 TEST_F(RecordingOnSlowDisk, SigtermEndsTheRecorderWithinTwoSecondsAndTheLossIsStated) {
   auto recorder = slow_recorder();
@@ -75,7 +72,8 @@ TEST_F(RecordingOnSlowDisk, SigtermEndsTheRecorderWithinTwoSecondsAndTheLossIsSt
   recorder->signal(SIGTERM);
   EXPECT_EQ(recorder->wait_for_end(20s), 1) << recorder->said();
   EXPECT_LT(Clock::now() - signalled, 2s * kSlowdown) << recorder->said();
-  EXPECT_TRUE(holds(recorder->said(), "messages lost: the disk was too slow")) << recorder->said();
+  EXPECT_TRUE(contains(recorder->said(), "messages lost: the disk was too slow"))
+      << recorder->said();
   const Recording recording(file_);
   ASSERT_TRUE(recording.mcap().is_finished()) << recording.mcap().damage().summary;
   const auto counts = recording.metadata(recording::kCountsMetadata);
@@ -87,8 +85,8 @@ TEST_F(RecordingOnSlowDisk, SigtermEndsTheRecorderWithinTwoSecondsAndTheLossIsSt
   EXPECT_EQ(written + lost, received);
   EXPECT_GT(lost, sent_ / 2);
   EXPECT_EQ(counts_by_topic(recording).at(topic), written);
-  EXPECT_TRUE(holds(info(), "LOST")) << info();
-  EXPECT_TRUE(holds(info(), "the disk was too slow")) << info();
+  EXPECT_TRUE(contains(info(), "LOST")) << info();
+  EXPECT_TRUE(contains(info(), "the disk was too slow")) << info();
 }
 
 TEST_F(RecordingOnSlowDisk, AKilledRecordersFileStatesWhatWaitedForTheDisk) {
@@ -99,9 +97,9 @@ TEST_F(RecordingOnSlowDisk, AKilledRecordersFileStatesWhatWaitedForTheDisk) {
   recorder->signal(SIGKILL);
   ASSERT_TRUE(recorder->wait_for_end(10s));
   const std::string said = info();
-  EXPECT_TRUE(holds(said, "received messages are not in the file: they waited for the disk"))
+  EXPECT_TRUE(contains(said, "received messages are not in the file: they waited for the disk"))
       << said;
-  EXPECT_TRUE(holds(said, "known until")) << said;
+  EXPECT_TRUE(contains(said, "known until")) << said;
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Drives a real render_node by crafted messages and looks at its image and its reports.
+// Drives a real render_node by crafted messages and checks its image and its reports.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -9,6 +9,7 @@
 #include "common/recording/schema/wire_types.h"
 #include "tests/support/recording/kept_recording.h"
 #include "tests/support/recording/replayed_nodes.h"
+#include "tests/support/sanitizer.h"
 
 namespace fivepipe::test {
 namespace {
@@ -71,7 +72,7 @@ TEST_F(Replay, SigtermStopsWithinTwoSeconds) {
     const auto replay = this->replay(options);
     ASSERT_TRUE(eventually(bus_, 10s, [&] { return maps.has_writers(1); })) << replay->said();
     replay->signal(SIGTERM);
-    EXPECT_EQ(replay->wait_for_end(2s), 130) << options[0] << '\n' << replay->said();
+    EXPECT_EQ(replay->wait_for_end(2s * kSlowdown), 130) << options[0] << '\n' << replay->said();
     ASSERT_TRUE(eventually(bus_, 10s, [&] { return maps.has_writers(0); }));
   }
 }
@@ -95,11 +96,11 @@ TEST_F(Replay, KeepsTheRecordedPace) {
     const auto first_pose = std::chrono::steady_clock::now();
     EXPECT_EQ(end_of(*replay, poses), 0) << replay->said();
     const auto end = std::chrono::steady_clock::now();
-    // The replay lies between the launch and the end, whatever the load. The upper bound allows
+    // The replay runs between the launch and the end, whatever the load. The upper bound allows
     // 2 s for the end of the program after its last message.
     const std::chrono::duration<double> at_most = end - launch, at_least = end - first_pose;
     EXPECT_GT(at_most.count(), recorded_s / rate) << rate;
-    EXPECT_LT(at_least.count(), recorded_s / rate + 2) << rate;
+    EXPECT_LT(at_least.count(), recorded_s / rate + 2 * kSlowdown) << rate;
   }
 }
 

@@ -284,7 +284,7 @@ TEST_F(SimNode, ReportsTheTimesOfEachFrame) {
   EXPECT_EQ(report.latencies.at("write_state").count, 2u);
 }
 
-// Without frame sets for 100 ms, the simulation goes on against the last hull until that is 1 s
+// Without frame sets for 100 ms, the simulation continues against the last hull until that is 1 s
 // old.
 TEST_F(SimNode, ContinuesByTheClockForASecond) {
   start_with(kScene);
@@ -403,7 +403,7 @@ TEST_F(SimNode, UsesNoCpuTimeWithoutFrameSets) {
 }
 
 // A replay starts from the state after the start of the process. Its frames have earlier stamps.
-TEST_F(SimNode, EachReplayStartsAnew) {
+TEST_F(SimNode, EachReplayStartsFromTheInitialState) {
   start_with(kScene);
   simulate(100);
   // A frame set that stays incomplete.

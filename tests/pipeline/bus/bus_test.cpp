@@ -204,7 +204,7 @@ TEST(Bus, PeersWithAnotherQosAreReportedOnce) {
 
 TEST(Bus, AConfigurationThatCycloneRefusesIsAnError) {
   setenv("CYCLONEDDS_URI", "<CycloneDDS><Domain><Nonsense/></Domain></CycloneDDS>", 1);
-  const std::uint32_t domain = test::own_domain() + 1;
+  const std::uint32_t domain = test::own_second_domain();
   std::string what;
   try {
     const Bus bus({domain});

@@ -73,7 +73,7 @@ TEST(SerializedBus, DescribesWriterAfterItIsGone) {
 }
 
 TEST(SerializedBus, RewritesSamplesBitExactWithSourceTimestamp) {
-  Bus from({test::own_domain()}), to({test::own_domain() + 1});
+  Bus from({test::own_domain()}), to({test::own_second_domain()});
   auto typed_out = from.writer<topics::ObjectPixelMap>();
   SerializedReader recorder(from, map_topic);
   SerializedWriter replayer(to, map_topic, WriterHistory::keep_all);
@@ -112,7 +112,7 @@ TEST(SerializedBus, RewritesSamplesBitExactWithSourceTimestamp) {
 }
 
 TEST(SerializedBus, ForwardsUnregisteredKey) {
-  Bus from({test::own_domain()}), to({test::own_domain() + 1});
+  Bus from({test::own_domain()}), to({test::own_second_domain()});
   auto typed_out = std::make_optional(from.writer<topics::ObjectPixelMap>());
   SerializedReader recorder(from, map_topic);
   SerializedWriter replayer(to, map_topic, WriterHistory::keep_all);
