@@ -66,9 +66,9 @@ TEST(WorkerPool, WakesEveryThreadAndWaitsForTheLastPiece) {
   }
 }
 
-TEST(WorkerPool, DestroysAnUnusedPool) {
+TEST(WorkerPool, DestroysAPoolWhoseThreadsSleep) {
   WorkerPool pool(3);
-  spin_for_1_ms();
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));
 }
 
 }  // namespace

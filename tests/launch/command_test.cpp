@@ -116,22 +116,25 @@ class PicturesDeployment {
     std::ofstream(folder / "empty.ppm") << "P6 50 40 255\n" << std::string(50 * 40 * 3, '<');
     write_sources("f%d.ppm");
   }
-  // `above`: the pictures of the camera that gives only colour.
-  void write_sources(const std::string& above) const {
+  // `above`: the pictures of the camera that gives only colour. `loop`: true or false.
+  void write_sources(const std::string& above, const std::string& loop = "false") const {
     write_deployment("capture_node",
                      "left: {video: \"${data}f%d.ppm\", background: empty.ppm}, "
                      "above: {video: " +
                          above +
                          ", background: empty.ppm}, "
-                         "right: {video: f%d.ppm, background: empty.ppm}");
+                         "right: {video: f%d.ppm, background: empty.ppm}",
+                     loop);
   }
-  void write_deployment(const std::string& program, const std::string& sources) const {
+  void write_deployment(const std::string& program, const std::string& sources,
+                        const std::string& loop = "false") const {
     std::ofstream(folder / "deployment.yaml")
         << "name: pictures\nrig: rig.yaml\nscene: scene.yaml\nframe_rate_hz: 24\nviewer:\n"
            "  path: [{t_s: 0, eye_m: [0, -0.8, 0], target_m: [0, 0, 0]}]\n"
            "settings: {data: ./}\nnodes:\n"
            "  - {name: first, program: "
-        << program << (sources.empty() ? "" : ", loop: false,\n     sources: {" + sources + "}")
+        << program
+        << (sources.empty() ? "" : ", loop: " + loop + ",\n     sources: {" + sources + "}")
         << "}\n";
   }
   Answer maps(const std::string& arguments) const {
@@ -195,7 +198,7 @@ TEST(Command, MapsNeedNoPictureOfACameraThatGivesOnlyColour) {
     return test::text_of(pictures.out / "left.pbm");
   };
   const std::string map = map_of_the_last_frame();
-  pictures.write_sources("colour%d.ppm");
+  pictures.write_sources("colour%d.ppm", "true");
   EXPECT_EQ(map_of_the_last_frame(), map);
 }
 

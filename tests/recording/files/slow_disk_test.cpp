@@ -2,8 +2,10 @@
 // tests/support/programs/slow_disk.cpp replaces the calls.
 #include <gtest/gtest.h>
 
+#include <cerrno>
 #include <chrono>
 #include <cstdlib>
+#include <system_error>
 
 #include "common/recording/files/format.h"
 #include "common/recording/mcap/recover.h"
@@ -35,6 +37,7 @@ class SlowDisk : public testing::Test {
     unsetenv("FIVEPIPE_TEST_WRITE_SPEED");
     unsetenv("FIVEPIPE_TEST_SYNC_SPEED");
     unsetenv("FIVEPIPE_TEST_SYNC_ERROR");
+    unsetenv("FIVEPIPE_TEST_EMPTY_WRITE");
   }
   static void slow_down(const char* variable) {
     setenv(variable, std::to_string(kDisk_bytes_s).c_str(), 1);
@@ -141,6 +144,19 @@ TEST_F(SlowDisk, AFailedWriteOfTheDisksCacheIsReported) {
   EXPECT_NE(writer.failure().find("cannot be synchronised with the disk"), std::string::npos)
       << writer.failure();
   EXPECT_FALSE(writer.is_synced());
+}
+
+TEST_F(SlowDisk, AWriteOfNothingIsAFullDisk) {
+  mcap::AppendFile file = mcap::AppendFile::create(path_);
+  setenv("FIVEPIPE_TEST_EMPTY_WRITE", "1", 1);
+  const std::vector<std::byte> bytes(1000);
+  try {
+    file.append(bytes);
+    ADD_FAILURE() << "no error";
+  } catch (const std::system_error& error) {
+    EXPECT_EQ(error.code().value(), ENOSPC) << error.what();
+  }
+  EXPECT_TRUE(file.append(bytes));
 }
 
 TEST_F(SlowDisk, CountsSoFarAreRecordedPeriodically) {

@@ -3,7 +3,9 @@
 // second: FIVEPIPE_TEST_WRITE_SPEED of pwrite(), as of a disk whose cache is full,
 // FIVEPIPE_TEST_SYNC_SPEED of sync_file_range() and fdatasync(). Without a variable there is no
 // delay. If FIVEPIPE_TEST_SYNC_ERROR is set, the first sync_file_range() fails with EIO. As in the
-// kernel, only the call that reports the error fails, and later ones succeed.
+// kernel, only the call that reports the error fails, and later ones succeed. If
+// FIVEPIPE_TEST_EMPTY_WRITE is set, the first pwrite() writes nothing, without an error; errno is
+// then EINTR, as an earlier call may leave it.
 #include <sys/syscall.h>
 #include <sys/types.h>
 #include <unistd.h>
@@ -17,7 +19,7 @@
 namespace {
 
 std::atomic<std::int64_t> unsynced_bytes = 0;
-std::atomic<bool> sync_error_reported = false;
+std::atomic<bool> sync_error_reported = false, wrote_nothing = false;
 
 void wait_for(const char* speed_variable, std::int64_t bytes) {
   const char* text = std::getenv(speed_variable);
@@ -32,6 +34,10 @@ void wait_for(const char* speed_variable, std::int64_t bytes) {
 
 // The definitions precede those of the C library.
 extern "C" ssize_t pwrite(int file, const void* bytes, std::size_t size, off_t at) {
+  if (std::getenv("FIVEPIPE_TEST_EMPTY_WRITE") && !wrote_nothing.exchange(true)) {
+    errno = EINTR;
+    return 0;
+  }
   wait_for("FIVEPIPE_TEST_WRITE_SPEED", std::int64_t(size));
   unsynced_bytes += std::int64_t(size);
   return syscall(SYS_pwrite64, file, bytes, size, at);
