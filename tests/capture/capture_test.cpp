@@ -17,7 +17,7 @@
 #include "common/base/realtime.h"
 #include "common/hull/cpu/cpu_hull.h"
 #include "common/hull/oracle/analytic.h"
-#include "tests/support/capture_rig.h"
+#include "tests/support/capture/capture_rig.h"
 #include "tests/support/test_folder.h"
 
 namespace fivepipe::capture {

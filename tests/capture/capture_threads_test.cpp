@@ -1,7 +1,7 @@
 #include <thread>
 
 #include "capture_node/capture.h"
-#include "tests/support/capture_rig.h"
+#include "tests/support/capture/capture_rig.h"
 #include "tests/support/thread_starts.h"
 
 namespace fivepipe::capture {

@@ -3,8 +3,8 @@
 #include <filesystem>
 #include <opencv2/core.hpp>
 
-#include "tests/support/capture_rig.h"
-#include "tests/support/footage.h"
+#include "tests/support/capture/capture_rig.h"
+#include "tests/support/capture/footage.h"
 
 namespace fivepipe::capture {
 namespace {

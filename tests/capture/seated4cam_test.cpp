@@ -6,7 +6,7 @@
 #include "capture_node/capture.h"
 #include "common/config/deployment.h"
 #include "common/hull/hull.h"
-#include "tests/support/footage.h"
+#include "tests/support/capture/footage.h"
 
 namespace fivepipe::capture {
 namespace {

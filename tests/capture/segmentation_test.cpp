@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <random>
 
-#include "tests/support/capture_rig.h"
+#include "tests/support/capture/capture_rig.h"
 
 namespace fivepipe::capture {
 namespace {

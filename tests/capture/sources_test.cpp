@@ -7,7 +7,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
 
-#include "tests/support/capture_rig.h"
+#include "tests/support/capture/capture_rig.h"
 #include "tests/support/test_folder.h"
 
 namespace fivepipe::capture {

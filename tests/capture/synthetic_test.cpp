@@ -11,7 +11,7 @@
 #include "capture_node/synthetic/noise.h"
 #include "capture_node/synthetic/shading.h"
 #include "common/hull/hull.h"
-#include "tests/support/capture_rig.h"
+#include "tests/support/capture/capture_rig.h"
 #include "tests/support/golden_image.h"
 
 namespace fivepipe::capture {

@@ -5,7 +5,7 @@
 #include <opencv2/calib3d.hpp>
 #include <random>
 
-#include "tests/support/capture_rig.h"
+#include "tests/support/capture/capture_rig.h"
 
 namespace fivepipe::capture {
 namespace {

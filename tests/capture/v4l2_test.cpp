@@ -11,7 +11,7 @@
 #include <thread>
 
 #include "capture_node/capture.h"
-#include "tests/support/capture_rig.h"
+#include "tests/support/capture/capture_rig.h"
 #include "tests/support/test_folder.h"
 
 namespace fivepipe::capture {

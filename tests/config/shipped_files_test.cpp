@@ -8,7 +8,7 @@
 #include <set>
 
 #include "common/config/deployment.h"
-#include "tests/support/footage.h"
+#include "tests/support/capture/footage.h"
 #include "tests/support/scene_files.h"
 
 namespace fivepipe::config {

@@ -12,7 +12,7 @@
 #include "capture_node/sources/synthetic_source.h"
 #include "common/collision/oracle/triangle_reference.h"
 #include "common/recording/schema/cdr.h"
-#include "tests/support/capture_rig.h"
+#include "tests/support/capture/capture_rig.h"
 #include "tests/support/recording/recordings.h"
 #include "tests/system/composition.h"
 
