@@ -182,9 +182,8 @@ TEST_F(Pipeline, ChildrenExitWhenSupervisorIsKilled) {
   const std::vector<pid_t> children = deployed.all_children();
   deployed.signal(SIGKILL);
   ASSERT_TRUE(deployed.wait_for_end(2s * kSlowdown));
-  EXPECT_TRUE(eventually(bus_, 2s * kSlowdown, [&] {
-    return std::none_of(children.begin(), children.end(), is_alive);
-  }));
+  EXPECT_TRUE(eventually(bus_, 2s * kSlowdown,
+                         [&] { return std::none_of(children.begin(), children.end(), is_alive); }));
 }
 
 TEST_F(Pipeline, SimulationIsPausedAndResumedFromTheCommandLine) {
