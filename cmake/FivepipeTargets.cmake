@@ -65,7 +65,12 @@ function(fivepipe_program name)
   cmake_parse_arguments(ARG "" "" "LINK" ${ARGN})
   add_executable(${name} ${ARG_UNPARSED_ARGUMENTS})
   target_link_libraries(${name} PRIVATE fivepipe_options ${ARG_LINK})
-  # GCC accepts a precompiled header only with the option for which it was built: -fPIC, not -fPIE.
+  fivepipe_program_precompiled_headers(${name})
+endfunction()
+
+# Gives a program the precompiled header of the libraries. GCC accepts it only with the option for
+# which it was built: -fPIC, not -fPIE.
+function(fivepipe_program_precompiled_headers name)
   set_target_properties(${name} PROPERTIES POSITION_INDEPENDENT_CODE OFF)
   target_compile_options(${name} PRIVATE -fPIC)
   target_precompile_headers(${name} REUSE_FROM fivepipe_precompiled)
@@ -73,23 +78,25 @@ endfunction()
 
 # The precompiled header of the test programs, which also holds GoogleTest. The test programs are
 # half of all sources, so the compiler spends less time on their optimisation.
+set(fivepipe_test_optimisation $<$<CONFIG:Release>:-O1> $<$<CONFIG:Debug>:-O0>)
 function(fivepipe_test_precompiled_headers)
   add_executable(fivepipe_test_precompiled ${CMAKE_SOURCE_DIR}/cmake/precompiled_main.cpp)
   target_link_libraries(fivepipe_test_precompiled PRIVATE fivepipe_options GTest::gtest)
-  target_compile_options(fivepipe_test_precompiled PRIVATE $<$<CONFIG:Release>:-O1>)
+  target_compile_options(fivepipe_test_precompiled PRIVATE ${fivepipe_test_optimisation})
   target_precompile_headers(fivepipe_test_precompiled PRIVATE
     ${CMAKE_SOURCE_DIR}/cmake/precompiled.h <gtest/gtest.h>)
 endfunction()
 
-# fivepipe_test(NAME [ALONE] source... LINK library...): a GoogleTest program. ctest runs each of
-# its tests. ALONE is for programs whose tests measure times or rates, or run several processes:
-# ctest then runs no other test at the same time. Under the sanitizers, which slow the tests too
-# much to measure, ALONE has no effect.
+# fivepipe_test(NAME [ALONE] [NUMERIC] source... LINK library...): a GoogleTest program. ctest runs
+# each of its tests. ALONE is for programs whose tests measure times or rates, or run several
+# processes: ctest then runs no other test at the same time. Under the sanitizers, which slow the
+# tests too much to measure, ALONE has no effect, and a test may take longer. NUMERIC is for
+# programs that compute for long: they are optimised under the sanitizers, too.
 function(fivepipe_test name)
   if(NOT FIVEPIPE_TESTS)
     return()
   endif()
-  cmake_parse_arguments(ARG "ALONE" "" "LINK" ${ARGN})
+  cmake_parse_arguments(ARG "ALONE;NUMERIC" "" "LINK" ${ARGN})
   # Sources of tests/support replace functions of the standard library, so each is compiled alone.
   foreach(source IN LISTS ARG_UNPARSED_ARGUMENTS)
     if(source MATCHES "/support/")
@@ -98,15 +105,23 @@ function(fivepipe_test name)
   endforeach()
   add_executable(${name} ${ARG_UNPARSED_ARGUMENTS})
   target_link_libraries(${name} PRIVATE fivepipe_options ${ARG_LINK} GTest::gtest_main)
-  target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
   target_compile_definitions(${name} PRIVATE FIVEPIPE_SOURCE_DIR="${CMAKE_SOURCE_DIR}"
     FIVEPIPE_BINARY_DIR="${CMAKE_RUNTIME_OUTPUT_DIRECTORY}")
-  target_precompile_headers(${name} REUSE_FROM fivepipe_test_precompiled)
+  set(has_sanitizer FALSE)
+  set(timeout_s 120)
   if(CMAKE_CXX_FLAGS MATCHES "-fsanitize")
+    set(has_sanitizer TRUE)
     set(ARG_ALONE FALSE)
+    set(timeout_s 400)
+  endif()
+  if(ARG_NUMERIC AND has_sanitizer)
+    fivepipe_program_precompiled_headers(${name})
+  else()
+    target_compile_options(${name} PRIVATE ${fivepipe_test_optimisation})
+    target_precompile_headers(${name} REUSE_FROM fivepipe_test_precompiled)
   endif()
   gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST
-    PROPERTIES TIMEOUT 120 RUN_SERIAL ${ARG_ALONE})
+    PROPERTIES TIMEOUT ${timeout_s} RUN_SERIAL ${ARG_ALONE})
 endfunction()
 
 # fivepipe_long_test(NAME TIMEOUT [PROGRAM]): the test program PROGRAM (default: NAME_test) as the

@@ -68,6 +68,7 @@ TEST(WorkerPool, WakesEveryThreadAndWaitsForTheLastPiece) {
 
 TEST(WorkerPool, DestroysAPoolWhoseThreadsSleep) {
   WorkerPool pool(3);
+  // Whether they sleep cannot be observed. They do after kSpinTime, which is a thousandth of this.
   std::this_thread::sleep_for(std::chrono::milliseconds(50));
 }
 

@@ -12,13 +12,13 @@
 #include "common/config/read_files.h"
 #include "common/config/yaml/numbers.h"
 #include "common/geometry/box_visibility.h"
+#include "tests/fuzz/poses.h"
 
 namespace fivepipe::fuzz {
 namespace {
 
 using namespace config;
 
-constexpr double kRotationError = 1e-9;
 constexpr std::size_t kMaxTriangles = 1'000'000;  // of meshes that the check builds itself
 
 // NaN is in no range.
@@ -32,12 +32,6 @@ bool is_colour(const std::array<double, 3>& rgb) {
 bool is_name(const std::string& name, std::size_t max_length = 32) {
   return !name.empty() && name.size() <= max_length &&
          name.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_") == std::string::npos;
-}
-
-bool is_rigid(const Eigen::Isometry3d& pose) {
-  const Eigen::Matrix3d r = pose.linear();
-  return pose.matrix().allFinite() && (r * r.transpose()).isIdentity(kRotationError) &&
-         r.determinant() > 0;
 }
 
 std::string broken_camera(const RigCamera& camera, const Eigen::AlignedBox3d& volume_m) {

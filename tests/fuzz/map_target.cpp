@@ -5,6 +5,7 @@
 #include "common/pipeline/messages/camera_messages.h"
 #include "common/pipeline/messages/object_pixels_codec.h"
 #include "tests/fuzz/message_bytes.h"
+#include "tests/fuzz/poses.h"
 
 namespace fivepipe::fuzz {
 namespace {

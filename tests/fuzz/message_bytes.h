@@ -75,9 +75,4 @@ void set_name(char (&field)[N], const char* text, std::size_t text_bytes) {
   std::memcpy(field, text, std::min(text_bytes, N - 1));
 }
 
-inline bool is_rigid(const Eigen::Isometry3d& pose) {
-  const Eigen::Matrix3d r = pose.linear();
-  return pose.matrix().allFinite() && (r * r.transpose()).isIdentity(1e-9) && r.determinant() > 0;
-}
-
 }  // namespace fivepipe::fuzz

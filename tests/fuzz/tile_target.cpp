@@ -4,6 +4,7 @@
 
 #include "render_node/messages.h"
 #include "tests/fuzz/message_bytes.h"
+#include "tests/fuzz/poses.h"
 
 namespace fivepipe::fuzz {
 namespace {

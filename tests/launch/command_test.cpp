@@ -74,8 +74,7 @@ TEST(Command, MapsOfOneFrameAreImagesAndCameras) {
   const test::TestFolder test_folder;
   const fs::path folder = test_folder.path / "maps";
   const Answer answer =
-      fivepipe("maps " FIVEPIPE_SOURCE_DIR "/launch/deployments/demo.yaml --frame 30 --out " +
-               folder.string());
+      fivepipe("maps " + test::kSmallDeployment + " --frame 30 --out " + folder.string());
   EXPECT_EQ(answer.exit_code, 0) << answer.text;
   std::ifstream cameras(folder / "cameras.txt");
   int count = 0;

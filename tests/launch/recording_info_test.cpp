@@ -5,6 +5,7 @@
 
 #include "common/recording/files/format.h"
 #include "tests/support/recording/mcap_files.h"
+#include "tests/support/text.h"
 
 namespace fivepipe::launch {
 namespace {
@@ -56,38 +57,36 @@ class LossesOfDamagedRecordings : public testing::Test {
   std::uint64_t counts_byte_ = 0;
 };
 
-bool holds(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
-
 TEST_F(LossesOfDamagedRecordings, MessagesOfADamagedChunkDidNotWaitForTheDisk) {
   write(false);
-  EXPECT_TRUE(holds(info(),
-                    "20 of 130 received messages are not in the file: they waited for the "
-                    "disk\n"))
+  EXPECT_TRUE(test::contains(info(),
+                             "20 of 130 received messages are not in the file: they waited for the "
+                             "disk\n"))
       << info();
   damage(chunk_bytes_[3] + 100);
   damage(chunk_bytes_[5] + 100);
   const std::string text = info();
-  EXPECT_TRUE(holds(text, "DAMAGED")) << text;
-  EXPECT_TRUE(holds(text, "30 messages missing, according to gaps in the sequence numbers"))
+  EXPECT_TRUE(test::contains(text, "DAMAGED")) << text;
+  EXPECT_TRUE(
+      test::contains(text, "30 messages missing, according to gaps in the sequence numbers"))
       << text;
-  EXPECT_TRUE(holds(text,
-                    "20 of 130 received messages are not in the file: they waited for the "
-                    "disk or are in damaged chunks\n"))
+  EXPECT_TRUE(test::contains(text,
+                             "20 of 130 received messages are not in the file: they waited for the "
+                             "disk or are in damaged chunks\n"))
       << text;
-  EXPECT_TRUE(holds(text, "because the recorder did not end")) << text;
+  EXPECT_TRUE(test::contains(text, "because the recorder did not end")) << text;
 }
 
 TEST_F(LossesOfDamagedRecordings, ADamagedRecordOfTheFinalCountsIsNamed) {
   write(true);
-  EXPECT_FALSE(holds(info(), "later ones are unknown")) << info();
+  EXPECT_FALSE(test::contains(info(), "later ones are unknown")) << info();
   constexpr std::uint64_t kRecordHeaderBytes = 9;
   damage(counts_byte_ + kRecordHeaderBytes + 1);  // length of the name
   const std::string text = info();
-  EXPECT_TRUE(holds(text, "20 of 130 received messages are not in the file\n")) << text;
-  EXPECT_TRUE(holds(text, "known until 2023-11-1")) << text;
-  EXPECT_TRUE(holds(text, "later ones are unknown, because the final counts are damaged")) << text;
+  EXPECT_TRUE(test::contains(text, "20 of 130 received messages are not in the file\n")) << text;
+  EXPECT_TRUE(test::contains(text, "known until 2023-11-1")) << text;
+  EXPECT_TRUE(test::contains(text, "later ones are unknown, because the final counts are damaged"))
+      << text;
 }
 
 }  // namespace

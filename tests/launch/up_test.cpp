@@ -139,7 +139,7 @@ TEST_F(Up, ASecondUpLeavesTheResultsOfARunningOne) {
 TEST_F(Up, ContinuesAndReportsAfterTheReaderOfItsOutputHasEnded) {
   write_nodes("while :; do echo line; sleep 0.02; done\n");
   Program& up = start_into_head(up_words("out", domain_), "said");
-  ASSERT_TRUE(says(up, "line")) << up.said();
+  ASSERT_TRUE(says(up, "\n")) << up.said();
   // `up` prints a line before it writes it to the log.
   const std::size_t bytes = log_of("capture").size();
   ASSERT_TRUE(

@@ -344,7 +344,7 @@ void CompositeContent::compare_reconstruction(std::uint64_t frame, const Composi
                        : 0;
         const double depth_m = is_covered ? json["depth_m"].at(i).get<double>() : 0,
                      expected_m = composition.hull_depth_m(u, v);
-        wrong += !(std::abs(depth_m - expected_m) <= 2e-6 * expected_m);
+        wrong += !(std::abs(depth_m - expected_m) <= kHullDepthError * expected_m);
         if (expected_m == 0) continue;
         ++hits;
         Vector3d bgr;

@@ -21,8 +21,6 @@ constexpr double kMinSphereCosine = 0.3;
 constexpr double kFacetError_levels = 3;
 // Rounding of OpenGL's depth buffer at the depths of the tests, and of the hull's depth [m].
 constexpr double kDepthRounding_m = 2e-4;
-// Relative error of a depth of the reconstruction.
-constexpr double kHullDepthError = 2e-6;
 // Half a level by rounding to 8 bits, and the shader's float.
 constexpr double kRounding_levels = 0.6;
 

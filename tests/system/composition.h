@@ -14,6 +14,9 @@
 
 namespace fivepipe::test {
 
+// Relative error of a depth of the hull: that of its backends.
+inline constexpr double kHullDepthError = 2e-6;
+
 // An image of a camera that gives colour.
 struct ColourImage {
   geometry::Camera camera;

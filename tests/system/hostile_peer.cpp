@@ -23,7 +23,7 @@ using Clock = std::chrono::steady_clock;
 constexpr const char* kUsage = R"(Usage: hostile_peer DOMAIN SECONDS RATE_HZ [TOPIC]
 
 Sends SECONDS * RATE_HZ messages, at most RATE_HZ per second: of TOPIC, such as ObjectPixelMap, or
-of all topics in turn. Prints the number of messages at the end.
+of all topics in turn.
 )";
 
 class HostilePeer {
@@ -268,7 +268,6 @@ int run(std::uint32_t domain, double duration_s, double rate_hz, std::optional<s
     peer.send(topic.value_or(sent % HostilePeer::topics()), sent);
     std::this_thread::sleep_until(time_of(double(sent + 1) / rate_hz));
   }
-  std::printf("%llu messages\n", static_cast<unsigned long long>(sent));
   return 0;
 }
 

@@ -134,7 +134,7 @@ TEST_F(Pipeline, ConfigurationErrorsAreListedTogetherAndEndWithTwo) {
     EXPECT_NE(log().find(problem), std::string::npos) << problem << '\n' << log();
 }
 
-// Kills each node in turn. It restarts and frames are composited again within kRecovery.
+// Kills each node in turn. The node restarts, and frames are composited again within kRecovery.
 TEST_F(Pipeline, RecoversAfterEachNodeIsKilled) {
   Deployed deployed(kSmallDeployment, domain_, out_);
   ASSERT_TRUE(frames_go_on(20, kStart)) << log();

@@ -97,7 +97,7 @@ TEST_F(Replay, KeepsTheRecordedPace) {
     EXPECT_EQ(end_of(*replay, poses), 0) << replay->said();
     const auto end = std::chrono::steady_clock::now();
     // The replay runs between the launch and the end, whatever the load. The upper bound allows
-    // 2 s for the end of the program after its last message.
+    // 2 s, times kSlowdown, for the end of the program after its last message.
     const std::chrono::duration<double> at_most = end - launch, at_least = end - first_pose;
     EXPECT_GT(at_most.count(), recorded_s / rate) << rate;
     EXPECT_LT(at_least.count(), recorded_s / rate + 2 * kSlowdown) << rate;

@@ -14,6 +14,7 @@
 #include "common/collision/detection/cpu/detection_common.h"
 #include "common/collision/detection/cpu/triangle_walk.h"
 #include "tests/support/collision/triangles.h"
+#include "tests/support/sanitizer.h"
 
 namespace fivepipe::test {
 namespace {
@@ -304,7 +305,9 @@ TEST(CpuDetection, FindsTheHandInASheetOfTenMillionTriangles) {
       "%zu triangles: BVH of %zu MiB besides the mesh, built in %.1f s; detection in %.2f ms; "
       "%zu colliding, %zu undecided\n",
       count, tree_mb, build_s, 1e3 * detect_s, found.triangles.size(), found.undecided.size());
-  EXPECT_LT(tree_mb, 1024u);
+  if (!test::kHasSanitizer) {  // whose own memory would count
+    EXPECT_LT(tree_mb, 1024u);
+  }
   EXPECT_GT(found.triangles.size(), 5000u);
   EXPECT_LT(found.undecided.size(), found.triangles.size() / 100);
   // A triangle whose center is in the hull collides. Because the triangles are small, most
