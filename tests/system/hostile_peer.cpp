@@ -147,10 +147,11 @@ class HostilePeer {
     fivepipe_v1_VirtualState state{};
     messages::set_text(state.simulation, name_or("simulation"));
     std::vector<fivepipe_v1_ObjectState> objects(random_() % 4 + 1);
-    for (fivepipe_v1_ObjectState& object : objects) {
-      messages::set_text(object.object, invented());
-      object.world_from_object = invalid_pose();
-      fill(object.vertices_m, numbers_, std::numeric_limits<float>::infinity());
+    std::vector<std::vector<float>> vertices_m(objects.size());
+    for (std::size_t i = 0; i < objects.size(); ++i) {
+      messages::set_text(objects[i].object, invented());
+      objects[i].world_from_object = invalid_pose();
+      fill(objects[i].vertices_m, vertices_m[i], std::numeric_limits<float>::infinity());
     }
     messages::borrow(state.objects, objects);
     state.frame = number_;
