@@ -34,7 +34,7 @@ Footage footage(const std::string& name, int frame) {
   Footage result;
   result.camera = test::table_camera(name, {0, -1, 1}, 644, 486);
   result.background = read_background(result.camera, (kFootage / name / "background.avi").string());
-  // The thread sanitizer would take a minute per camera to learn from all frames.
+  // To learn four cameras from all frames takes more than two minutes with the thread sanitizer.
   if (test::kHasSanitizer) result.background.resize(8);
   open_file_source(result.camera, {(kFootage / name / "video.avi").string(), "", 0})
       ->read(frame, result.image);
