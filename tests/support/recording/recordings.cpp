@@ -132,6 +132,17 @@ std::map<std::string, std::uint64_t> counts_by_topic(const recording::Recording&
   return counts;
 }
 
+std::map<std::uint64_t, std::uint64_t> counts_by_frame(const recording::Recording& recording,
+                                                       const std::string& topic) {
+  std::map<std::uint64_t, std::uint64_t> counts;
+  auto cursor = recording.messages();
+  while (const auto message = cursor.next())
+    if (message->channel->topic == topic && !message->key_change)
+      ++counts[schema::decode(recording.idl(*message->channel), message->channel->type,
+                              message->cdr)["frame"]];
+  return counts;
+}
+
 Outputs::Outputs(bus::Bus& bus, const std::vector<std::string>& names) {
   for (const bus::topics::Topic& topic : bus::topics::all())
     if (std::find(names.begin(), names.end(), topic.name) != names.end())

@@ -73,6 +73,9 @@ std::map<std::string, std::uint64_t> sent_by_topic(
     const std::map<std::string, nlohmann::ordered_json>& statuses);
 // Returns the numbers of recorded messages, by topic.
 std::map<std::string, std::uint64_t> counts_by_topic(const recording::Recording& recording);
+// Returns the number of recorded messages of a topic for each frame number.
+std::map<std::uint64_t, std::uint64_t> counts_by_frame(const recording::Recording& recording,
+                                                       const std::string& topic);
 
 // Collects all samples of these topics from its construction on.
 class Outputs {
