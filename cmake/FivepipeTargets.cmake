@@ -87,16 +87,17 @@ function(fivepipe_test_precompiled_headers)
     ${CMAKE_SOURCE_DIR}/cmake/precompiled.h <gtest/gtest.h>)
 endfunction()
 
-# fivepipe_test(NAME [ALONE] [NUMERIC] source... LINK library...): a GoogleTest program. ctest runs
-# each of its tests. ALONE is for programs whose tests measure times or rates, or run several
-# processes: ctest then runs no other test at the same time. Under the sanitizers, which slow the
-# tests too much to measure, ALONE has no effect, and a test may take longer. NUMERIC is for
+# fivepipe_test(NAME [ALONE | ALWAYS_ALONE] [NUMERIC] source... LINK library...): a GoogleTest
+# program. ctest runs each of its tests. ALONE is for programs whose tests measure times or rates, or
+# run several processes: ctest then runs no other test at the same time. Under the sanitizers, which
+# slow the tests too much to measure, ALONE has no effect, and a test may take longer. ALWAYS_ALONE
+# has its effect there, too: it is for programs that load the machine for seconds. NUMERIC is for
 # programs that compute for long: they are optimised under the sanitizers, too.
 function(fivepipe_test name)
   if(NOT FIVEPIPE_TESTS)
     return()
   endif()
-  cmake_parse_arguments(ARG "ALONE;NUMERIC" "" "LINK" ${ARGN})
+  cmake_parse_arguments(ARG "ALONE;ALWAYS_ALONE;NUMERIC" "" "LINK" ${ARGN})
   # Sources of tests/support replace functions of the standard library, so each is compiled alone.
   foreach(source IN LISTS ARG_UNPARSED_ARGUMENTS)
     if(source MATCHES "/support/")
@@ -119,6 +120,9 @@ function(fivepipe_test name)
   else()
     target_compile_options(${name} PRIVATE ${fivepipe_test_optimisation})
     target_precompile_headers(${name} REUSE_FROM fivepipe_test_precompiled)
+  endif()
+  if(ARG_ALWAYS_ALONE)
+    set(ARG_ALONE TRUE)
   endif()
   gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST
     PROPERTIES TIMEOUT ${timeout_s} RUN_SERIAL ${ARG_ALONE})

@@ -32,9 +32,10 @@ int number_in(const fs::path& folder) {
 class FuzzRunner : public ::testing::Test {
  protected:
   // Runs a target whose check does something wrong with one number of ten.
-  Report run_with(Verdict (*check)(const fs::path&), double duration_s = kDuration_s) {
+  Report run_with(Verdict (*check)(const fs::path&), double duration_s = kDuration_s,
+                  const Limits& limits = kLimits) {
     const Report report =
-        run({"made_up", "", random_number, check}, duration_s, 1, folder_, kLimits);
+        run({"made_up", "", random_number, check}, duration_s, 1, folder_, limits);
     if (!report.finding.empty()) {
       Random random(report.seed);
       const std::string again = random_number(random).front().bytes;
@@ -95,12 +96,16 @@ TEST_F(FuzzRunner, FindsAnEndlessLoop) {
 }
 
 TEST_F(FuzzRunner, FindsTooMuchMemory) {
-  const Report report = run_with([](const fs::path& folder) {
-    static std::vector<std::vector<char>> kept;
-    // Pauses, so that the memory limit is reached before that of the CPU time.
-    for (; number_in(folder) == 7; ::usleep(5000)) kept.emplace_back(10 << 20, 'x');
-    return Verdict{};
-  });
+  Limits limits = kLimits;
+  limits.cpu_s = 20;  // the memory limit is reached first
+  const Report report = run_with(
+      [](const fs::path& folder) {
+        static std::vector<std::vector<char>> kept;
+        // Pauses, so that the runner sees the memory before the machine has none left.
+        for (; number_in(folder) == 7; ::usleep(5000)) kept.emplace_back(10 << 20, 'x');
+        return Verdict{};
+      },
+      kDuration_s, limits);
   EXPECT_TRUE(report.finding.ends_with(" MiB")) << report.finding;
 }
 

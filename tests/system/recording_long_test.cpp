@@ -37,9 +37,6 @@ constexpr ExpectedRate kExpected[] = {
 
 bool is_long() { return std::getenv("FIVEPIPE_LONG") != nullptr; }
 
-// The machine of a quick run may be too slow for the frame rate, as is a build with a sanitizer.
-bool keeps_rate() { return is_long() && !kHasSanitizer; }
-
 // `counts` are messages by topic, in `seconds` of maps of `frames` frames.
 void expect_rates(std::map<std::string, std::uint64_t> counts, std::size_t frames, double seconds) {
   // capture_node skips a frame if it comes too late for it, and other processes of the machine may
@@ -49,7 +46,7 @@ void expect_rates(std::map<std::string, std::uint64_t> counts, std::size_t frame
     const double count = double(counts[expected.topic]);
     EXPECT_NEAR(count / (expected.messages_per_frame * double(frames)), 1, tolerance)
         << expected.topic << ": " << count << " messages of " << frames << " frames";
-    if (keeps_rate()) {
+    if (is_long()) {  // the machine of a quick run may be too slow for the frame rate
       EXPECT_NEAR(count / seconds / (expected.messages_per_frame * kFrameRate_Hz), 1, tolerance)
           << expected.topic << ": " << count / seconds << " Hz";
     }
@@ -67,13 +64,15 @@ void expect_rates(std::map<std::string, std::uint64_t> counts, std::size_t frame
 class LongRecording : public test::RecordingTest {};
 
 TEST_F(LongRecording, AMinuteAtSixtyHertzKeepsEveryRateAndLosesNothing) {
-  const std::string duration_s = is_long() ? "60" : "5";
+  // A sanitizer leaves too little time for 60 Hz, so there the test only checks that the recording
+  // has every message. The reference images are learned for most of its duration.
+  const std::string duration_s = is_long() ? "60" : kHasSanitizer ? "30" : "5";
   const std::filesystem::path file = folder_ / "long.mcap";
   auto statuses = bus_.reader<bus::topics::NodeStatus>();
   test::Deployed deployed(FIVEPIPE_SOURCE_DIR "/tests/system/long_deployment.yaml", domain_,
                           folder_ / "up", {"--duration", duration_s, "--record", file.string()});
   double recorder_cpu_s = 0;
-  ASSERT_TRUE(test::eventually(bus_, is_long() ? 160s : 90s, [&] {
+  ASSERT_TRUE(test::eventually(bus_, is_long() ? 160s : 90s * kSlowdown, [&] {
     for (const auto& sample : statuses.take())
       if (sample.valid() && std::string(sample->node).starts_with("recorder"))
         recorder_cpu_s = sample->cpu_s;
@@ -106,8 +105,9 @@ TEST_F(LongRecording, AMinuteAtSixtyHertzKeepsEveryRateAndLosesNothing) {
     ++maps_of_frame[std::get<std::uint64_t>(frame.read(message->cdr).value())];
   }
   for (const auto& [frame, maps] : maps_of_frame) EXPECT_EQ(maps, kCameras) << "frame " << frame;
-  expect_rates(in_file, maps_of_frame.size(),
-               1e-9 * double(last_map_ns - first_map_ns) + 1 / kFrameRate_Hz);
+  if (!kHasSanitizer)
+    expect_rates(in_file, maps_of_frame.size(),
+                 1e-9 * double(last_map_ns - first_map_ns) + 1 / kFrameRate_Hz);
   const std::uint64_t frames = maps_of_frame.rbegin()->first - maps_of_frame.begin()->first + 1;
   std::uint64_t dropped = 0;
   for (const auto& drop : last.at("capture")["drops"])
