@@ -236,6 +236,7 @@ std::string normals(const Results& results) {
     if (const auto parts = split(r.at("name"));
         parts[0] == "normals" && parts[1] == curves[0].first)
       radii.push_back(parts[2]);
+  if (radii.empty()) throw std::runtime_error("collision.json has no result normals/");
   std::vector<std::string> head{"radius"};
   for (const std::string& radius : radii)
     head.push_back(radius.substr(0, radius.size() - 2) + " px");
@@ -256,6 +257,7 @@ std::string proximity(const Results& results) {
   MarkdownTable table({"method", "ms", "per 1,000 points, ms", "widest bounds, mm",
                        "error of the mean of the bounds, median; maximum, mm",
                        "distances outside the bounds"});
+  std::size_t rows = 0;
   for (const json& r : results.all(kCollision)) {
     if (!r.contains("ms_per_1000")) continue;
     const auto parts = split(r.at("name"));
@@ -266,14 +268,19 @@ std::string proximity(const Results& results) {
                                    ? "**bounds** of vertices and triangles, "
                                    : "**bounds**, ";
     const json& widest = r.at("error").at("bounds_width_widest_mm");
+    // A grid of voxels guarantees nothing; its distance is taken as within the tolerance.
+    const std::string bounds = parts[0] == "edt"  ? "± " + tolerance + ", not guaranteed"
+                               : widest.is_null() ? "none"
+                                                  : short_number(widest.get<double>());
     table.add({fmt::format("{}{} mm, {}, {} points", method, tolerance, parts[1],
                            count_text(count_of(r, "points"))),
-               short_number(time_ms(r)), short_number(r.at("ms_per_1000").get<double>()),
-               widest.is_null() ? "none" : short_number(widest.get<double>()),
+               short_number(time_ms(r)), short_number(r.at("ms_per_1000").get<double>()), bounds,
                short_number(error_of(r, "distance_median_mm")) + "; " +
                    short_number(error_of(r, "distance_worst_mm")),
                of_text(count_of(r, "violations"), count_of(r, "known"))});
+    ++rows;
   }
+  if (rows == 0) throw std::runtime_error("collision.json has no result with ms_per_1000");
   return table.text();
 }
 

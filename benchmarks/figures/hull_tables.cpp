@@ -14,6 +14,7 @@ namespace {
 constexpr const char* kHull = "hull";
 // A baseline counts as an alternative to the exact methods up to this mean error.
 constexpr double kFairError_mm = 2;
+constexpr const char* kNotMeasured = "-";
 
 struct HullName {
   std::string method, scene, view;
@@ -76,6 +77,25 @@ std::string maps_text(const json& result) {
                      count_of(result, "maps_covered_percent"));
 }
 
+// "plane sweep, 160 planes, 1.6 mm". The methods are those of benchmarks/hull/.
+std::string inexact_text(const json& result) {
+  static const std::pair<std::string, std::string> kNames[] = {
+      {"glsweep", "the paper's stencil sweep, {} planes"},
+      {"cpusweepmid", "plane sweep, {} planes"},
+      {"plainsweep", "plane sweep without empty-space skipping, {} planes"},
+      {"cpusweep", "plane sweep with the depth of the plane, {} planes"},
+      {"carve", "voxel carving, {}"}};
+  const std::string method = parsed(result).method;
+  for (const auto& [prefix, text] : kNames) {
+    if (!method.starts_with(prefix)) continue;
+    std::string setting = method.substr(prefix.size());
+    if (setting.ends_with("mm")) setting.insert(setting.size() - 2, " ");
+    return fmt::format(fmt::runtime(text), setting) + ", " +
+           error_mm(error_of(result, "depth_mean_mm"));
+  }
+  throw std::runtime_error("no name for method " + method);
+}
+
 // The time of a method, in bold if it is shorter than that of backend cpu.
 std::string time_cell(double ms, double cpu_ms, const std::string& more = "") {
   const std::string text = short_number(ms) + more;
@@ -98,15 +118,17 @@ std::string scenes_table(const Results& results, const std::function<bool(const 
     const double cpu_ms = view.best_ms("cpu");
     const auto cell = [&](const std::string& method) {
       return view.by_method.contains(method) ? time_cell(view.best_ms(method), cpu_ms)
-                                             : std::string();
+                                             : std::string(kNotMeasured);
     };
     std::vector<std::string> cells = {view.scene, maps_text(*view.by_method.at("cpu")),
                                       short_number(cpu_ms), cell("gl"), cell("ibvh")};
     const json* inexact = fastest_inexact(view);
-    cells.push_back(inexact ? time_cell(time_ms(*inexact), cpu_ms,
-                                        fmt::format(" ({}, {})", parsed(*inexact).method,
-                                                    error_mm(error_of(*inexact, "depth_mean_mm"))))
-                            : "");
+    const bool has_inexact = std::any_of(view.by_method.begin(), view.by_method.end(),
+                                         [](const auto& m) { return !is_exact(m.first); });
+    cells.push_back(inexact
+                        ? time_cell(time_ms(*inexact), cpu_ms, " (" + inexact_text(*inexact) + ")")
+                    : has_inexact ? "none"
+                                  : kNotMeasured);
     if (with_view) cells.insert(cells.begin() + 1, view.view);
     table.add(cells);
   }
@@ -143,7 +165,8 @@ std::string wrong_text(const json& result) {
 }
 
 std::string hull_summary(const Results& results) {
-  MarkdownTable table({"method", "320x240, ms", "640x480, ms", "mean error", "wrong rays"});
+  MarkdownTable table(
+      {"method", "320x240, ms", "640x480, ms", "mean error at 640x480", "wrong rays at 640x480"});
   const int threads = hull_threads(results);
   const auto result = [&](const std::string& method, const char* view) -> const json& {
     return results.at(kHull, fmt::format("{}/hand4-near/{}/{}", method, view, threads));
@@ -181,8 +204,9 @@ std::string ratio_text(const std::vector<ViewResults>& all, const std::string& m
   for (const ViewResults& view : all) {
     if (!view.by_method.contains(method)) continue;
     const double ratio = view.best_ms(method) / view.best_ms("cpu");
-    if (at_smallest.empty() || ratio < smallest) smallest = ratio, at_smallest = view.scene;
-    if (at_largest.empty() || ratio > largest) largest = ratio, at_largest = view.scene;
+    const std::string at = view.scene + " at " + view.view;
+    if (at_smallest.empty() || ratio < smallest) smallest = ratio, at_smallest = at;
+    if (at_largest.empty() || ratio > largest) largest = ratio, at_largest = at;
   }
   return fmt::format("{} ({}) to {} ({}) times", short_number(smallest), at_smallest,
                      short_number(largest), at_largest);

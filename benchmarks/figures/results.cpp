@@ -101,6 +101,11 @@ std::string Results::gl_name() const {
   return renderer.substr(0, renderer.find_first_of(" ("));
 }
 
+bool Results::has_gpu() const {
+  const std::set<std::string> in_software = {"llvmpipe", "softpipe", "swrast", "no"};
+  return !in_software.contains(gl_name());
+}
+
 double time_ms(const json& result, const char* statistic) {
   return number(result.value("time_ms", json::object()), statistic, named(result) + "time_ms.");
 }

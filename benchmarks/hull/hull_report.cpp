@@ -19,6 +19,11 @@ using nlohmann::ordered_json;
 
 double best_ms(const Result& r) { return percentile(r.time_ms, 0); }
 
+// Scenes with many cameras have no true silhouettes to compare with.
+ordered_json surface_mm(const Errors& e, double p) {
+  return e.surface_mm.empty() ? ordered_json() : ordered_json(percentile(e.surface_mm, p));
+}
+
 ordered_json json_of(const Result& r) {
   const Errors& e = r.errors;
   ordered_json json = {{"name", r.name()},
@@ -31,8 +36,8 @@ ordered_json json_of(const Result& r) {
                          {"depth_max_mm", percentile(e.depth_mm, 1)},
                          {"depth_any_piece_p99_mm", percentile(e.all_mm, 0.99)},
                          {"other_depth_relative", e.other_depth},
-                         {"surface_median_mm", percentile(e.surface_mm, 0.5)},
-                         {"surface_p95_mm", percentile(e.surface_mm, 0.95)},
+                         {"surface_median_mm", surface_mm(e, 0.5)},
+                         {"surface_p95_mm", surface_mm(e, 0.95)},
                          {"pixel_footprint_mm", r.footprint_mm}}},
                        {"counts",
                         {{"cameras", r.cameras},
@@ -120,7 +125,7 @@ void print(const std::vector<Result>& results) {
       cells.push_back(with_decimals(percentile(e.depth_mm, p), 5));
     for (const int count : {e.wrong_hits, e.wrong_misses, e.wrong_pieces, e.other_pixels})
       cells.push_back(std::to_string(count));
-    cells.push_back(with_decimals(percentile(e.surface_mm, 0.5), 3));
+    cells.push_back(e.surface_mm.empty() ? "-" : with_decimals(percentile(e.surface_mm, 0.5), 3));
     cells.push_back(with_decimals(r.footprint_mm, 3));
     table.add(std::move(cells));
   }
@@ -133,7 +138,8 @@ void print(const std::vector<Result>& results) {
                "columns omit them.\n"
                "other: pixels of the whole view whose verdict differs from backend cpu (exact "
                "methods only).\n"
-               "surface: median error in mm against the hull of the true silhouettes; footpr.: "
+               "surface: median error in mm against the hull of the true silhouettes (-: not "
+               "measured); footpr.: "
                "width in mm of a map pixel at the object.\n";
 }
 

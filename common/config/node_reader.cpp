@@ -125,7 +125,7 @@ CaptureConfig read_capture(YamlMap& map, const Rig& rig, ParsedNode& parsed) {
   if (map.has("segmentation")) config.segmentation = read_segmentation(map.map("segmentation"));
   config.loop = map.flag("loop", config.loop);
   config.max_frames_in_flight =
-      map.integer("max_frames_in_flight", {0, 1000}, config.max_frames_in_flight);
+      map.integer("max_frames_in_flight", {0, 64}, config.max_frames_in_flight);
   config.precomputed_frames =
       map.integer("precomputed_frames", {0, 100000}, config.precomputed_frames);
   return config;

@@ -70,7 +70,9 @@ void add_replay(CLI::App& app, Command& command) {
   CLI::App* replay = app.add_subcommand("replay", "Send the messages of a recording to a domain");
   replay->footer(
       "Examples:\n"
-      "  fivepipe replay session.mcap --domain 7           all topics, at the recorded rate\n"
+      "  fivepipe replay session.mcap --domain 7           all topics, at the recorded rate, to "
+      "programs that already run there\n"
+      "  fivepipe replay session.mcap --domain 7 --no-wait the same without a program that reads\n"
       "  fivepipe replay session.mcap --inputs-of recon_a --lossless --rate max\n"
       "  fivepipe replay session.mcap --start 10 --end 12 --loop --rate 0.25\n"
       "  fivepipe replay session.mcap --paused             keys: space pauses or continues, s "

@@ -194,11 +194,35 @@ TEST(Figures, ScenesWithFasterBaselinesAreListedInBold) {
        hull_result("cpusweepmid160/hand16/640x480/2", 1.5, 1.6),
        hull_result("carve8mm/hand16/640x480/2", 0.5, 2.5),
        hull_result("cpu/hand4/640x480/2", 1.0, 0), hull_result("ibvh/hand4/640x480/2", 1.1, 0),
-       hull_result("cpu/hand4/640x480/1", 9.0, 0)});
+       hull_result("cpu/hand4/640x480/1", 9.0, 0), hull_result("cpu/ring4/640x480/2", 1.0, 0),
+       hull_result("carve8mm/ring4/640x480/2", 0.5, 2.5)});
   EXPECT_THAT(block_text("hull scenes", folder.results()),
-              HasSubstr("| hand16 | 16 of 1280x720, 15 % | 4.0 |  | **2.0** | "
-                        "**1.5 (cpusweepmid160, 1.6 mm)** |\n"
-                        "| hand4 | 16 of 1280x720, 15 % | 1.0 |  | 1.1 |  |\n"));
+              HasSubstr("| hand16 | 16 of 1280x720, 15 % | 4.0 | - | **2.0** | "
+                        "**1.5 (plane sweep, 160 planes, 1.6 mm)** |\n"
+                        "| hand4 | 16 of 1280x720, 15 % | 1.0 | - | 1.1 | - |\n"
+                        "| ring4 | 16 of 1280x720, 15 % | 1.0 | - | - | none |\n"));
+}
+
+// Without CAP_NET_RAW the benchmark measures no time outside the nodes.
+TEST(Figures, AnAccountWithoutOutsideTimesIsRefused) {
+  ResultFolder folder;
+  const json stage = {{"name", "pipeline/paper/outside/render"},
+                      {"counts",
+                       {{"frames", 9},
+                        {"nodes_mean_ms", 1},
+                        {"outside_mean_ms", 1.1},
+                        {"limit_ms", 0.3},
+                        {"agrees", true}}}};
+  json with_capture = stage;
+  with_capture["name"] = "pipeline_with_capture/paper_files/outside/render";
+  folder.add("pipeline", json::array({stage}));
+  folder.add("pipeline_1", json::array({stage}));
+  folder.add("paper_files", json::array({with_capture}));
+  EXPECT_THAT(block_text("account", folder.results()), HasSubstr("All stages agree"));
+  folder.add("paper_files", json::array());
+  EXPECT_THAT(
+      error_of_call([&] { block_text("account", folder.results()); }),
+      HasSubstr("paper_files.json has no result pipeline_with_capture/paper_files/outside"));
 }
 
 json detection(const std::string& name, int crossing, int missed, int wrong) {

@@ -136,7 +136,7 @@ struct BrokenNode {
         is_in(c.synthetic.period_s, 0.1, 3600) && is_in(c.synthetic.noise_sigma_levels, 0, 255) &&
         is_in(s.threshold_sigmas, 0, 1000) && is_in(s.threshold_floor_levels, 0, 255) &&
         is_positive(s.shadow_min_brightness, 1) && is_in(s.opening_px, 0, 64) &&
-        is_in(s.closing_px, 0, 64) && is_in(c.max_frames_in_flight, 0, 1000) &&
+        is_in(s.closing_px, 0, 64) && is_in(c.max_frames_in_flight, 0, 64) &&
         is_in(c.precomputed_frames, 0, 100000);
     return is_good ? "" : "a key of capture_node";
   }

@@ -48,7 +48,7 @@ struct Scene {
   Silhouette silhouette;
   SkipMap skip_map;
   MapFromView map;
-  Block block;
+  Block block{};
 
   // Returns false if the kernels do not support the block.
   bool make(Random& random) {

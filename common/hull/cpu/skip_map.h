@@ -3,7 +3,7 @@
 //
 // It is computed by erosion of bit planes, 64 pixels per word: a box of side a + b is the union of
 // four boxes of side a that are b apart (decomposition of structuring elements, van den Boomgaard
-// and van Balen, 1992). docs/hull.md compares alternatives.
+// and van Balen, 1992).
 #pragma once
 #include <algorithm>
 #include <array>

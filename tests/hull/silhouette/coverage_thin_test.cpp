@@ -12,6 +12,7 @@
 #include "common/hull/silhouette/coverage_hull.h"
 #include "common/hull/silhouette/thin_coverage.h"
 #include "tests/support/hull/scenes.h"
+#include "tests/support/sanitizer.h"
 
 namespace fivepipe::hull {
 namespace {
@@ -104,11 +105,11 @@ Level level_of(const CoverageMap& m, const Wire& wire) {
 }
 
 // Wires at any angle: every fourth within 2 degrees of a diagonal or exactly on it, every eighth
-// along rows or columns.
+// along rows or columns. Fewer with a sanitizer.
 std::vector<Wire> wires(double width_px, int count) {
   test::Random random(unsigned(width_px * 1000));
   std::vector<Wire> all;
-  for (int i = 0; i < count; ++i) {
+  for (int i = 0; i < count / kSlowdown; ++i) {
     all.push_back(random_wire(random, width_px));
     if (i % 4 == 0)
       all.back().angle_rad = std::numbers::pi / 4 * (1 + i % 8 / 2) +
@@ -130,7 +131,7 @@ TEST(ThinCoverage, KeepsWiresConnected) {
         EXPECT_TRUE(unbroken(preserve_thin(map, {.rule = rule}), wire))
             << width_px << " px, " << wire.angle_rad << " rad at " << wire.center_px.transpose();
     }
-  EXPECT_GT(broken_before, 500);
+  EXPECT_GT(broken_before, 500 / kSlowdown);
 }
 
 TEST(ThinCoverage, ContainedRuleKeepsTheAxisInside) {
@@ -288,7 +289,7 @@ TEST(ThinCoverage, HullOfAWireIsConnectedAlongIt) {
       for (const ThinRule rule : {ThinRule::contained, ThinRule::as_wide}) {
         test::Random random(unsigned(width_px * 100) + unsigned(cameras));
         all = 0;
-        for (int k = 0; k < 12; ++k) {
+        for (int k = 0; k < (kHasSanitizer ? 2 : 12); ++k) {
           const WireRig rig = wire_rig(random, cameras, width_px, rule);
           for (double t = -1; t <= 1; t += 0.002) {
             const Vector3d p = rig.center + t * rig.half;
