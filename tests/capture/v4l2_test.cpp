@@ -215,10 +215,12 @@ TEST_F(V4l2, AnImageOfAnotherSizeIsMissing) {
   for (const auto& [width_px, height_px] :
        {std::pair{kWidth_px + 1, kHeight_px}, {kWidth_px, kHeight_px - 1}}) {
     driver().push({picture(20, width_px, height_px)});
+    driver().wait_until_taken();
     EXPECT_EQ(shown(*source), -1);
     EXPECT_EQ(source->last_error(), "/dev/null: the size of the images has changed");
   }
   driver().push({picture(30)});
+  driver().wait_until_taken();
   EXPECT_EQ(shown(*source), 30);
   close(source);
 }
@@ -244,6 +246,7 @@ TEST_F(V4l2, ACameraThatPausesIsMissingAfterHalfASecond) {
   EXPECT_GE(std::chrono::steady_clock::now() - start, 500ms);
   EXPECT_EQ(source->last_error(), "/dev/null: no image within 0.5 s");
   driver().push({picture(60)});
+  driver().wait_until_taken();
   EXPECT_EQ(shown(*source), 60);
   close(source);
 }

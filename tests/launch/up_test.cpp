@@ -258,12 +258,12 @@ TEST_F(RecordingUp, ReportsTheDeathOfTheRecorderAtOnce) {
 
 // A stopped recorder stands for one that waits for the disk.
 TEST_F(RecordingUp, DurationEndsByTheClockAlthoughTheRecorderHangs) {
-  Program& up = start_recording({"--duration", "1"});
+  Program& up = start_recording({"--duration", "3"});
   ASSERT_GT(recorder_, 0);
   kill(recorder_, SIGSTOP);
   const auto begin = Clock::now();
   EXPECT_EQ(up.wait_for_end(kTimeout), 1) << up.said();
-  // At most 1 s to run, and 2 s until the recorder is killed; the rest is for a busy machine.
+  // At most 3 s to run, and 2 s until the recorder is killed; the rest is for a busy machine.
   EXPECT_LT(Clock::now() - begin, 10s);
   EXPECT_EQ(report()["ended_by"], "duration");
   EXPECT_EQ(report()["recorder"]["end"], "killed by signal 9 (SIGKILL)");
@@ -303,7 +303,7 @@ TEST_F(Up, AStoppedRenderNodeIsReportedAndCountsOnceWhenItContinues) {
   ASSERT_TRUE(renders()) << up.said();
   const pid_t rendering = pid_of("rendering");
   kill(rendering, SIGSTOP);
-  ASSERT_TRUE(says(up, "frames composited, no frame for 2 s")) << up.said();
+  ASSERT_TRUE(says(up, "frames composited, no frame for ")) << up.said();
   kill(rendering, SIGCONT);
   ASSERT_TRUE(renders()) << up.said();
   up.signal(SIGINT);

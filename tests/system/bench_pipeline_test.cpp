@@ -87,7 +87,7 @@ bool can_trace_loopback() {
 TEST_F(BenchPipeline, MeasuresAReplayWithoutCaptureNode) {
   const std::string deployment =
       is_long() ? FIVEPIPE_SOURCE_DIR "/launch/deployments/paper.yaml" : kSmallDeployment;
-  const auto file = recorded(is_long() ? 3 : 0.5, deployment);
+  const auto file = recorded(is_long() ? 3 : 2, deployment);
   for (const char* in_flight : {"1", "2"}) {
     const auto entries =
         entries_of(bench({"--from", file.string(), "--no-bus", "--in-flight", in_flight}),

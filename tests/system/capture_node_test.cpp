@@ -469,7 +469,8 @@ TEST_F(CaptureNode, GoesOnWithoutCompositesAfterHalfASecond) {
 
 TEST_F(CaptureNode, AssignsTheTilesByTheCostsOfItsFrames) {
   write_pictures(20);
-  start_with(200, "    precomputed_frames: 20\n    max_frames_in_flight: 0\n", kTwoWorkers, false);
+  // The node considers the costs of the newest 64 frames: of more than two seconds.
+  start_with(30, "    precomputed_frames: 20\n    max_frames_in_flight: 0\n", kTwoWorkers, false);
   const Owners round_robin{0, 1, 1, 0};
   const auto owners_after = [&](std::size_t count) {
     const std::size_t before = (take(), poses_.all().size());
@@ -503,8 +504,8 @@ TEST_F(CaptureNode, AssignsTheTilesByTheCostsOfItsFrames) {
   })) << said();
   EXPECT_EQ(owners_after(3), round_robin);
   // One tile takes ten times as long as each of the others.
-  send(newest_frame() - 30);
   ASSERT_TRUE(holds([&] {
+    send(newest_frame() - 30);
     take();
     return poses_.all().back().owners != round_robin;
   })) << said();
@@ -551,7 +552,6 @@ TEST_F(CaptureNode, NamesMissingImagesAndEmptyMaps) {
   write_pictures(400, {3, 4});
   cv::imwrite(folder_ / "right" / "f2.bmp",
               cv::Mat(kHeight_px, kWidth_px, CV_8UC3, cv::Scalar::all(kGrey)));
-  // Precomputed frames are taken one after the other, and do not skip any.
   start_with(40, "    precomputed_frames: 5\n    max_frames_in_flight: 0\n");
   ASSERT_TRUE(holds([&] {
     take();
@@ -564,7 +564,8 @@ TEST_F(CaptureNode, NamesMissingImagesAndEmptyMaps) {
     const std::uint64_t picture = pose.frame % 5;
     const auto maps = of_frame(maps_.all(), pose.frame);
     const auto colours = of_frame(colours_->all(), pose.frame);
-    if (maps.empty()) continue;
+    // The reader of the maps may have displaced one of the oldest frame.
+    if (!maps.contains("right")) continue;
     shown.insert(picture);
     EXPECT_EQ(maps.contains("left"), picture < 3) << pose.frame;
     for (const auto& [camera, map] : maps)
@@ -576,8 +577,13 @@ TEST_F(CaptureNode, NamesMissingImagesAndEmptyMaps) {
     for (const auto& [camera, colour] : colours) expect_picture(colour, picture);
   }
   EXPECT_EQ(shown.size(), 5u);
-  const std::uint64_t frames = report.counts.at(node::kFramesCaptured);
-  EXPECT_NEAR(double(report.drops.at("missing_image: left")), 0.4 * double(frames), 1.6);
+  // Each frame with a missing picture counts once, unless the node was late and skipped it.
+  const std::uint64_t frames = poses_.all().back().frame + 1,
+                      with_missing = frames / 5 * 2 + (frames % 5 > 3 ? frames % 5 - 3 : 0),
+                      skipped = drops_of(report, "pipeline_busy"),
+                      missing = report.drops.at("missing_image: left");
+  EXPECT_LE(missing, with_missing);
+  EXPECT_GE(missing + skipped, with_missing);
   EXPECT_EQ(report.drops.count("missing_image: right"), 0u);
   // The log has the texts of all frames, the status those of the last one.
   EXPECT_NE(said().find("camera left: " + (folder_ / "left" / "f%d.bmp").string() +
@@ -597,11 +603,11 @@ TEST_F(CaptureNode, NamesMissingImagesAndEmptyMaps) {
 
 TEST_F(CaptureNode, EndsAfterTheLastPictureWithoutLoop) {
   // Longer than both sides take to find each other.
-  write_pictures(300);
-  start_with(200, "    loop: false\n    max_frames_in_flight: 0\n", "", false);
+  write_pictures(200);
+  start_with(40, "    loop: false\n    max_frames_in_flight: 0\n", "", false);
   EXPECT_EQ(wait_for_end(), 0) << said();
   ASSERT_TRUE(holds([&] { return report().is_final; }));
-  EXPECT_GE(report().frame, 300u) << "the frame after the last picture";
+  EXPECT_GE(report().frame, 200u) << "the frame after the last picture";
   take();
   EXPECT_FALSE(maps_.all().empty());
   for (const Map& map : maps_.all()) expect_picture(map, map.frame);

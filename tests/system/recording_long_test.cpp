@@ -70,7 +70,9 @@ TEST_F(LongRecording, AMinuteAtSixtyHertzKeepsEveryRateAndLosesNothing) {
   const std::filesystem::path file = folder_ / "long.mcap";
   auto statuses = bus_.reader<bus::topics::NodeStatus>();
   test::Deployed deployed(FIVEPIPE_SOURCE_DIR "/tests/system/long_deployment.yaml", domain_,
-                          folder_ / "up", {"--duration", duration_s, "--record", file.string()});
+                          folder_ / "up",
+                          {"--duration", duration_s, "--record", file.string(), "--set",
+                           is_long() ? "in_flight=0" : "in_flight=3"});
   double recorder_cpu_s = 0;
   ASSERT_TRUE(test::eventually(bus_, is_long() ? 160s : 90s * kSlowdown, [&] {
     for (const auto& sample : statuses.take())

@@ -348,6 +348,7 @@ TEST_F(RenderNode, AReplayDiscardsTheFramesBeforeIt) {
   send_hull(118);
   ASSERT_TRUE(has_composited(1)) << said();
   deliver(tiles_, tile(119, 0).wire());
+  wait_until_taken();
   std::filesystem::remove(out_ / "composite.png");
   begin_replay(true);
   send_state(1, 0.3);
@@ -524,14 +525,15 @@ TEST_F(RenderNode, NamesTheCamerasThatEmptyTheHullWhileTheyDo) {
     send_state(frame);
     deliver(tiles_, left.wire());
     deliver(tiles_, right.wire());
+    // The node counts a frame before it sets the diagnostic.
     ASSERT_TRUE(holds([&] {
+      const auto found = report().diagnostics.find("hull");
       return report().counts.contains(node::kFramesComposited) &&
-             report().counts.at(node::kFramesComposited) == frame;
+             report().counts.at(node::kFramesComposited) == frame &&
+             (found != report().diagnostics.end()) == (frame == 1);
     })) << said();
     if (frame == 1) {
       EXPECT_EQ(report().diagnostics.at("hull"), "empty: no object pixel in camera cam");
-    } else {
-      EXPECT_FALSE(report().diagnostics.contains("hull"));
     }
   }
 }

@@ -28,11 +28,13 @@ class Replay : public test::RecordingTest {
   // Takes outputs until the program has ended. Returns its exit code; nullopt after `timeout`.
   std::optional<int> end_of(test::Program& program, Outputs& outputs,
                             std::chrono::milliseconds timeout = 20s) {
+    std::optional<int> exit_code;
     eventually(bus_, timeout, [&] {
+      exit_code = program.wait_for_end(0ms);  // before the last messages are taken
       outputs.take();
-      return program.wait_for_end(0ms).has_value();
+      return exit_code.has_value();
     });
-    return program.wait_for_end(0ms);
+    return exit_code;
   }
   bool has_arrived(Outputs& outputs, const std::string& topic, std::size_t count,
                    std::chrono::milliseconds timeout = 10s) {
@@ -69,7 +71,7 @@ TEST_F(Replay, SigtermStopsWithinTwoSeconds) {
   Outputs maps(bus_, {bus::topics::ObjectPixelMap::name});
   for (const std::vector<std::string>& options :
        {std::vector<std::string>{"--rate", "0.01"}, {"--loop"}, {"--paused"}}) {
-    const auto replay = this->replay(options);
+    const auto replay = this->replay(options, true);  // a closed stdin ends a paused replay
     ASSERT_TRUE(eventually(bus_, 10s, [&] { return maps.has_writers(1); })) << replay->said();
     replay->signal(SIGTERM);
     EXPECT_EQ(replay->wait_for_end(2s * kSlowdown), 130) << options[0] << '\n' << replay->said();

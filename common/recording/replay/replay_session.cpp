@@ -18,7 +18,8 @@ using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
 // Time for discovery to find the other participants of the domain.
-constexpr auto kDiscoveryTime = 500ms;
+// Without a wait for readers, nothing else shows that the other processes of the domain are known.
+constexpr auto kDiscoveryTime = 500ms, kDiscoveryTimeOfNoWait = 1500ms;
 
 // Adds the requested nodes to the plan and returns the topics that they read.
 std::set<std::string> add_nodes(ReplayPlan& plan, const recording::Recording& recording,
@@ -85,7 +86,8 @@ ReplayResult replay(const recording::Recording& recording, const ReplayRequest& 
     return {End::refused, "nothing to replay: no topic of " + file +
                               " matches; `fivepipe info` lists its topics"};
   bus::Bus bus({request.domain, request.profile, "replay", request.lossless});
-  for (const auto until = Clock::now() + kDiscoveryTime; Clock::now() < until;) bus.wait(20ms);
+  const auto discovery_time = request.wait_s ? kDiscoveryTime : kDiscoveryTimeOfNoWait;
+  for (const auto until = Clock::now() + discovery_time; Clock::now() < until;) bus.wait(20ms);
   Replayer replayer(bus, recording, plan);
   if (const auto conflicts = replayer.conflicts(); !conflicts.empty() && !request.ignore_conflicts)
     return {End::refused,

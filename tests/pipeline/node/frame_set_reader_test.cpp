@@ -43,7 +43,7 @@ TEST(FrameSetReader, ARightModelOfOneProcessKeepsTheDiagnosticAboutAnother) {
   NodeStatusReporter status(bus, "node");
   FrameSetReader reader(bus, rig, status);
   // Publishes `left` with NaN.
-  test::Program peer({FIVEPIPE_BINARY_DIR "/hostile_peer", std::to_string(test::own_domain()), "1",
+  test::Program peer({FIVEPIPE_BINARY_DIR "/hostile_peer", std::to_string(test::own_domain()), "3",
                       "100", "CameraInfo"},
                      std::filesystem::path(testing::TempDir()) / "frame_set_reader_test.log");
   bool peer_ended = false;

@@ -23,7 +23,7 @@ constexpr double kDisk_bytes_s = 1e6;
 // The disk takes one piece at a time, and calls are not interrupted.
 constexpr auto kPieceTime =
     std::chrono::duration<double>(double(mcap::AppendFile::kPieceBytes) / kDisk_bytes_s);
-constexpr auto kSlack = 250ms * test::kSlowdown;  // for a busy machine
+constexpr auto kSlack = 500ms * test::kSlowdown;  // for a busy machine
 
 std::size_t messages_in(const Recording& recording) {
   std::size_t count = 0;
