@@ -88,11 +88,11 @@ function(fivepipe_test_precompiled_headers)
 endfunction()
 
 # fivepipe_test(NAME [ALONE | ALWAYS_ALONE] [NUMERIC] source... LINK library...): a GoogleTest
-# program. ctest runs each of its tests. ALONE is for programs whose tests measure times or rates, or
-# run several processes: ctest then runs no other test at the same time. Under the sanitizers, which
-# slow the tests too much to measure, ALONE has no effect, and a test may take longer. ALWAYS_ALONE
-# has its effect there, too: it is for programs that load the machine for seconds. NUMERIC is for
-# programs that compute for long: they are optimised under the sanitizers, too.
+# program. ctest runs each of its tests. ALONE is for programs whose tests measure times or rates,
+# or run several processes: ctest then runs no other test at the same time. Under the sanitizers,
+# which slow the tests too much to measure, ALONE has no effect, and a test may take longer.
+# ALWAYS_ALONE has its effect there, too: it is for programs that load the machine for seconds.
+# NUMERIC is for programs that compute for long: they are optimised under the sanitizers, too.
 function(fivepipe_test name)
   if(NOT FIVEPIPE_TESTS)
     return()
@@ -124,19 +124,21 @@ function(fivepipe_test name)
   if(ARG_ALWAYS_ALONE)
     set(ARG_ALONE TRUE)
   endif()
+  set_target_properties(${name} PROPERTIES FIVEPIPE_ALONE "${ARG_ALONE}")
   gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST
     PROPERTIES TIMEOUT ${timeout_s} RUN_SERIAL ${ARG_ALONE})
 endfunction()
 
 # fivepipe_long_test(NAME TIMEOUT [PROGRAM]): the test program PROGRAM (default: NAME_test) as the
-# long test Long_NAME, which runs alone for at most TIMEOUT seconds, with FIVEPIPE_LONG=1: the
-# program's full numbers.
+# long test Long_NAME, which runs for at most TIMEOUT seconds, with FIVEPIPE_LONG=1: the program's
+# full numbers. It runs alone if the program's other tests do.
 function(fivepipe_long_test name timeout_s)
   set(program ${name}_test)
   if(ARGC GREATER 2)
     set(program ${ARGV2})
   endif()
+  get_target_property(alone ${program} FIVEPIPE_ALONE)
   add_test(NAME Long_${name} COMMAND ${program})
   set_tests_properties(Long_${name} PROPERTIES
-    LABELS long TIMEOUT ${timeout_s} ENVIRONMENT FIVEPIPE_LONG=1 RUN_SERIAL TRUE)
+    LABELS long TIMEOUT ${timeout_s} ENVIRONMENT FIVEPIPE_LONG=1 RUN_SERIAL ${alone})
 endfunction()

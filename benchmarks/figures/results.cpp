@@ -102,8 +102,8 @@ std::string Results::gl_name() const {
 }
 
 bool Results::has_gpu() const {
-  const std::set<std::string> in_software = {"llvmpipe", "softpipe", "swrast", "no"};
-  return !in_software.contains(gl_name());
+  const std::set<std::string> in_software = {"llvmpipe", "softpipe", "swrast"};
+  return machine_.value("gl_renderer", "") != "" && !in_software.contains(gl_name());
 }
 
 double time_ms(const json& result, const char* statistic) {

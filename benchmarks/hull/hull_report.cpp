@@ -19,7 +19,7 @@ using nlohmann::ordered_json;
 
 double best_ms(const Result& r) { return percentile(r.time_ms, 0); }
 
-// Scenes with many cameras have no true silhouettes to compare with.
+// Null: not measured. Footage has no true silhouettes, and those of many cameras take long.
 ordered_json surface_mm(const Errors& e, double p) {
   return e.surface_mm.empty() ? ordered_json() : ordered_json(percentile(e.surface_mm, p));
 }

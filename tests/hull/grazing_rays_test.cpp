@@ -8,6 +8,7 @@
 
 #include "tests/support/hull/backends.h"
 #include "tests/support/hull/grazing_rays.h"
+#include "tests/support/sanitizer.h"
 
 namespace fivepipe::hull {
 namespace {
@@ -96,10 +97,11 @@ class RaySource {
 };
 
 struct GrazingRays : ForHullBackends {
-  // gl takes about ten times as long as cpu on llvmpipe. FIVEPIPE_LONG selects more rays.
+  // gl takes about ten times as long as cpu on llvmpipe. FIVEPIPE_LONG selects more rays, a
+  // sanitizer fewer.
   int rays(int quick) const {
     if (GetParam() == std::string("gl")) quick /= 8;
-    return std::getenv("FIVEPIPE_LONG") ? 20 * quick : quick;
+    return std::getenv("FIVEPIPE_LONG") ? 20 * quick : quick / kSlowdown;
   }
   float depth_of_ray(std::span<const Silhouette> silhouettes, const GrazingRay& ray) {
     backend().set_silhouettes(silhouettes);

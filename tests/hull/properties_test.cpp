@@ -1,5 +1,5 @@
 // Properties that hold for every rig, on seeded random rigs with small maps: each property on 2,000
-// rigs, with FIVEPIPE_LONG on 10,000. No two properties share a rig.
+// rigs (fewer with a sanitizer), with FIVEPIPE_LONG on 10,000. No two properties share a rig.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,6 +9,7 @@
 
 #include "common/hull/query/hull_query.h"
 #include "tests/support/hull/scenes.h"
+#include "tests/support/sanitizer.h"
 
 namespace fivepipe::hull {
 namespace {
@@ -17,7 +18,7 @@ using namespace test;
 using Eigen::Vector3d;
 
 constexpr int kMaxRigs = 10'000;  // per property; separates the seeds of the properties
-int rigs() { return std::getenv("FIVEPIPE_LONG") ? kMaxRigs : 2000; }
+int rigs() { return std::getenv("FIVEPIPE_LONG") ? kMaxRigs : 2000 / kSlowdown; }
 
 base::WorkerPool& one_worker() {
   static base::WorkerPool pool(1);  // more threads would not help with maps this small

@@ -15,7 +15,8 @@ void* counted(std::size_t size, void* memory) {
 
 }  // namespace
 
-// The array and nothrow forms of the standard library call these, but those of a sanitizer do not.
+// The other forms of the standard library call these, but those of a sanitizer do not. The aligned
+// nothrow forms, which nothing here uses, are left.
 void* operator new(std::size_t size) { return counted(size, std::malloc(size > 0 ? size : 1)); }
 void* operator new(std::size_t size, std::align_val_t alignment) {
   const std::size_t multiple = std::size_t(alignment);
@@ -31,8 +32,9 @@ void* operator new[](std::size_t size, std::align_val_t alignment) {
   return operator new(size, alignment);
 }
 void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
-  bytes_of_thread += size;
-  return std::malloc(size > 0 ? size : 1);
+  void* const memory = std::malloc(size > 0 ? size : 1);
+  if (memory) bytes_of_thread += size;
+  return memory;
 }
 void* operator new[](std::size_t size, const std::nothrow_t& tag) noexcept {
   return operator new(size, tag);

@@ -10,7 +10,7 @@ inline constexpr bool kHasSanitizer = false;
 #endif
 
 // A sanitizer needs up to this many times the time and the memory. `tests/run` also runs several
-// tests at once there.
+// tests at once there. Tests that compute for long divide their number of samples by it.
 inline constexpr int kSlowdown = kHasSanitizer ? 5 : 1;
 
 }  // namespace fivepipe::test

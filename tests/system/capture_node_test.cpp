@@ -469,7 +469,7 @@ TEST_F(CaptureNode, GoesOnWithoutCompositesAfterHalfASecond) {
 
 TEST_F(CaptureNode, AssignsTheTilesByTheCostsOfItsFrames) {
   write_pictures(20);
-  // The node considers the costs of the newest 64 frames: of more than two seconds.
+  // The node considers the costs of the newest 64 frames, which last 2.1 s at 30 Hz.
   start_with(30, "    precomputed_frames: 20\n    max_frames_in_flight: 0\n", kTwoWorkers, false);
   const Owners round_robin{0, 1, 1, 0};
   const auto owners_after = [&](std::size_t count) {

@@ -34,8 +34,8 @@ int attack_s() { return is_long() ? 60 : 4; }
 
 constexpr bool kMeasuresMemory = !kHasSanitizer;  // which keeps freed memory
 // A reader keeps about 650 bytes per key. InventedNamesDoNotFillTheMemory sees that a node refuses
-// kMinRefused names, which would be 4.6 MB, after its memory was measured. Buffers of DDS and of
-// the encoder, and the keys that a reader accepts, take less than this.
+// kMinRefused names, which would be 4.6 MB, after its memory was measured. The buffers of
+// DDS and the keys that a reader accepts take less than this.
 constexpr double kMaxGrowth_mb = 4;
 constexpr std::uint64_t kMinRefused = 7000;
 

@@ -208,23 +208,23 @@ TEST_F(Pipeline, SimulationIsPausedAndResumedFromTheCommandLine) {
   };
   const std::string command = std::string(FIVEPIPE_BINARY_DIR) + "/fivepipe simulation --domain " +
                               std::to_string(domain_) + " ";
+  // After a command, the reader still has 8 states from before. The node takes commands before each
+  // state.
+  constexpr int kUntilCommandActs = 13;
+  ball_moves_within(1);  // sets the height
   // The ball may be at rest; after a reset it falls again.
   ASSERT_EQ(std::system((command + "reset").c_str()), 0);
-  EXPECT_TRUE(ball_moves_within(5));
+  EXPECT_TRUE(ball_moves_within(kUntilCommandActs));
   ASSERT_EQ(std::system((command + "reset").c_str()), 0);
   ASSERT_EQ(std::system((command + "pause").c_str()), 0);
-  // The reader still has states from before the command.
-  const auto ball_stops = [&] {
-    for (int i = 0; i < 20; ++i)
-      if (!ball_moves_within(5)) return !ball_moves_within(10);
-    return false;
-  };
-  EXPECT_TRUE(ball_stops());
-  // After the reset the ball is above the table, so that it falls after the resume.
+  ball_moves_within(kUntilCommandActs);
+  EXPECT_FALSE(ball_moves_within(10));
+  // A reset during the pause, so that the ball falls after the resume.
   ASSERT_EQ(std::system((command + "reset").c_str()), 0);
-  EXPECT_TRUE(ball_stops());
+  ball_moves_within(kUntilCommandActs);
+  EXPECT_FALSE(ball_moves_within(10));
   ASSERT_EQ(std::system((command + "resume").c_str()), 0);
-  EXPECT_TRUE(ball_moves_within(10));
+  EXPECT_TRUE(ball_moves_within(kUntilCommandActs + 5));
 }
 
 // The messages of a running pipeline have warmth, proximity, contacts, the response with the names

@@ -85,7 +85,7 @@ OutgoingColour colour_message(const std::string& camera, std::uint64_t frame,
   out.header.image_height_px = colour.camera.pinhole.height_px;
   out.header.camera_from_world = to_wire(colour.camera.camera_from_world);
   const hull::PixelRect region = colour.pixels.bounds();
-  assert(hull::intersection(region, colour.region) == region);
+  assert(region.empty() || hull::intersection(region, colour.region) == region);
   out.header.region = to_wire(region);
   EncodedPixels code = encoded(colour.pixels, region);
   out.header.encoding = code.encoding;

@@ -18,7 +18,8 @@ using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
 // Time for discovery to find the other participants of the domain.
-// Without a wait for readers, nothing else shows that the other processes of the domain are known.
+// Processes announce themselves once per second. A replay that waits for readers looks for other
+// writers again after that.
 constexpr auto kDiscoveryTime = 500ms, kDiscoveryTimeOfNoWait = 1500ms;
 
 // Adds the requested nodes to the plan and returns the topics that they read.
@@ -77,6 +78,16 @@ ReplayPlan plan_for(const recording::Recording& recording, const ReplayRequest& 
   return plan;
 }
 
+// Returns why the replay must not send, or an empty text.
+std::string conflict_of(const Replayer& replayer, const ReplayRequest& request) {
+  const auto conflicts = replayer.conflicts();
+  if (conflicts.empty() || request.ignore_conflicts) return {};
+  return fmt::format(
+      "domain {} has other writers of the same topics:\n  {}\nNodes would mix their messages with "
+      "the replay. Choose another --domain, or use --force",
+      request.domain, fmt::join(conflicts, "\n  "));
+}
+
 ReplayResult replay(const recording::Recording& recording, const ReplayRequest& request,
                     const ReplayCallbacks& callbacks) {
   using End = ReplayResult::End;
@@ -89,18 +100,18 @@ ReplayResult replay(const recording::Recording& recording, const ReplayRequest& 
   const auto discovery_time = request.wait_s ? kDiscoveryTime : kDiscoveryTimeOfNoWait;
   for (const auto until = Clock::now() + discovery_time; Clock::now() < until;) bus.wait(20ms);
   Replayer replayer(bus, recording, plan);
-  if (const auto conflicts = replayer.conflicts(); !conflicts.empty() && !request.ignore_conflicts)
-    return {End::refused,
-            fmt::format("domain {} has other writers of the same topics:\n  {}\nNodes would mix "
-                        "their messages with the replay. Choose another --domain, or use --force",
-                        request.domain, fmt::join(conflicts, "\n  "))};
-  if (request.wait_s)
+  if (const std::string conflict = conflict_of(replayer, request); !conflict.empty())
+    return {End::refused, conflict};
+  if (request.wait_s) {
     if (const std::string missing =
             wait_for_readers(bus, replayer, *request.wait_s, callbacks.interrupted);
         !missing.empty())
       return {callbacks.interrupted() ? End::stopped : End::no_reader,
               fmt::format("no reader: {} (domain {}); wait longer with --wait S, or use --no-wait",
                           missing, request.domain)};
+    if (const std::string conflict = conflict_of(replayer, request); !conflict.empty())
+      return {End::refused, conflict};
+  }
 
   const auto started = Clock::now();
   auto next_progress = started + kProgressPeriod;

@@ -16,7 +16,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 TEST(TrueCoverage, EqualsManySamples) {
-  for (int seed = 1; seed <= (kHasSanitizer ? 1 : 4); ++seed) {
+  for (int seed = 1; seed <= std::max(1, 4 / kSlowdown); ++seed) {
     test::Random random(seed);
     const auto object = test::random_object(random, 2);
     const geometry::Camera camera = test::random_camera(random, 40, 31);

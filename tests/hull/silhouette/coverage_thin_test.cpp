@@ -289,7 +289,7 @@ TEST(ThinCoverage, HullOfAWireIsConnectedAlongIt) {
       for (const ThinRule rule : {ThinRule::contained, ThinRule::as_wide}) {
         test::Random random(unsigned(width_px * 100) + unsigned(cameras));
         all = 0;
-        for (int k = 0; k < (kHasSanitizer ? 2 : 12); ++k) {
+        for (int k = 0; k < 12 / kSlowdown; ++k) {
           const WireRig rig = wire_rig(random, cameras, width_px, rule);
           for (double t = -1; t <= 1; t += 0.002) {
             const Vector3d p = rig.center + t * rig.half;

@@ -299,6 +299,20 @@ TEST(CameraMessages, ScatteredPixelColoursRoundTrip) {
   }
 }
 
+// A peer may send a region without a set pixel.
+TEST(CameraMessages, ColoursWithoutPixelsRoundTrip) {
+  const config::Rig rig = one_camera_rig(720, 486);
+  const hull::ColourRegion sent{config::published_camera(rig.cameras[0]),
+                                hull::ObjectPixels(720, 486),
+                                {5, 5, 9, 9},
+                                std::vector<std::uint8_t>(3 * 4 * 4)};
+  OutgoingColour out = colour_message("wall1", 1, 1, sent);
+  EXPECT_TRUE(out.bgr.empty());
+  const auto received = colour_from(out.message(), rig);
+  ASSERT_TRUE(std::holds_alternative<CameraColour>(received));
+  EXPECT_EQ(std::get<CameraColour>(received).colour.pixels.count(), 0u);
+}
+
 TEST(CameraMessages, InvalidColoursHaveReasons) {
   const config::Rig rig = one_camera_rig(720, 486);
   hull::ColourRegion sent{config::published_camera(rig.cameras[0]),
