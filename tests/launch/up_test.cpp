@@ -301,6 +301,7 @@ TEST_F(Up, AStoppedRenderNodeIsReportedAndCountsOnceWhenItContinues) {
   Program& up = start_up();
   ASSERT_TRUE(all_nodes_run()) << up.said();
   ASSERT_TRUE(renders()) << up.said();
+  ASSERT_TRUE(says(up, "frames composited, now ")) << up.said();  // `up` has seen frames, too
   const pid_t rendering = pid_of("rendering");
   kill(rendering, SIGSTOP);
   ASSERT_TRUE(says(up, "frames composited, no frame for ")) << up.said();
