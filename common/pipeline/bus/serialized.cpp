@@ -77,6 +77,7 @@ struct SerializedReader::Writers {
   mutable std::mutex mutex;
   base::BoundedMap<std::uint64_t, WriterDescription> by_handle{kMaxDescribed};
 
+  ~Writers() { const std::scoped_lock lock(mutex); }  // see ~KeyLimit()
   void add_writer(dds_entity_t reader, dds_instance_handle_t handle) {
     dds_builtintopic_endpoint_t* described = dds_get_matched_publication_data(reader, handle);
     if (!described) return;
