@@ -131,7 +131,7 @@ TEST_F(RecordingPipeline, EachNodeAloneHandlesEveryFrame) {
   const recording::Recording recording(file);
   const auto expect_all_handled = [&](const test::NodeUnderTest& node, const std::string& input,
                                       std::uint64_t per_frame, const char* counted,
-                                      const std::string& output, const std::string& incomplete) {
+                                      const std::string& output) {
     std::uint64_t complete = 0, rest = 0, rest_before_the_last_complete = 0, rest_at_the_start = 0;
     for (const auto& [frame, count] : test::counts_by_frame(recording, input)) {
       EXPECT_LE(count, per_frame) << input << " of frame " << frame;
@@ -149,7 +149,7 @@ TEST_F(RecordingPipeline, EachNodeAloneHandlesEveryFrame) {
     EXPECT_EQ(run.counts.at(node.name).at(counted), complete) << node.name << '\n' << run.said;
     if (run.drops.contains(node.name))
       for (const auto& [drop, count] : run.drops.at(node.name)) {
-        EXPECT_EQ(drop, incomplete) << node.name;
+        EXPECT_EQ(drop, "incomplete_hull") << node.name;
         EXPECT_LE(count, rest) << node.name;
       }
     EXPECT_NE(run.said.find("\n" + node.name + " "), std::string::npos) << run.said;
@@ -158,9 +158,9 @@ TEST_F(RecordingPipeline, EachNodeAloneHandlesEveryFrame) {
        {std::pair{test::NodeUnderTest{"recon_node", "recon_a"}, bus::topics::HullTile::name},
         std::pair{test::NodeUnderTest{"sim_node", "simulation"}, bus::topics::VirtualState::name}})
     expect_all_handled(node, bus::topics::ObjectPixelMap::name, kCameras, "frame_sets_complete",
-                       output, "incomplete_set");
+                       output);
   expect_all_handled({"render_node", "rendering"}, bus::topics::HullTile::name, kTiles,
-                     "frames_composited", bus::topics::FrameComposited::name, "incomplete_hull");
+                     "frames_composited", bus::topics::FrameComposited::name);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <signal.h>
 
 #include <algorithm>
+#include <thread>
 
 #include "common/recording/schema/cdr.h"
 #include "common/recording/schema/wire_types.h"
@@ -56,6 +57,21 @@ TEST_F(Replay, IsRefusedDuringDeploymentUnlessForced) {
       << refused->said();
   const auto forced = replay({"--no-wait", "--force", "--rate", "max"});
   EXPECT_EQ(forced->wait_for_end(10s), 0) << forced->said();
+}
+
+// The other writers may start while the replay waits for its readers.
+TEST_F(Replay, IsRefusedIfADeploymentStartsBeforeItSends) {
+  const auto waiting = replay({"--inputs-of", "recon_a", "--wait", "60", "--rate", "max"});
+  std::this_thread::sleep_for(1s);  // it looks for other writers for the first half second
+  const auto capture = node("capture_node", "capture");
+  ASSERT_TRUE(eventually(bus_, test::kStart, [&] {
+    return takes_part("capture", true, {bus::topics::ObjectPixelMap::name});
+  })) << capture->said();
+  ASSERT_FALSE(waiting->wait_for_end(2s)) << waiting->said();  // until it knows capture_node, too
+  const auto recon = node("recon_node", "recon_a");
+  EXPECT_EQ(waiting->wait_for_end(20s), 2) << waiting->said();
+  EXPECT_NE(waiting->said().find("'capture' writes fivepipe/v1/ObjectPixelMap"), std::string::npos)
+      << waiting->said();
 }
 
 TEST_F(Replay, ExitsWithThreeWithoutReaders) {
