@@ -25,7 +25,7 @@ class Results {
   // "Intel(R) Xeon(R) Processor, 2 cores, llvmpipe (..), build Release, commit 71fa478d3175".
   std::string machine() const;
   std::string gl_name() const;  // "llvmpipe", or the first word of the renderer
-  bool has_gpu() const;  // false for a renderer in software and without OpenGL
+  bool has_gpu() const;         // false for a renderer in software and without OpenGL
 
  private:
   std::map<std::string, std::vector<json>> results_;
