@@ -185,6 +185,15 @@ TEST(Figures, AMissingResultIsNamed) {
               HasSubstr("block 'pipeline': no results paper_tiles.json"));
 }
 
+TEST(Figures, ABlockWithoutARowIsRefused) {
+  ResultFolder folder;
+  folder.add("collision", json::array());
+  EXPECT_THAT(error_of_call([&] { block_text("normals", folder.results()); }),
+              HasSubstr("collision.json has no result normals/"));
+  EXPECT_THAT(error_of_call([&] { block_text("proximity", folder.results()); }),
+              HasSubstr("collision.json has no result with ms_per_1000"));
+}
+
 // The table of scenes omits none, and marks those where a baseline is faster than cpu.
 TEST(Figures, ScenesWithFasterBaselinesAreListedInBold) {
   ResultFolder folder;

@@ -90,6 +90,7 @@ TEST_F(DeploymentFile, ReportsEveryProblemOfNodesWithItsLocation) {
       right: {v4l2: 0, background_frames: 0}
     segmentation: {threshold: 5, shadow_min_brightness: 0}
     synthetic: {period_ms: 4000}
+    max_frames_in_flight: 65
   - name: s
     program: sim_node
     viewport_px: 500
@@ -107,13 +108,14 @@ TEST_F(DeploymentFile, ReportsEveryProblemOfNodesWithItsLocation) {
           "deployment.yaml:13:20: unknown key threshold: use threshold_sigmas",
           "deployment.yaml:13:57: shadow_min_brightness must be greater than 0 and at most 1, is 0",
           "deployment.yaml:14:17: unknown key period_ms: use period_s",
-          "deployment.yaml:17:18: viewport_px must be at most window_px (400), is 500",
-          "deployment.yaml:18:13: step_s must be from 0.0001 to 0.1, is 1",
-          "deployment.yaml:19:5: unknown key worker; known keys: name, host, cores, program, "
+          "deployment.yaml:15:27: max_frames_in_flight must be from 0 to 64, is 65",
+          "deployment.yaml:18:18: viewport_px must be at most window_px (400), is 500",
+          "deployment.yaml:19:13: step_s must be from 0.0001 to 0.1, is 1",
+          "deployment.yaml:20:5: unknown key worker; known keys: name, host, cores, program, "
           "collision, threads, eps_m, spacing_m, viewport_px, window_px, step_s, max_points",
-          "deployment.yaml:20:5: program is missing: set capture_node, recon_node, sim_node or "
+          "deployment.yaml:21:5: program is missing: set capture_node, recon_node, sim_node or "
           "render_node",
-          "deployment.yaml:20:5: name is missing in nodes[2]"));
+          "deployment.yaml:21:5: name is missing in nodes[2]"));
 }
 
 TEST_F(DeploymentFile, IgnoresFilesOfOtherHosts) {
