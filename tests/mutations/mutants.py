@@ -38,8 +38,11 @@ def load(path):
 
 
 def save(path, mutants):
+    """Makes the parent folder if needed."""
+    path = pathlib.Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
     entries = [{k: v for k, v in asdict(m).items() if v != ""} for m in mutants]
-    pathlib.Path(path).write_text(json.dumps(entries, indent=1, ensure_ascii=False) + "\n")
+    path.write_text(json.dumps(entries, indent=1, ensure_ascii=False) + "\n")
 
 
 def applied(mutant, source):

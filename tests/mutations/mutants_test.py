@@ -135,6 +135,13 @@ class Stored(unittest.TestCase):
             with self.assertRaises(ValueError):
                 applied(Mutant("id", "constant", "f", "a", "c"), source)
 
+    def test_a_list_is_saved_into_a_new_folder(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "new" / "list.json"
+            saved = [Mutant("1-1", "constant", "f", "a", "c", program="p_test", test="P.Test")]
+            mutants.save(path, saved)
+            self.assertEqual(mutants.load(path), saved)
+
     def test_draw_is_reproducible_and_avoids_taken_mutants(self):
         first = list(itertools.islice(draw(7), 40))
         self.assertEqual(first, list(itertools.islice(draw(7), 40)))
