@@ -380,23 +380,6 @@ TEST_F(RecordingWriterTest, OldChunkIsFlushed) {
   EXPECT_EQ(recording.mcap().chunks().size(), 1u);
 }
 
-// The queue holds far more than a disk writes between two calls of why_drop.
-TEST_F(RecordingWriterTest, AbortedChunksAreCountedWithReason) {
-  RecordingWriter writer(path_, "tests",
-                         {.compression = mcap::Compression::zstd, .chunk_bytes = 100'000});
-  const mcap::Id channel = writer.add_channel("t", test::kFramedType, test::kFramedIdl, {});
-  add(writer, channel, 100'000, 1000);
-  writer.finish({.why_drop = [] { return std::string("interrupted"); }, .is_over = {}});
-  const TopicCounts counts = writer.counts().at("t");
-  EXPECT_GT(counts.lost, 0u);
-  EXPECT_EQ(counts.written + counts.lost, counts.received);
-  EXPECT_EQ(writer.failure(), "");
-  const Recording recording(path_);
-  EXPECT_TRUE(recording.mcap().is_finished());
-  EXPECT_EQ(all_of(recording).size(), counts.written);
-  EXPECT_EQ(recording.metadata(kCountsMetadata).at(kLossReasonKey), "interrupted");
-}
-
 TEST_F(RecordingWriterTest, MissingCountsAreRecorded) {
   {
     RecordingWriter writer(path_, "tests", {});
