@@ -8,7 +8,7 @@ namespace {
 constexpr const char *kBegin = "<!-- figures: ", *kBeginEnd = " -->\n",
                      *kEnd = "<!-- end of figures -->\n";
 
-// Returns where the marker stands at the beginning of a line, or npos. An indented marker is an
+// Returns the position of the marker at the beginning of a line, or npos. An indented marker is an
 // example.
 std::size_t marker_at(const std::string& document, const char* marker, std::size_t from) {
   std::size_t at = document.find(marker, from);

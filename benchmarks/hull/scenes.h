@@ -26,7 +26,7 @@ std::vector<hull::Capsule> hand_and_forearm();
 //   hand4-near   cameras with a narrower field of view: 15 % of the maps
 //   sparse       an eye with a wider field of view: 1 % of the view
 //   dense        an eye with a narrower field of view: 40 % of the view
-//   hand16       16 cameras of 1280x720, 15 % of the maps
+//   hand16       16 cameras of 1280x720, 16 % of the maps
 //   hand64       64 cameras of 640x480, 15 % of the maps
 std::vector<HullScene> synthetic_scenes();
 

@@ -18,7 +18,7 @@ struct InfoOptions {
   bool recover = false, quick = false, json = false;
 };
 
-// True if any process has the file open for writing; false if the file system cannot tell.
+// True if any process has the file open for writing; false if the file system does not report it.
 bool is_being_written(const std::filesystem::path& path) {
   const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (file < 0) return false;

@@ -100,7 +100,9 @@ void add_up(CLI::App& app, Command& command) {
                  "start the nodes of this host (default: this machine's name and the nodes without "
                  "a host)");
   up->add_option("--duration", run.duration_s,
-                 "seconds from the first composited frame (default: until Ctrl-C)")
+                 "seconds from the first composited frame, or from 20 s after the start if none is "
+                 "composited until then; from the start without a render_node (default: until "
+                 "Ctrl-C)")
       ->check(CLI::PositiveNumber);
   up->add_option(
       "--out", run.out,

@@ -19,7 +19,10 @@ using Clock = std::chrono::steady_clock;
 // Both ends of a pipe.
 struct Pipe {
   int ends[2];
-  Pipe() { EXPECT_EQ(pipe(ends), 0); }
+  Pipe() {
+    EXPECT_EQ(pipe(ends), 0);
+    EXPECT_EQ(fcntl(ends[1], F_SETPIPE_SZ, 65536), 65536);  // on any machine, less than a text
+  }
   ~Pipe() {
     close_reader();
     close(ends[1]);

@@ -137,7 +137,7 @@ TEST_F(RecordingCommands, InfoReportsLosses) {
 }
 
 // The recorder was killed: the file has 60 messages and the counts that it wrote before.
-TEST_F(RecordingCommands, InfoOfACutOffRecordingTellsItsLosses) {
+TEST_F(RecordingCommands, InfoOfACutOffRecordingReportsItsLosses) {
   const fs::path file = folder.path / "cut_off.mcap";
   const auto write = [&](std::uint64_t received, std::uint64_t lost) {
     mcap::FileWriter writer(file, mcap::Compression::none, "");

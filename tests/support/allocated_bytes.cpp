@@ -16,7 +16,7 @@ void* counted(std::size_t size, void* memory) {
 }  // namespace
 
 // The other forms of the standard library call these, but those of a sanitizer do not. The aligned
-// nothrow forms, which nothing here uses, are left.
+// nothrow forms, which nothing here uses, are not replaced.
 void* operator new(std::size_t size) { return counted(size, std::malloc(size > 0 ? size : 1)); }
 void* operator new(std::size_t size, std::align_val_t alignment) {
   const std::size_t multiple = std::size_t(alignment);

@@ -186,10 +186,10 @@ TEST_F(HostilePeer, DeploymentWorksOnAndNamesThePeer) {
   deployed_.signal(SIGINT);
   // `up` waits for the final reports of the nodes for at most 0.5 s, then ends the recorder.
   const auto has_ended = [&](const auto& known) { return !is_alive(known.second); };
-  EXPECT_TRUE(eventually(bus_, 2s, [&] {
+  EXPECT_TRUE(eventually(bus_, 2s * kSlowdown, [&] {
     return std::count_if(pids_.begin(), pids_.end(), has_ended) >= int(std::size(kNodes));
   })) << deployed_.said();
-  EXPECT_EQ(deployed_.wait_for_end(500ms + 2s), 130) << deployed_.said();
+  EXPECT_EQ(deployed_.wait_for_end(500ms + 2s * kSlowdown), 130) << deployed_.said();
   for (const auto& [name, pid] : pids_) EXPECT_FALSE(is_alive(pid)) << name;
   EXPECT_TRUE(is_alive(peer->pid()));
   EXPECT_LE(line_count(deployed_.said()), lines_of_attack + kMaxTableLines) << deployed_.said();

@@ -17,7 +17,7 @@ struct ImportedMesh {
 };
 
 // Imports the file in a child process. If the importer crashes there, or exceeds its limits, the
-// reason says so. `extension` names the format: "gltf", "glb", "obj", "stl" or "ply". Only the
+// reason states it. `extension` names the format: "gltf", "glb", "obj", "stl" or "ply". Only the
 // importers of that format read the file and the files that it names.
 ImportedMesh import_mesh(const std::filesystem::path& file, const std::string& extension);
 

@@ -126,9 +126,10 @@ template <class Topic>
 class Writer {
  public:
   explicit Writer(std::shared_ptr<detail::Entity> entity) : entity_(std::move(entity)) {}
-  // Copies and sends the message. While readers (killed or too slow) have not acknowledged more
-  // bytes than the profile's WhcHigh, waits at most 100 ms, then drops the sample and counts it in
-  // Bus::take_not_sent(). Throws BusError if DDS refuses the message for another reason.
+  // Copies and sends the message. While more bytes than the profile's WhcHigh are not acknowledged,
+  // because readers were killed or are too slow, waits at most 100 ms, then drops the sample and
+  // counts it in Bus::take_not_sent(). Throws BusError if DDS refuses the message for another
+  // reason.
   void write(const typename Topic::Message& message) {
     detail::write(*entity_, &message, Topic::name);
   }

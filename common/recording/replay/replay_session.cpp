@@ -17,9 +17,8 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-// Time for discovery to find the other participants of the domain.
-// Processes announce themselves once per second. A replay that waits for readers looks for other
-// writers again after that.
+// Time for discovery to find the other participants of the domain. Processes announce themselves
+// once per second. A replay that waits for readers looks for other writers again when it has them.
 constexpr auto kDiscoveryTime = 500ms, kDiscoveryTimeOfNoWait = 1500ms;
 
 // Adds the requested nodes to the plan and returns the topics that they read.

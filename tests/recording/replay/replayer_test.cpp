@@ -392,7 +392,7 @@ TEST_F(ReplayerTest, RefusesTypesOfAnotherVersion) {
   }
 }
 
-// The peer is a sim_node of one camera. It handles a frame when the test says so.
+// The peer is a sim_node of one camera. It handles a frame when the test calls handle().
 class LosslessReplayerTest : public ReplayerTest {
  protected:
   ReplayPlan lossless() {

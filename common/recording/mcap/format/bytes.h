@@ -11,7 +11,7 @@
 namespace fivepipe::mcap {
 
 static_assert(std::endian::native == std::endian::little,
-              "fields are copied as they lie in memory");
+              "fields are copied as they are stored in memory");
 
 using Bytes = std::vector<std::byte>;
 using ByteView = std::span<const std::byte>;
