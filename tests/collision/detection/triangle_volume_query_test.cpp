@@ -243,6 +243,19 @@ TEST_F(TriangleQuery, RejectsViewportsAndMapsThatDoNotFit) {
   EXPECT_THROW(query.set_silhouettes(silhouettes), std::invalid_argument);
 }
 
+// The stencil counts the cameras in 8 bits.
+TEST_F(TriangleQuery, Counts255CamerasAndRejectsMore) {
+  const std::vector<collision::Triangle> triangles{{kOrigin, {0.05, 0, 0}, {0, 0.05, 0.05}}};
+  const hull::Silhouette camera = hand(50).front();
+  collision::TriangleVolumeQuery query(100, 10);
+  query.set_silhouettes(std::vector{camera});
+  const auto points = query.query(triangles).points;
+  ASSERT_FALSE(points.empty());
+  query.set_silhouettes(std::vector(255, camera));
+  EXPECT_TRUE(same_points(query.query(triangles).points, points));
+  EXPECT_THROW(query.set_silhouettes(std::vector(256, camera)), std::invalid_argument);
+}
+
 TEST_F(TriangleQuery, TheHullIsEmptyWithoutACameraOrObjectPixels) {
   const std::vector<collision::Triangle> triangles = {
       {Eigen::Vector3d(-0.1, 0, 0), {0.1, 0, 0}, {0, 0.1, 0}}};
