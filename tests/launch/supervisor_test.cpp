@@ -456,6 +456,16 @@ TEST_F(SupervisorTest, AChildStartsWithTheDefaultsOfAProcess) {
   for (const int file : {own_stdin, to_stdin[0]}) close(file);
 }
 
+TEST_F(SupervisorTest, ADestroyedChildLeavesNoOpenFile) {
+  int output = -1;
+  {
+    const launch::ChildProcess child({"/bin/sh", "-c", kRunsForever}, {});
+    output = child.output_fd();
+    ASSERT_NE(fcntl(output, F_GETFD), -1);
+  }
+  EXPECT_EQ(fcntl(output, F_GETFD), -1);
+}
+
 // The supervisor would otherwise need memory for any length.
 TEST_F(SupervisorTest, ALineOfMoreThan64KiBIsSplit) {
   launch::ChildProcess child({"/bin/sh", "-c", "printf '%0300000d\\nlast\\n' 0"}, {});
