@@ -1,15 +1,18 @@
 // Runs a real capture_node with pictures whose content is the number of their frame, and compares
 // what it publishes with these pictures.
 #include <gtest/gtest.h>
+#include <time.h>
 
 #include <algorithm>
 #include <opencv2/imgcodecs.hpp>
 
 #include "common/base/realtime.h"
+#include "common/base/timing.h"
 #include "common/config/deployment.h"
 #include "common/pipeline/messages/camera_messages.h"
 #include "common/pipeline/messages/view_messages.h"
 #include "common/pipeline/node/status_names.h"
+#include "tests/support/sanitizer.h"
 #include "tests/support/scripted/peer.h"
 
 namespace fivepipe::test {
@@ -132,6 +135,15 @@ class CaptureNode : public ScriptedPeer {
   bus::Writer<bus::topics::TileCosts> costs_ = bus_.writer<bus::topics::TileCosts>();
   config::Deployment deployment_;
   std::int64_t start_ns_ = 0;
+
+  // User and system time of the node so far.
+  double cpu_s() const {
+    clockid_t clock{};
+    timespec time{};
+    EXPECT_EQ(clock_getcpuclockid(program_->pid(), &clock), 0);
+    EXPECT_EQ(clock_gettime(clock, &time), 0);
+    return double(time.tv_sec) + 1e-9 * double(time.tv_nsec);
+  }
 
   // Writes `count` pictures per camera. `left` lacks the pictures in `gaps`.
   void write_pictures(std::uint64_t count, const std::set<std::uint64_t>& gaps = {}) const {
@@ -440,7 +452,7 @@ TEST_F(CaptureNode, GoesOnWithoutCompositesAfterHalfASecond) {
   // test's writer.
   std::size_t seen = 0;
   int waits = 0;
-  ASSERT_TRUE(holds([&] {
+  const auto has_waited = [&](int times) {
     take();
     const std::vector<Pose>& poses = poses_.all();
     for (; seen < poses.size(); ++seen) {
@@ -448,8 +460,14 @@ TEST_F(CaptureNode, GoesOnWithoutCompositesAfterHalfASecond) {
         waits += poses[seen].capture_stamp_ns - poses[seen - 1].capture_stamp_ns >= 490'000'000;
       send_composited(poses[seen].frame, 0, "right_eye");
     }
-    return waits >= 3;
-  })) << said();
+    return waits >= times;
+  };
+  ASSERT_TRUE(holds([&] { return has_waited(1); })) << said();
+  const auto start = std::chrono::steady_clock::now();
+  const double cpu_before_s = cpu_s();
+  ASSERT_TRUE(holds([&] { return has_waited(3); })) << said();
+  // It needs 1 % of a core, and 24 % if it does not sleep while no frame may start.
+  EXPECT_LT(cpu_s() - cpu_before_s, 0.1 * kSlowdown * base::seconds_since(start));
   // Progress is reported by tens.
   for (const auto& [text, is_reported] :
        {std::pair{", 10 %", true}, {", 15 %", false}, {", 20 %", true}, {", 100 %", true}})
