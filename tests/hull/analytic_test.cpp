@@ -181,6 +181,21 @@ TEST(TrueObjectPixels, SphereSmallerThanAPixelSetsItsPixel) {
   }
 }
 
+TEST(TrueObjectPixels, AnImageWithoutPixelsStaysEmpty) {
+  geometry::Camera camera{geometry::pinhole_from_fov(100, 80, 0.8),
+                          geometry::look_at({0, -1, 0}, {0, 0, 0})};
+  test::Random random(7);
+  for (const auto& [width_px, height_px] : {std::pair{0, 80}, {100, 0}, {0, 0}}) {
+    camera.pinhole.width_px = width_px;
+    camera.pinhole.height_px = height_px;
+    for (int i = 0; i < 200; ++i) {
+      const Vector3d p = test::random_in_ball(random, 0.6);
+      EXPECT_EQ(true_object_pixels(std::vector<Capsule>{{p, p, 0.2}}, camera, PixelRule::touched),
+                ObjectPixels(width_px, height_px));
+    }
+  }
+}
+
 TEST(TrueObjectPixels, NothingBehindTheCameraIsSet) {
   const geometry::Camera camera{geometry::pinhole_from_fov(100, 80, 0.8),
                                 Eigen::Isometry3d::Identity()};
