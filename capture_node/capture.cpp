@@ -189,7 +189,6 @@ Capture::RawCapture Capture::raw_capture(Channel& channel, std::int64_t frame, s
   if (status != ReadStatus::image) {
     result.status = status == ReadStatus::end ? CaptureStatus::ended : CaptureStatus::missing;
     result.reason = status == ReadStatus::end ? "its file has ended" : channel.source->last_error();
-    raw_capture.image.release();
     return raw_capture;
   }
   raw_capture.published = config::published_camera(

@@ -139,7 +139,6 @@ class VideoPipe {
         maps_.write(
             messages::map_message(camera.camera, number, camera.image_stamp_ns, *camera.pixels)
                 .message());
-    steps.end();
     node_.status.count(node::kFramesCaptured);
     node_.status.latency(node::kCaptureToPublished,
                          1e-9 * double(base::now_realtime_ns() - stamp_ns));

@@ -59,10 +59,9 @@ Undistortion::Undistortion(const config::RigCamera& camera)
   source_index_.assign(std::size_t(width_px_) * height_px_, kUnseen);
   source_rects_.assign(std::size_t(words) * height_px_,
                        {source_width_px_, source_height_px_, 0, 0});
-  cv::Mat map(height_px_, width_px_, CV_32FC2);
+  cv::Mat map(height_px_, width_px_, CV_32FC2, cv::Scalar::all(-10));  // outside the image
   for (int v = 0; v < height_px_; ++v)
     for (int u = 0; u < width_px_; ++u) {
-      map.at<cv::Vec2f>(v, u) = {-10, -10};
       const Eigen::Vector2d xy((u - to.cx_px) / to.fx_px, (v - to.cy_px) / to.fy_px);
       if (xy.norm() >= radius) continue;
       const Eigen::Vector2d lens = distorted(camera.distortion, xy);

@@ -15,9 +15,9 @@ struct Bits16 {
   std::uint64_t differs, darker;
 };
 
-// Returns the bits of 16 pixels; four of them make one 64-pixel word.
+// Returns the bits of 16 pixels; four of them make one 64-pixel word. OpenCV replaces the vectors
+// by arrays on a machine without SIMD.
 Bits16 sixteen_pixels(const std::uint8_t* bgr, const RowTables& tables, int u) {
-#if CV_SIMD128
   cv::v_uint8x16 channel[3];
   cv::v_load_deinterleave(bgr + 3 * u, channel[0], channel[1], channel[2]);
   cv::v_uint8x16 below = cv::v_setzero_u8(), above = cv::v_setzero_u8();
@@ -28,19 +28,6 @@ Bits16 sixteen_pixels(const std::uint8_t* bgr, const RowTables& tables, int u) {
   const cv::v_uint8x16 zero = cv::v_setzero_u8();
   const auto differs = std::uint64_t(cv::v_signmask((below | above) != zero));
   return {differs, differs & std::uint64_t(cv::v_signmask(above == zero))};
-#else
-  Bits16 bits{0, 0};
-  for (int i = 0; i < 16; ++i) {
-    bool below = false, above = false;
-    for (int c = 0; c < 3; ++c) {
-      below |= bgr[3 * (u + i) + c] < tables.low[c][u + i];
-      above |= bgr[3 * (u + i) + c] > tables.high[c][u + i];
-    }
-    bits.differs |= std::uint64_t(below || above) << i;
-    bits.darker |= std::uint64_t(below && !above) << i;
-  }
-  return bits;
-#endif
 }
 
 }  // namespace

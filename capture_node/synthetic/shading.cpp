@@ -77,12 +77,11 @@ float lamp_visibility_past(const hull::Capsule& capsule, const Vector3f& p_world
   // Detection, 5.1.9).
   const float aa = d1.squaredNorm(), e = d2.squaredNorm(), f = d2.dot(r), c = d1.dot(r),
               b = d1.dot(d2), denominator = aa * e - b * b;
-  float s = denominator > 0 ? std::clamp((b * f - c * e) / denominator, 0.0f, 1.0f) : 0.0f;
-  float t = e > 0 ? (b * s + f) / e : 0.0f;
-  if (!(t >= 0 && t <= 1)) {
-    t = std::clamp(t, 0.0f, 1.0f);
-    s = std::clamp((b * t - c) / aa, 0.0f, 1.0f);
-  }
+  const float s_of_lines =
+      denominator > 0 ? std::clamp((b * f - c * e) / denominator, 0.0f, 1.0f) : 0.0f;
+  const float t = e > 0 ? std::clamp((b * s_of_lines + f) / e, 0.0f, 1.0f) : 0.0f;
+  // Equals s_of_lines unless t was clamped.
+  const float s = std::clamp((b * t - c) / aa, 0.0f, 1.0f);
   const float clearance = (r + s * d1 - t * d2).norm() - float(capsule.radius_m);
   // Without this minimum, the width would be zero at points at which the capsule touches the table.
   constexpr float kMinPenumbra_m = 1e-4f;

@@ -45,7 +45,7 @@ void write_json(const std::filesystem::path& file, const ordered_json& json) {
 
 void write_file(const std::filesystem::path& file, const std::string& text) {
   std::error_code ignored;  // opening the file reports the failure
-  if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path(), ignored);
+  std::filesystem::create_directories(file.parent_path(), ignored);
   std::ofstream out(file);
   out << text;
   if (!out.flush()) throw std::runtime_error("cannot write " + file.string());

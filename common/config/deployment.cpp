@@ -22,7 +22,6 @@ Settings read_settings(YamlMap& map, const std::map<std::string, std::string>& o
     location = map.location_of("settings");
     for (const std::string& key : settings.keys())
       defaults[key] = {settings.text(key), false, settings.location_of(key)};
-    settings.finish();
   }
   return Settings(map.file(), location, std::move(defaults), overrides, map.problems());
 }
@@ -94,8 +93,7 @@ void read_nodes(YamlMap& map, Deployment& deployment, bool rig_is_valid, bool vi
   const SourceLocation location = map.location_of("nodes");
   check_names_and_counts(nodes, map.file(), map.problems());
   const bool nodes_are_good = map.problem_count() == problems_before;
-  if (rig_is_valid && !nodes.empty())
-    check_sources(nodes, deployment.rig, map.file(), location, map.problems());
+  if (rig_is_valid) check_sources(nodes, deployment.rig, map.file(), location, map.problems());
   if (nodes_are_good && viewer_is_valid)
     check_workers(nodes, deployment.viewer, map.file(), map.problems());
   for (ParsedNode& parsed : nodes) deployment.nodes.push_back(std::move(parsed.node));

@@ -1,11 +1,10 @@
 #include "common/config/node_reader.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <array>
 
+#include "common/base/machine.h"
 #include "common/base/readable_file.h"
 #include "common/base/regex.h"
 
@@ -18,11 +17,7 @@ constexpr Range kLevels{0, 255};  // grey levels
 constexpr Range kCores{0, 1023};  // CPUs of a Linux cpu_set_t
 
 // Returns true if the node runs on this machine. Files of other hosts cannot be checked here.
-bool runs_here(const std::string& host) {
-  std::array<char, 256> own = {};
-  ::gethostname(own.data(), own.size() - 1);
-  return host.empty() || host == own.data();
-}
+bool runs_here(const std::string& host) { return host.empty() || host == base::host_name(); }
 
 // Returns a file of a sequence such as frame_%04d.png. Returns the pattern itself if it contains no
 // %d.
@@ -67,14 +62,20 @@ CameraSource read_source(YamlMap map, bool is_here) {
   return source;
 }
 
+// Reports a text other than "synthetic".
+void check_synthetic(YamlMap& map, const std::string& key) {
+  enum class Kind { synthetic };
+  map.choice<Kind>(key, {{"synthetic", Kind::synthetic}});
+}
+
 // Reads `sources: synthetic` (all cameras of the rig that give shape or colour), or a mapping from
 // camera to `synthetic` or to the keys of one source.
 std::map<std::string, CameraSource> read_sources(YamlMap& map, const Rig& rig, ParsedNode& parsed) {
   std::map<std::string, CameraSource> sources;
   if (map.is_text("sources")) {
-    const bool is_synthetic = map.choice<bool>("sources", {{"synthetic", true}});
+    check_synthetic(map, "sources");
     for (const RigCamera& camera : rig.cameras)
-      if (is_synthetic && (camera.gives_shape || camera.gives_colour)) {
+      if (camera.gives_shape || camera.gives_colour) {
         sources[camera.name] = SyntheticSource{};
         parsed.source_locations[camera.name] = map.location_of("sources");
       }
@@ -84,7 +85,7 @@ std::map<std::string, CameraSource> read_sources(YamlMap& map, const Rig& rig, P
   for (const std::string& camera : by_camera.keys()) {
     parsed.source_locations[camera] = by_camera.location_of(camera);
     if (by_camera.is_text(camera)) {
-      by_camera.choice<bool>(camera, {{"synthetic", true}});
+      check_synthetic(by_camera, camera);
       sources[camera] = SyntheticSource{};
     } else {
       sources[camera] = read_source(by_camera.map(camera), runs_here(parsed.node.host));
@@ -148,7 +149,7 @@ ReconConfig read_recon(YamlMap& map) {
   config.balance = map.flag("balance", config.balance);
   config.worker_index = map.integer("worker", kCount, config.worker_index);
   config.worker_count = map.integer("workers", kAtLeastOne, config.worker_count);
-  if (config.worker_index >= config.worker_count && config.worker_count > 0)
+  if (config.worker_index >= config.worker_count)
     map.problem_at("worker", fmt::format("worker must be less than workers ({}), is {}",
                                          config.worker_count, config.worker_index));
   return config;

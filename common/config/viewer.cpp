@@ -36,7 +36,7 @@ bool is_closed(const std::vector<HeadKey>& path) {
 // and last keys have one neighbour.
 EyeAndTarget velocity_at(const std::vector<HeadKey>& path, std::size_t key) {
   const std::size_t last = path.size() - 1;
-  const bool goes_round = is_closed(path) && (key == 0 || key == last) && last >= 2;
+  const bool goes_round = is_closed(path) && (key == 0 || key == last);
   const HeadKey& before = goes_round ? path[last - 1] : path[key == 0 ? 0 : key - 1];
   const HeadKey& after = goes_round ? path[1] : path[std::min(key + 1, last)];
   const double duration_s = goes_round ? (path[last].t_s - before.t_s) + (after.t_s - path[0].t_s)

@@ -44,7 +44,7 @@ replay::ReplayControl ReplayKeys::control() {
   if (stopped_) return replay::ReplayControl::stop;
   if (!paused_) return replay::ReplayControl::resume;
   if (steps_ == 0 && at_end_) {
-    if (!stopped_) spdlog::warn("stdin closed while paused; stopping the replay");
+    spdlog::warn("stdin closed while paused; stopping the replay");
     stopped_ = true;
     return replay::ReplayControl::stop;
   }

@@ -1,5 +1,7 @@
 #include "sim_node/simulation/collision_details.h"
 
+#include <cassert>
+
 namespace fivepipe::sim {
 namespace {
 
@@ -22,7 +24,7 @@ void add_response(CollisionDetails& details, const hull::HullQuery& query,
                   const collision::ObjectCollision& collision,
                   const Eigen::Vector3d& rp_object_world_m, const collision::Requery& requery,
                   const config::CollisionRequests& requests) {
-  if (!collision.colliding()) return;
+  assert(collision.colliding());
   if (requests.contacts > 0)
     details.contacts = collision::contact_manifold(
         query, collision,

@@ -25,7 +25,7 @@ struct CollisionDetails {
 // Returns whether the requests need every collision point of the object.
 bool needs_points(const config::CollisionRequests& requests);
 
-// Adds the requested response, local minimum translation and contacts if the object collides.
+// Adds the requested response, local minimum translation and contacts. The object must collide.
 // rp_object_world_m: RP_obj. requery: see response.h.
 void add_response(CollisionDetails& details, const hull::HullQuery& query,
                   const collision::ObjectCollision& collision,

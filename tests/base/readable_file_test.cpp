@@ -27,6 +27,8 @@ TEST_F(ReadableFile, EverythingElseIsRefusedWithItsKind) {
   ASSERT_EQ(mkfifo((folder_ / "pipe").c_str(), 0600), 0);
   std::filesystem::create_symlink("pipe", folder_ / "link_to_pipe");
   std::filesystem::create_symlink("nothing", folder_ / "dangling");
+  std::filesystem::create_symlink("loop", folder_ / "loop");
+  EXPECT_EQ(why_unreadable(folder_ / "loop"), "cannot be read: Too many levels of symbolic links");
   EXPECT_EQ(why_unreadable(folder_ / "pipe"), "is a pipe, not a file");
   EXPECT_EQ(why_unreadable(folder_ / "link_to_pipe"), "is a pipe, not a file");
   EXPECT_EQ(why_unreadable("/dev/zero"), "is a device, not a file");
@@ -44,6 +46,19 @@ TEST_F(ReadableFile, AFileWithoutPermissionIsRefused) {
     EXPECT_EQ(why, std::nullopt) << "root may read every file";
   else
     EXPECT_EQ(why, "cannot be read: check its permissions");
+}
+
+// The real user decides. Root has the right to become another one, unless a container forbids it.
+TEST_F(ReadableFile, AFileThatOnlyOthersMayReadIsRefused) {
+  std::ofstream(folder_ / "file") << "text";
+  chmod(folder_.c_str(), 0711);
+  chmod((folder_ / "file").c_str(), 0600);
+  constexpr uid_t kNobody = 65534, kUnchanged = uid_t(-1);
+  if (geteuid() != 0 || setresuid(kNobody, kUnchanged, kUnchanged) != 0) return;
+  EXPECT_EQ(why_unreadable(folder_ / "file"), "cannot be read: check its permissions");
+  chmod((folder_ / "file").c_str(), 0644);
+  EXPECT_EQ(why_unreadable(folder_ / "file"), std::nullopt);
+  EXPECT_EQ(setresuid(0, kUnchanged, kUnchanged), 0);
 }
 
 }  // namespace

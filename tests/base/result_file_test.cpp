@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "common/base/machine.h"
@@ -40,6 +41,37 @@ TEST(ResultFile, HoldsMachineCommitAndResults) {
   EXPECT_EQ(read["results"][0]["name"], "a \"quoted\"\nname");
   EXPECT_EQ(read["results"][0]["time_ms"],
             json({{"best", 1.0}, {"median", 2.0}, {"p95", 3.0}, {"p99", 3.0}, {"runs", 3}}));
+}
+
+TEST(ResultFile, TimesAreTheNearestRanksOfAThousand) {
+  std::vector<double> time_ms;
+  for (int i = 1000; i > 0; --i) time_ms.push_back(i);
+  EXPECT_EQ(
+      json(times_json(time_ms)),
+      json({{"best", 1.0}, {"median", 500.0}, {"p95", 950.0}, {"p99", 990.0}, {"runs", 1000}}));
+}
+
+TEST(ResultFile, JsonIsIndentedByOneAndEndsWithANewline) {
+  const std::filesystem::path file = test_folder() / "indented.json";
+  write_json(file, ordered_json{{"b", {{"c", 1}}}, {"a", 2}});
+  std::ifstream in(file);
+  EXPECT_EQ(std::string(std::istreambuf_iterator<char>(in), {}),
+            "{\n \"b\": {\n  \"c\": 1\n },\n \"a\": 2\n}\n");
+}
+
+TEST(ResultFile, MachineLineNamesCpuCoresRendererAndBuild) {
+  EXPECT_EQ(machine_line("llvmpipe"), cpu_name() + ", " + std::to_string(core_count()) +
+                                          " cores, llvmpipe, build " + build_type() + " " +
+                                          commit());
+}
+
+TEST(ResultFile, AFileNameAloneIsInTheWorkingDirectory) {
+  const std::filesystem::path folder = test_folder(), before = std::filesystem::current_path();
+  std::filesystem::create_directories(folder);
+  std::filesystem::current_path(folder);
+  EXPECT_NO_THROW(write_file("alone", "text"));
+  std::filesystem::current_path(before);
+  EXPECT_EQ(std::filesystem::file_size(folder / "alone"), 4u);
 }
 
 TEST(ResultFile, ReportsAFileThatCannotBeWritten) {

@@ -25,6 +25,12 @@ TEST(TextTable, KeepsTheMinimumWidthOfAColumn) {
             "x         1\n");
 }
 
+TEST(TextTable, AnEmptyColumnHasNoWidth) {
+  TextTable table({{""}, {"b"}});
+  table.add({"", "x"});
+  EXPECT_EQ(table.text(), "  b\n  x\n");
+}
+
 TEST(TextTable, WrapsLongCellsAfterCommas) {
   TextTable table({{"list", false, 8}, {"n", true}, {"unlimited"}});
   table.add({"ab, cd, efg, hi", "1", "a, b, c"});

@@ -1,8 +1,13 @@
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <set>
+#include <string>
 #include <thread>
 
 #include "common/base/worker_pool.h"
@@ -24,6 +29,13 @@ TEST(WorkerPool, CallsWorkOncePerPieceInEveryRun) {
         for (const auto& d : done) ASSERT_EQ(d, 1);
       }
   }
+}
+
+TEST(WorkerPool, CallsWorkOnceForEachOf100000Pieces) {
+  WorkerPool pool(3);
+  std::vector<std::atomic<char>> done(100'000);
+  pool.run(int(done.size()), [&](int piece, int) { ++done[std::size_t(piece)]; });
+  for (const auto& d : done) ASSERT_EQ(d, 1);
 }
 
 TEST(WorkerPool, GivesConcurrentCallsDistinctThreadNumbers) {
@@ -66,10 +78,34 @@ TEST(WorkerPool, WakesEveryThreadAndWaitsForTheLastPiece) {
   }
 }
 
+// Returns true if all threads of the process but the calling one sleep (proc(5), field 3 of stat).
+bool all_others_sleep() {
+  for (const auto& thread : std::filesystem::directory_iterator("/proc/self/task")) {
+    if (thread.path().filename() == std::to_string(gettid())) continue;
+    std::ifstream file(thread.path() / "stat");
+    const std::string stat(std::istreambuf_iterator<char>(file), {});
+    const std::size_t name_end = stat.rfind(')');
+    if (name_end == std::string::npos || stat.compare(name_end, 3, ") S") != 0) return false;
+  }
+  return true;
+}
+
+void wait_until_all_others_sleep() {
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+  while (!all_others_sleep()) ASSERT_LT(std::chrono::steady_clock::now(), deadline);
+}
+
+TEST(WorkerPool, ItsThreadsSleepAfterARun) {
+  WorkerPool pool(3);
+  for (int run = 0; run < 3; ++run) {
+    pool.run(10, [](int, int) {});
+    wait_until_all_others_sleep();
+  }
+}
+
 TEST(WorkerPool, DestroysAPoolWhoseThreadsSleep) {
   WorkerPool pool(3);
-  // Whether they sleep cannot be observed. They do after kSpinTime, which is a thousandth of this.
-  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  wait_until_all_others_sleep();
 }
 
 }  // namespace

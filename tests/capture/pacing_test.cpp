@@ -101,6 +101,17 @@ TEST(Pacing, KeepsTheLimitThroughManyFrames) {
   EXPECT_EQ(pacing.take_skipped(), 0u);
 }
 
+// 64 is the largest number that a deployment may allow.
+TEST(Pacing, HoldsBackTheFrameAfter64InFlight) {
+  Pacing pacing(100, 64, kStart);
+  for (int frame = 0; frame < 64; ++frame)
+    ASSERT_TRUE(pacing.next(kStart + frame * 11ms, true)) << frame;
+  const auto now = kStart + 64 * 11ms;
+  pacing.composited(0, now);
+  EXPECT_TRUE(pacing.next(now + 10ms, true)) << "one has left";
+  EXPECT_FALSE(pacing.next(now + 20ms, true));
+}
+
 TEST(Pacing, WakesAtOnceIfTheNextFrameIsLate) {
   Pacing pacing(100, 1, kStart);
   EXPECT_EQ(pacing.next_wakeup(kStart), kStart);

@@ -1,3 +1,4 @@
+#include <sys/inotify.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -63,6 +64,26 @@ TEST_F(Sources, VideoSeeksForwardAndBackward) {
   std::vector<int> levels;
   for (const int f : {0, 1, 3, 4, 1, 400, 0}) levels.push_back(shown(*source, f));
   EXPECT_EQ(levels, (std::vector<int>{2, 3, 5, -2, 3, -2, 2}));
+}
+
+// Opening a video costs as much as decoding many frames.
+TEST_F(Sources, AVideoIsOpenedAgainOnlyToGoBack) {
+  const std::string file = video("a.avi", 6);
+  const auto source = open_file_source(camera(), {file, "", 0});
+  shown(*source, 0);  // again: the first frame is read to learn the size
+  const int watch = inotify_init1(IN_NONBLOCK);
+  ASSERT_GE(inotify_add_watch(watch, file.c_str(), IN_OPEN), 0);
+  const auto was_opened = [&] {
+    char events[4096];
+    bool any = false;
+    while (read(watch, events, sizeof(events)) > 0) any = true;
+    return any;
+  };
+  for (int f = 1; f < 8; ++f) shown(*source, f);  // two beyond the end
+  EXPECT_FALSE(was_opened());
+  EXPECT_EQ(shown(*source, 4), 4);
+  EXPECT_TRUE(was_opened());
+  close(watch);
 }
 
 TEST_F(Sources, SequenceReportsMissingFrames) {

@@ -107,6 +107,40 @@ TEST(Undistortion, TakesEachBitFromTheNearestCapturedPixel) {
   EXPECT_GT(compared, 600 * 450);
 }
 
+// All numbers below are exact in binary. The published image has half the pixel size and a border
+// of 3 to 5 pixels that the captured image does not see.
+TEST(Undistortion, MapsTheFirstAndTheLastCapturedPixel) {
+  config::RigCamera camera = test::table_camera("exact", {0, -1.5, 1.2});
+  camera.source = {67, 5, 8, 8, 33, 2};
+  camera.published = {141, 18, 16, 16, 70, 10};
+  const Undistortion undistortion(camera);
+  hull::ObjectPixels captured(67, 5);
+  cv::Mat image(5, 67, CV_8UC3);
+  std::mt19937 random(1);
+  for (int v = 0; v < 5; ++v)
+    for (int u = 0; u < 67; ++u) {
+      captured.set(u, v, random() % 2);
+      image.at<cv::Vec3b>(v, u) = cv::Vec3b(std::uint8_t(1 + u), std::uint8_t(1 + v), 255);
+    }
+  const hull::ObjectPixels published = undistortion.published(captured);
+  const cv::Mat colours = undistortion.published(image, {0, 0, 141, 18});
+  ASSERT_EQ(colours.size(), cv::Size(141, 18));
+  for (int v = 0; v < 18; ++v)
+    for (int u = 0; u < 141; ++u) {
+      const bool is_seen = u >= 3 && u < 137 && v >= 5 && v < 15;
+      const int from_u = (u - 3) / 2, from_v = (v - 5) / 2;
+      ASSERT_EQ(undistortion.sees(u, v), is_seen) << u << ' ' << v;
+      ASSERT_EQ(published.contains(u, v), is_seen && captured.contains(from_u, from_v))
+          << u << ' ' << v;
+      const cv::Vec3b colour = colours.at<cv::Vec3b>(v, u);
+      if (!is_seen) {
+        ASSERT_EQ(colour, cv::Vec3b(0, 0, 0)) << u << ' ' << v;
+      } else if (u % 2 == 0 && v % 2 == 0) {  // the centre of a captured pixel
+        ASSERT_EQ(colour, image.at<cv::Vec3b>(from_v, from_u)) << u << ' ' << v;
+      }
+    }
+}
+
 // Words of the published map are skipped whose source pixels are all outside the object's bounds.
 TEST(Undistortion, SmallObjectsAreMappedLikeTheWholeImage) {
   config::RigCamera camera = test::table_camera("lens", {0, -1.5, 1.2}, 197, 131);
@@ -166,6 +200,15 @@ TEST(Undistortion, PointsReturnToTheirPixel) {
         ASSERT_LT((back - Eigen::Vector2d(u, v)).norm(), 2e-6) << u << ' ' << v;
       }
   }
+}
+
+// At radius 1 each iteration leaves 2 k1 / (1 + k1) = 2/3 of the error.
+TEST(Undistortion, PointsReturnToTheirPixelIfTheIterationConvergesSlowly) {
+  config::RigCamera camera = lens_camera();
+  camera.source = {2000, 2000, 1000, 1000, 999.5, 999.5};
+  camera.distortion = {-0.25, 0, 0, 0, 0};
+  for (const Eigen::Vector2d& xy : {Eigen::Vector2d(1, 0), {0, -1}, {-0.6, 0.8}})
+    EXPECT_LT((undistorted(camera, Eigen::Vector2d(999.5, 999.5) + 750 * xy) - xy).norm(), 1e-8);
 }
 
 TEST(Undistortion, ColoursOutsideTheCapturedImageAreBlack) {

@@ -1,4 +1,6 @@
 // V4L2 cameras, with a scripted driver in place of OpenCV's.
+#include <unistd.h>
+
 #include <cerrno>
 #include <chrono>
 #include <condition_variable>
@@ -239,6 +241,39 @@ TEST_F(V4l2, ACameraThatStopsIsMissingFromThenOn) {
   EXPECT_EQ(driver().reads(), 3);
 }
 
+// The driver gives a reason for a success, and none for the failure after it.
+TEST_F(V4l2, TheErrnoOfAnEarlierImageIsNotTheReasonOfAFailure) {
+  auto source = opened();
+  driver().push({picture(20), EBUSY});
+  driver().wait_until_taken();
+  EXPECT_EQ(shown(*source), 20);
+  driver().push({{}, 0});
+  EXPECT_EQ(shown(*source), -1);
+  EXPECT_EQ(source->last_error(),
+            "/dev/null: stopped delivering: the device does not respond as a camera");
+}
+
+// A process without standard input gets descriptor 0 for its next file.
+TEST_F(V4l2, OpensADeviceAsDescriptor0) {
+  const int standard_input = dup(0);
+  ::close(0);
+  std::string error = "none";
+  std::unique_ptr<ImageSource> source;
+  try {
+    source = opened();
+  } catch (const SourceError& of_source) {
+    error = of_source.what();
+  }
+  const bool is_free = dup(0) < 0;
+  if (standard_input >= 0) {
+    dup2(standard_input, 0);
+    ::close(standard_input);
+  }
+  EXPECT_EQ(error, "none");
+  EXPECT_TRUE(is_free) << "the device stays open";
+  if (source) close(source);
+}
+
 TEST_F(V4l2, ACameraThatPausesIsMissingAfterHalfASecond) {
   auto source = opened();
   const auto start = std::chrono::steady_clock::now();
@@ -386,6 +421,42 @@ TEST_F(V4l2, CaptureTakesTheEmptySceneFromTheConfiguredPicture) {
   Capture capture(rig, viewer, config, 30);
   EXPECT_EQ(capture.capture(0, false).at(0).pixels.value().count(),
             std::size_t(kWidth_px * kHeight_px));
+}
+
+TEST_F(V4l2, CaptureReadsAsManyImagesOfTheEmptySceneAsConfigured) {
+  config::Rig rig;
+  rig.cameras = {camera()};
+  for (const int frames : {0, 1}) {
+    driver().reset();
+    config::CaptureConfig config;
+    config.sources["cam"] = config::V4l2Source{kDevice, "", frames};
+    driver().go_on();
+    const auto learn = [&] { Capture(rig, {}, config, 30); };
+    if (frames == 0)
+      EXPECT_THROW(learn(), SourceError) << "no image of the empty scene is wanted";
+    else
+      EXPECT_NO_THROW(learn());
+  }
+}
+
+// A driver may deliver grey images of the right size.
+TEST_F(V4l2, CaptureTakesNothingFromAnImageThatIsNotBgr) {
+  const test::TestFolder folder;
+  cv::imwrite((folder.path / "empty.png").string(), picture(50));
+  config::Rig rig;
+  rig.cameras = {camera()};
+  config::Viewer viewer;
+  viewer.path = {{0, {0, -0.8, 0.8}, {0, 0, 0.2}}};
+  config::CaptureConfig config;
+  config.sources["cam"] = config::V4l2Source{kDevice, (folder.path / "empty.png").string(), 3};
+  driver().go_on({kHeight_px, kWidth_px, CV_8UC1, cv::Scalar::all(200)});
+  Capture capture(rig, viewer, config, 30);
+  const CapturedCamera found = capture.capture(0, true).at(0);
+  EXPECT_EQ(found.status, CaptureStatus::missing);
+  EXPECT_EQ(found.reason, "the image is not 8-bit BGR of the size image_size_px");
+  EXPECT_FALSE(found.pixels);
+  EXPECT_FALSE(found.colour);
+  EXPECT_TRUE(found.diagnostics.empty());
 }
 
 TEST_F(V4l2, CaptureNeedsAnImageOfTheEmptyScene) {

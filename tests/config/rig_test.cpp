@@ -1,3 +1,4 @@
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -145,6 +146,9 @@ TEST_F(RigFile, LookAtProjectsTheTargetToTheImageCenter) {
   ASSERT_TRUE(uv_px);
   EXPECT_NEAR(uv_px->x(), 159.5, 1e-9);
   EXPECT_NEAR(uv_px->y(), 119.5, 1e-9);
+  const Eigen::Matrix3d axes = rig.cameras[0].camera_from_mount.linear();
+  EXPECT_NEAR(axes(0, 2), 0, 1e-12) << "the rows of the image are level";
+  EXPECT_LT(axes(1, 2), 0) << "up in the world is up in the image";
 }
 
 TEST_F(RigFile, CameraOnTheViewerFollowsTheEye) {
@@ -167,6 +171,8 @@ cameras:
   EXPECT_TRUE(geometry::camera_center_world_m(published_camera(rig.cameras[1], eye_from_world))
                   .isApprox(Eigen::Vector3d(0, -1, 0.56), 1e-12))
       << "6 cm above the eye: the eye's frame has y down";
+  EXPECT_TRUE(rig.cameras[1].camera_from_mount.linear().isIdentity(1e-12))
+      << "looks ahead, without a roll";
   EXPECT_TRUE(published_camera(rig.cameras[0], eye_from_world)
                   .camera_from_world.isApprox(rig.cameras[0].camera_from_mount))
       << "cameras in the world do not move";
@@ -265,6 +271,23 @@ TEST_F(RigFile, CameraThatMissesVolumeIsReported) {
       problems(rig_with("    look_at: {eye_m: [3, 0, 0.5], target_m: [6, 0, 0.5]}\n")),
       ElementsAre(
           "rig.yaml:4:5: camera cam sees no part of volume_m: check its pose and volume_m"));
+}
+
+// One fault is one problem: the volume is unknown then.
+TEST_F(RigFile, TheVolumeHasASizeInEachAxis) {
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    for (const std::string max : {"-1", "-2"}) {
+      std::array<std::string, 3> maxima{"1", "1", "1"};
+      maxima[axis] = max;
+      std::string text = rig_with("    look_at: {eye_m: [9, 0, 0.5], target_m: [0, 0, 0.5]}\n");
+      const std::string before = "min: [-1, -1, 0], max: [1, 1, 1]";
+      text.replace(
+          text.find(before), before.size(),
+          "min: [-1, -1, -1], max: [" + maxima[0] + ", " + maxima[1] + ", " + maxima[2] + "]");
+      EXPECT_THAT(problems(text),
+                  ElementsAre("rig.yaml:2:36: max must be greater than min (-1) in " +
+                              std::string(1, "xyz"[axis]) + ", is " + max));
+    }
 }
 
 TEST_F(RigFile, RigWithoutShapeIsRejected) {

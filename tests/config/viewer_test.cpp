@@ -141,6 +141,46 @@ TEST(EyePath, FaultsSayWhatIsWrong) {
       ElementsAre("1: " + between));
 }
 
+// The eye moves straight over its target, at this fraction of the segment.
+TEST(EyePath, IsCheckedAtEach64thOfASegment) {
+  for (const double fraction : {1.0 / 64, 2.0 / 64, 31.0 / 64, 63.0 / 64}) {
+    const Vector3d start(-64 * fraction, 0, 1);
+    EXPECT_EQ(head_path_faults({{0, start, {0, 0, 0}}, {3, start + Vector3d(64, 0, 0), {0, 0, 0}}})
+                  .size(),
+              1u)
+        << fraction;
+  }
+  // 63 of these views have no up direction.
+  EXPECT_EQ(
+      head_path_faults({{0, {-1.01e-4, 0, 1}, {0, 0, 0}}, {1, {1.01e-4, 0, 1}, {0, 0, 0}}}).size(),
+      1u);
+  EXPECT_TRUE(
+      head_path_faults({{0, {-1, 1e-3, 1}, {0, 0, 0}}, {1, {1, 1e-3, 1}, {0, 0, 0}}}).empty());
+}
+
+// t - period * floor(t / period) rounds to the period.
+TEST(EyePath, ATimeJustBeforeAPeriodHasTheLastPose) {
+  Viewer viewer;
+  viewer.path = {{0, {0, -1, 0.5}, {0, 0, 0}}, {2, {1, -1, 0.5}, {0, 0, 0}}};
+  EXPECT_TRUE(eye_at(viewer, -1e-20).isApprox(Vector3d(1, -1, 0.5), 1e-12));
+}
+
+// A path of which only the eye, or only the target, returns has one-sided tangents at its ends.
+TEST(EyePath, IsOpenIfOnlyTheEyeOrTheTargetReturns) {
+  const Vector3d eye[3] = {{0, -1, 0.5}, {0.4, -1.2, 0.6}, {0, -1, 0.5}},
+                 target[3] = {{0, 1, 0.5}, {0.1, 1.1, 0.4}, {0.3, 1, 0.5}};
+  const auto first_tangent_half = [](const Vector3d* p) {
+    return Vector3d((p[0] + p[1]) / 2 + (p[1] - p[0]) / 8 - (p[2] - p[0]) / 16);
+  };
+  for (const bool swapped : {false, true}) {
+    Viewer viewer;
+    for (int i = 0; i < 3; ++i)
+      viewer.path.push_back(swapped ? HeadKey{double(i), target[i], eye[i]}
+                                    : HeadKey{double(i), eye[i], target[i]});
+    EXPECT_TRUE(eye_at(viewer, 0.5).isApprox(first_tangent_half(swapped ? target : eye), 1e-12));
+  }
+}
+
 // An open path has one-sided tangents at its ends.
 TEST(EyePath, IsClosedIfItsEndsAreWithinANanometre) {
   for (const double gap_m : {0.9e-9, 1.1e-9}) {

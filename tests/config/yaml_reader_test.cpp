@@ -258,6 +258,34 @@ TEST_F(YamlReader, FilesThatAreNoMappingsAreVoid) {
   EXPECT_EQ(problem(",\n"), "b.yaml:1:1: not YAML: a value cannot start with a comma");
 }
 
+// A mapping that is missing or has another type is one problem, whatever is read from it.
+TEST_F(YamlReader, AVoidMappingReadsAsEmptyWithoutFurtherProblems) {
+  YamlMap file = load("list: [a, {b: 1}]\ntext: c\nnothing:\nmaps: [[1, 2]]\n");
+  std::vector<YamlMap> maps = file.maps("maps");
+  for (const std::string key : {"list", "text", "nothing", "absent"}) maps.push_back(file.map(key));
+  for (YamlMap& map : maps) {
+    EXPECT_TRUE(map.is_void());
+    EXPECT_EQ(map.number("a", kAny), 0);
+    EXPECT_EQ(map.maps("b").size(), 0u);
+    EXPECT_FALSE(map.has("a"));
+    EXPECT_FALSE(map.is_text("a"));
+    EXPECT_EQ(map.keys(), Strings{});
+    EXPECT_EQ(map.location().line, 0);
+    EXPECT_EQ(map.location().column, 0);
+    EXPECT_EQ(map.location_of("a").line, 0);
+    map.finish();
+    map.report_missing();
+  }
+  file.finish();
+  EXPECT_THAT(problems(),
+              ElementsAre("a.yaml:1:1: absent is missing in the file",
+                          "a.yaml:1:7: list must be a mapping of keys to values, is a list of 2",
+                          "a.yaml:2:7: text must be a mapping of keys to values, is \"c\"",
+                          "a.yaml:3:1: nothing has no value",
+                          "a.yaml:4:8: maps[0] must be a mapping of keys to values, is a list of "
+                          "2"));
+}
+
 class SettingsOfAFile : public test::SceneFiles {
  protected:
   Settings settings(const std::map<std::string, std::string>& overrides) {
@@ -265,7 +293,8 @@ class SettingsOfAFile : public test::SceneFiles {
                     {{"rate", {"12", false, {2, 3}}},
                      {"place", {"sub", false, {3, 3}}},
                      {"data", {"", false, {4, 3}}},
-                     {"name", {"", false, {5, 3}}}},
+                     {"name", {"", false, {5, 3}}},
+                     {"tag", {"", false, {6, 3}}}},
                     overrides, problems_);
   }
   Strings problems() {
@@ -293,13 +322,15 @@ TEST_F(SettingsOfAFile, AreReplacedWhereverTheyAppear) {
 
 TEST_F(SettingsOfAFile, UnusableOnesAreProblems) {
   Settings of_file = settings({{"speed", "3"}});
-  for (const std::string text : {"${data}/x", "${data}/y", "a/${name}", "${where}", "x${rate"})
+  for (const std::string text :
+       {"${data}/x", "${data}/y", "a/${name}", "${tag}.png", "${where}", "x${rate"})
     EXPECT_FALSE(of_file.expand(text, {7, 8}, problems_).usable) << text;
-  const std::string known = "unknown setting; known settings: data, name, place, rate";
+  const std::string known = "unknown setting; known settings: data, name, place, rate, tag";
   EXPECT_THAT(problems(),
               ElementsAre("d.yaml:1:1: --set speed: " + known,
                           "d.yaml:4:3: data is not set: pass --set data=FOLDER",
                           "d.yaml:5:3: name is not set: pass --set name=VALUE",
+                          "d.yaml:6:3: tag is not set: pass --set tag=VALUE",
                           "d.yaml:7:8: ${where}: " + known, "d.yaml:7:8: ${ without a closing }"));
 }
 
@@ -321,7 +352,24 @@ TEST(ProblemList, IsSortedByPlaceInTheOrderOfTheFiles) {
     EXPECT_STREQ(error.what(),
                  "b:2:4: first\nb:2:5: second\nb:2:5: another one there\nb:3:1: third\n"
                  "a:1:1: of the second file\nc: without a place");
+    EXPECT_EQ(error.problems().back().line, 0);
+    EXPECT_EQ(error.problems().back().column, 0);
   }
+}
+
+TEST(ProblemList, AProblemWithoutAPlaceNamesItsFileOnly) {
+  const ConfigProblem problem{.file = "a", .what = "b"};
+  const ConfigError error(std::vector<ConfigProblem>{problem});
+  EXPECT_STREQ(error.what(), "a: b");
+  EXPECT_EQ(error.problems().at(0).column, 0);
+}
+
+TEST(KeySuggestionOfUnits, AUnitAloneIsNoQuantity) {
+  const auto suggestion = suggest_key("_m", {"_s"});
+  ASSERT_TRUE(suggestion);
+  EXPECT_FALSE(suggestion->unit_differs);
+  EXPECT_EQ(suggest_key("x_m", {"x_m_s2", "y_m"})->key, "x_m_s2");
+  EXPECT_TRUE(suggest_key("x_m", {"x_m_s2", "y_m"})->unit_differs);
 }
 
 TEST(NearestWord, IsWithinTwoEditsOrAThirdOfTheLength) {

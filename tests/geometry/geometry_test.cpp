@@ -49,6 +49,11 @@ TEST(Camera, LookAtPutsTheTargetOnThePrincipalPointWithUpTowardsSmallerV) {
   EXPECT_NEAR(camera.camera_from_world.linear().determinant(), 1, 1e-12);
 }
 
+TEST(Camera, ADefaultPinholeHasNoPixels) {
+  EXPECT_EQ(Pinhole{}, (Pinhole{0, 0, 0, 0, 0, 0}));
+  EXPECT_EQ(why_unusable({}), "image size is not positive");
+}
+
 TEST(PixelFromCamera, CentreOfPixelIsAtHalf) {
   const Pinhole pinhole{640, 480, 500, 510, 310.25, 250.5};
   const Camera camera{pinhole};
@@ -289,6 +294,7 @@ TEST(Mesh, SubdividedBoxIsClosedWithBoundedCells) {
 
 TEST(Mesh, BoxHasItsVolumeWithOutwardFaces) {
   EXPECT_NEAR(signed_volume_m3(box_mesh({0.2, 0.3, 0.5})), 0.03, 1e-12);
+  EXPECT_EQ(box_mesh({20, 30, 50}).triangles.size(), 12u) << "without a size of cells";
 }
 
 TEST(Mesh, SphereApproachesItsVolumeFromInside) {

@@ -36,12 +36,18 @@ TEST_F(GlObjects, TheContextIsACoreProfileOfOpenGl45) {
   EXPECT_EQ(context_.is_software(), renderer.starts_with("llvmpipe"));
 }
 
-TEST(GlContext, IsNotCurrentAfterItsEnd) {
+TEST(GlContext, IsNotCurrentAndDoesNotExistAfterItsEnd) {
+  EGLDisplay display = EGL_NO_DISPLAY;
+  EGLContext last = EGL_NO_CONTEXT;
+  EGLint version = 0;
   for (int i = 0; i < 2; ++i) {
     const GlContext context;
-    EXPECT_NE(eglGetCurrentContext(), EGL_NO_CONTEXT);
+    display = eglGetCurrentDisplay(), last = eglGetCurrentContext();
+    EXPECT_NE(last, EGL_NO_CONTEXT);
+    EXPECT_TRUE(eglQueryContext(display, last, EGL_CONTEXT_CLIENT_VERSION, &version));
   }
   EXPECT_EQ(eglGetCurrentContext(), EGL_NO_CONTEXT);
+  EXPECT_FALSE(eglQueryContext(display, last, EGL_CONTEXT_CLIENT_VERSION, &version));
 }
 
 TEST_F(GlObjects, ANameIsDeletedOnceByItsLastOwner) {
@@ -246,6 +252,39 @@ TEST_F(GlObjects, ShaderErrorsNameTheProgramAndTheReason) {
   });
   EXPECT_TRUE(no_link.starts_with("program apart does not link: ")) << no_link;
   EXPECT_NE(no_link.find("shared_value"), std::string::npos) << no_link;
+}
+
+// The context is new, so its objects have small names.
+TEST_F(GlObjects, NoObjectOutlivesItsOwner) {
+  {
+    const GlTexture texture(2, 2, GL_R8);
+    const GlBuffer buffer;
+    const GlVertexArray vertices;
+    const GlProgram drawing("drawing", kVertex, kFragment);
+    const GlFramebuffer plain(1, 1, GL_RGBA8, DepthBuffer::none),
+        full(1, 1, GL_RGBA8, DepthBuffer::depth_and_stencil);
+    GlTimer timer;
+    timer.begin();
+    timer.end();
+    EXPECT_NE(error_of([] { GlProgram("no_compile", "#version 450\nvoid main() { x; }\n"); }), "");
+    EXPECT_NE(error_of([] {
+                GlProgram("no_link", kVertex,
+                          "#version 450\nvoid f();\nvoid main() "
+                          "{ f(); }\n");
+              }),
+              "");
+    EXPECT_NE(error_of([] { GlFramebuffer(7, 5, GL_DEPTH_COMPONENT24, DepthBuffer::none); }), "");
+    EXPECT_TRUE(glIsTexture(texture.get()) && glIsBuffer(buffer.get()));
+  }
+  for (GLuint name = 1; name < 200; ++name) {
+    EXPECT_FALSE(glIsTexture(name)) << name;
+    EXPECT_FALSE(glIsBuffer(name)) << name;
+    EXPECT_FALSE(glIsVertexArray(name)) << name;
+    EXPECT_FALSE(glIsFramebuffer(name)) << name;
+    EXPECT_FALSE(glIsShader(name)) << name;
+    EXPECT_FALSE(glIsProgram(name)) << name;
+    EXPECT_FALSE(glIsQuery(name)) << name;
+  }
 }
 
 TEST_F(GlObjects, ATimerMeasuresTheTimeBetweenItsEnds) {

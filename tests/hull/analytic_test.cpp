@@ -234,6 +234,28 @@ TEST(TrueObjectPixels, CameraInsideTheCapsuleSeesItEverywhere) {
               8000u);
 }
 
+// The camera at the origin is in the ball around the end b, or just outside of it.
+TEST(TrueObjectPixels, OfACapsuleBehindTheCameraItsNearestPointDecides) {
+  const geometry::Camera camera{geometry::pinhole_from_fov(100, 80, 0.8),
+                                Eigen::Isometry3d::Identity()};
+  for (const Vector3d& a : {Vector3d(0, 0, -0.1), Vector3d(0, 0, -0.6), Vector3d(0.3, 0.2, -3)})
+    for (const PixelRule rule : {PixelRule::center, PixelRule::touched}) {
+      const Vector3d b(0, 0, -0.1);
+      const auto count = [&](double radius_m) {
+        return true_object_pixels(std::vector<Capsule>{{a, b, radius_m}}, camera, rule).count();
+      };
+      EXPECT_EQ(count(0.11), 8000u) << a.transpose();
+      EXPECT_EQ(count(0.09), 0u) << a.transpose();
+      const std::vector<Capsule> reversed{{b, a, 0.11}};
+      EXPECT_EQ(true_object_pixels(reversed, camera, rule).count(), 8000u) << a.transpose();
+    }
+  // The line through the axis passes through the camera, the capsule does not.
+  EXPECT_EQ(true_object_pixels(std::vector<Capsule>{{{0, 0, -0.8}, {0, 0, -0.3}, 0.2}}, camera,
+                               PixelRule::touched)
+                .count(),
+            0u);
+}
+
 TEST(TrueObjectPixels, EmptyImageOrNoObjectSetsNothing) {
   EXPECT_EQ(true_object_pixels(
                 {}, {geometry::pinhole_from_fov(10, 8, 0.8), Eigen::Isometry3d::Identity()},

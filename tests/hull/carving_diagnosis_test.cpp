@@ -260,7 +260,10 @@ TEST_F(Prisms, NoCameraOrNoBoxIsReported) {
         AlignedBox3d(Vector3d(kNaN, 0, 0), Vector3d(1, 1, 1))}) {
     const VolumeDiagnosis diagnosis = diagnose_volume(silhouettes, none, test_pool());
     EXPECT_EQ(diagnosis.hull.volume_m3, 0);
-    EXPECT_EQ(diagnosis.cameras.size(), 3u);
+    EXPECT_EQ(diagnosis.hull.error_m3, 0);
+    EXPECT_EQ(diagnosis.too_few.error_m3, 0);
+    ASSERT_EQ(diagnosis.cameras.size(), 3u);
+    EXPECT_EQ(diagnosis.cameras[2].removed.error_m3, 0);
     EXPECT_FALSE(summary(diagnosis).empty());
   }
 }

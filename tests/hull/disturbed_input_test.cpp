@@ -235,6 +235,20 @@ TEST(SimdPrecisionLimits, CameraNearTheEyeHasALargeDepthRatio) {
   }
 }
 
+TEST(SimdPrecisionLimits, MoreCamerasThanTheKernelsHoldEqualTheReference) {
+  for (const int cameras : {64, 65, 130}) {
+    SCOPED_TRACE(cameras);
+    test::Random random(cameras);
+    expect_reference(
+        test::silhouettes_of(test::random_object(random, 3, 0.1),
+                             test::random_cameras(random, cameras, 80, 60)),
+        {{geometry::pinhole_from_fov(48, 36, 0.3), geometry::look_at({0.4, -0.5, 0.2}, {0, 0, 0})},
+         0.05,
+         4},
+        5, 3);
+  }
+}
+
 // A map of 25 million pixels with objects in opposite corners, so that all of it is stored.
 TEST(SimdPrecisionLimits, MapLargerThanFloatCanIndexEqualsTheReference) {
   const int size = 5000;

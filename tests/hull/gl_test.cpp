@@ -403,6 +403,30 @@ TEST_F(GlHullTest, TextureEqualsReadBack) {
   EXPECT_GT(hits, 100);
 }
 
+TEST_F(GlHullTest, TextureHasTheSizeOfEachView) {
+  Random random(6);
+  const auto silhouettes = silhouettes_of(random_object(random, 3), random_cameras(random, 3));
+  for (const auto& [width, height] : {std::pair{48, 36}, {48, 60}, {30, 60}, {30, 20}, {48, 20}}) {
+    SCOPED_TRACE(width * 100 + height);
+    expect_reference(silhouettes, {random_camera(random, width, height, 0.7), 0.05, 5.0}, 7);
+    EXPECT_EQ(hull().depth().width_px(), width);
+    EXPECT_EQ(hull().depth().height_px(), height);
+  }
+}
+
+// The state that other code of the process leaves has no effect.
+TEST_F(GlHullTest, ReadsBackRowsOfAnyPackAlignment) {
+  const UsualScene scene = usual_scene(4);
+  hull().set_silhouettes(scene.silhouettes);
+  const PixelRect rect{60, 40, 99, 80};  // an odd number of floats per row
+  const DepthTile expected = depth_of(hull(), rect, scene.view);
+  EXPECT_FALSE(no_hull(expected));
+  for (const int bytes : {1, 2, 8, 4}) {
+    glPixelStorei(GL_PACK_ALIGNMENT, bytes);
+    EXPECT_EQ(hull().read_back(rect).depth_m, expected.depth_m) << bytes;
+  }
+}
+
 TEST_F(GlHullTest, RejectsUnsupportedInput) {
   Random random(3);
   const geometry::Camera camera = random_camera(random, 16, 12);

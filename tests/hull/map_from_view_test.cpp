@@ -114,6 +114,16 @@ TEST(PixelsAtDepth, AreTheBoundsAndOnePixelMore) {
   EXPECT_EQ(pixels_at_depth({{1, {0, 0, -2}}}, 0.75, view), PixelRect{});
 }
 
+// The corners of the view are in half-spaces that end at its borders.
+TEST(PixelsAtDepth, AreAllIfTheHalfSpacesEndAtTheViewsBorders) {
+  const PixelRect view{3, 4, 63, 44};
+  for (const HalfSpace& h : {right_of(2.5), left_of(62.5), below(3.5), above(43.5)})
+    EXPECT_EQ(pixels_at_depth({h}, 1, view), view);
+  EXPECT_EQ(pixels_at_depth({right_of(2.5), left_of(62.5), below(3.5), above(43.5)}, 1, view),
+            view);
+  EXPECT_EQ(pixels_at_depth({left_of(2.5)}, 1, view), (PixelRect{3, 4, 5, 44}));
+}
+
 TEST(PixelsAtDepth, AreNoneIfTheHalfSpacesDoNotMeetInTheView) {
   const PixelRect view{3, 4, 63, 44};
   EXPECT_EQ(pixels_at_depth({right_of(63)}, 1, view), PixelRect{});

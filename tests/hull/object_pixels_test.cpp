@@ -22,7 +22,7 @@ TEST(ObjectPixels, AreEmptyAtFirst) {
     EXPECT_EQ(pixels.words_per_row(), (width + 63) / 64);
     EXPECT_EQ(pixels.words().size(), std::size_t((width + 63) / 64 * height));
     EXPECT_EQ(pixels.count(), 0u);
-    EXPECT_EQ(pixels.bounds(), PixelRect{});
+    EXPECT_EQ(pixels.bounds(), (PixelRect{0, 0, 0, 0}));
     EXPECT_EQ(pixels.to_bytes(), std::vector<std::uint8_t>(std::size_t(width * height), 0));
   }
   EXPECT_EQ(ObjectPixels(), ObjectPixels(0, 0));

@@ -57,11 +57,25 @@ TEST_F(Pbm, DoesNotReadAnotherSize) {
   EXPECT_EQ(why_not(10, 2), "");
 }
 
+// A file that ends in its header has no size, not the size 0x0.
+TEST_F(Pbm, MayHaveNoPixelsButNeedsAHeader) {
+  for (const auto& [width, height] : {std::pair{0, 0}, {0, 3}, {3, 0}}) {
+    write_pbm(file, ObjectPixels(width, height));
+    EXPECT_EQ(read_pbm(file, width, height), ObjectPixels(width, height));
+  }
+  for (const char* header : {"", "P4", "P4\n", "P4\n0"}) {
+    std::ofstream(file) << header;
+    EXPECT_NE(why_not(0, 0).find("not a binary PBM of 0x0"), std::string::npos) << header;
+  }
+}
+
 TEST_F(Pbm, ErrorsNameTheFile) {
   EXPECT_NE(why_not(4, 4).find(file.string()), std::string::npos);  // the file does not exist
   std::ofstream(file) << "P4\n4 4\nab";
   EXPECT_NE(why_not(4, 4).find("ends in row 2"), std::string::npos);
   EXPECT_NE(why_not(5, 4).find("5x4"), std::string::npos);
+  std::ofstream(file) << "P4\n4 4";  // ends before the first row
+  EXPECT_NE(why_not(4, 4).find("not a binary PBM of 4x4"), std::string::npos);
   std::ofstream(file) << "P1\n4 4\n";
   EXPECT_NE(why_not(4, 4).find("binary PBM"), std::string::npos);
   std::filesystem::remove(file);

@@ -261,6 +261,42 @@ TEST_F(Sweep, RectsAndRangesWithoutHull) {
   EXPECT_GT(hits(camera, {0.5, 2}, all), 300);
 }
 
+// The first plane is at the start of the range, whichever way that is rounded.
+TEST_F(Sweep, FirstPlaneIsDrawnAtAnyDepth) {
+  PlaneSweep sweep(16, 12, 3);
+  Random random(9);
+  const geometry::Camera camera = random_camera(random, 16, 12);
+  ObjectPixels all(16, 12);
+  for (int v = 0; v < 12; ++v) all.set_run(0, 16, v);
+  sweep.set_silhouettes(std::vector<Silhouette>{{camera, all}});
+  for (int i = 0; i < 60; ++i) {
+    const double near_m = uniform(random, 0.05, 3), far_m = near_m + uniform(random, 0.1, 9);
+    const DepthTile tile = depth_of(sweep, whole_image(camera), View{camera, near_m, far_m},
+                                    SweepRange{near_m, far_m});
+    for (const float depth_m : tile.depth_m) ASSERT_EQ(depth_m, float(near_m)) << near_m;
+  }
+}
+
+// The depth function and the alignment of rows that other code of the process leaves have no
+// effect.
+TEST_F(Sweep, SetsTheDepthFunctionAndThePackAlignment) {
+  Random random(10);
+  PlaneSweep sweep(25, 20, 8);
+  const geometry::Camera camera = random_camera(random, 25, 20);
+  sweep.set_silhouettes(std::vector<Silhouette>{{camera, random_pixels(random, 25, 20, 0.7)}});
+  const View view{camera, 0.5, 2.0};
+  const SweepRange range{0.5, 2.0};
+  const DepthTile expected = depth_of(sweep, whole_image(camera), view, range);
+  EXPECT_FALSE(no_hull(expected));
+  for (const GLenum function : {GL_ALWAYS, GL_GREATER, GL_NEVER})
+    for (const int bytes : {1, 8}) {
+      glDepthFunc(function);
+      glPixelStorei(GL_PACK_ALIGNMENT, bytes);
+      EXPECT_EQ(depth_of(sweep, whole_image(camera), view, range).depth_m, expected.depth_m)
+          << function << ", " << bytes;
+    }
+}
+
 TEST_F(Sweep, LeavesItsTestsDisabled) {
   Random random(7);
   PlaneSweep sweep(24, 20, 8);

@@ -218,6 +218,21 @@ TEST_F(SquareQuery, NotANumberMeetsNothing) {
   EXPECT_EQ(bad.query.solid_radius_m({0, 0, 0}), 0);
 }
 
+TEST_F(SquareQuery, RaysAndRangesWithoutEndMeetNothing) {
+  fill(0, {0, 0, 100, 75});
+  fill(1, {0, 0, 100, 75});
+  const test::Queries q(silhouettes);
+  const geometry::Ray ray{{0.02, 0.01, -1}, {-0.02, 0.03, 1}};
+  ASSERT_EQ(q.query.intervals(ray, -9, 9).size(), 1u);
+  for (const auto& [near, far] :
+       {std::pair{-kInfinity, 9.0}, {-9.0, kInfinity}, {-kInfinity, kInfinity}, {9.0, -9.0}}) {
+    EXPECT_TRUE(q.query.intervals(ray, near, far).empty()) << near << ", " << far;
+    EXPECT_FALSE(q.query.first_entry(ray, near, far)) << near << ", " << far;
+  }
+  EXPECT_TRUE(q.query.intervals({{0, 0, -kInfinity}, {0, 0, 1}}, -9, 9).empty());
+  EXPECT_TRUE(q.query.intervals({{0, 0, -1}, {0, 0, kInfinity}}, -9, 9).empty());
+}
+
 TEST_F(SquareQuery, ExtremeFocalLengthsAtOneKilometreEqualTheReference) {
   test::Random random(9);
   for (const double f : {50.0, 50000.0}) {

@@ -385,6 +385,55 @@ TEST(HullQueryMany, BatchEqualsSingleQueriesForAnyThreadCount) {
     }
 }
 
+// The last task has between one point and as many as the others.
+TEST(HullQueryMany, AnswersEveryPointOfAnyNumber) {
+  test::Random random(14);
+  const auto silhouettes =
+      test::silhouettes_of(test::random_object(random, 3), test::random_cameras(random, 3));
+  for (const HullRule& rule : {HullRule{}, HullRule{Limits::seen, 2}}) {
+    const test::Queries q(silhouettes, rule);
+    for (const std::size_t count : {1u, 7u, 8u, 255u, 256u, 257u, 511u, 512u, 513u}) {
+      std::vector<Vector3d> points;
+      for (std::size_t i = 0; i < count; ++i)
+        points.push_back(test::random_in_ball(random, i + 1 == count ? 0.1 : 0.3));
+      std::vector<std::uint8_t> inside(count, 7);
+      q.query.contains(points, inside);
+      for (std::size_t i = 0; i < count; ++i)
+        ASSERT_EQ(inside[i], in_hull(silhouettes, points[i], rule)) << i << " of " << count;
+    }
+  }
+}
+
+TEST(HullQueryMany, NoPointIsInAnEmptyHull) {
+  test::Random random(2);
+  auto silhouettes =
+      test::silhouettes_of(test::random_object(random, 2), test::random_cameras(random, 3));
+  auto blind = silhouettes, unusable = silhouettes;
+  blind[1].pixels = ObjectPixels(160, 121);
+  unusable[2].camera.pinhole.cx_px = test::kNaN;
+  const std::vector<Vector3d> points(300, Vector3d(0.01, 0.02, 0));
+  for (const auto& empty : {std::vector<Silhouette>{}, blind, unusable}) {
+    std::vector<std::uint8_t> inside(points.size(), 7);
+    test::Queries(empty).query.contains(points, inside);
+    EXPECT_EQ(std::count(inside.begin(), inside.end(), 0), 300);
+  }
+}
+
+// The true hull is unknown, so no ball is known to be free or solid.
+TEST(HullQueryBall, HasNoRadiusIfACameraIsNotFinite) {
+  test::Random random(3);
+  auto silhouettes =
+      test::silhouettes_of(test::random_object(random, 2), test::random_cameras(random, 3));
+  silhouettes[2].camera.pinhole.fy_px = test::kNaN;
+  for (const HullRule& rule : test::kRules) {
+    const test::Queries q(silhouettes, rule);
+    for (const Vector3d& p : {Vector3d(0, 0, 0), Vector3d(0, 0, 5), Vector3d(0, -90, 0)}) {
+      EXPECT_EQ(q.query.free_radius_m(p), 0);
+      EXPECT_EQ(q.query.solid_radius_m(p), 0);
+    }
+  }
+}
+
 TEST(HullQueryMany, ConcurrentQueriesAreSafe) {
   test::Random random(13);
   const auto silhouettes =

@@ -227,6 +227,41 @@ TEST(CpuHull, CreatesOnlyTheQuadrantsIntoWhichTheRaysMove) {
     EXPECT_TRUE(hull.cameras()[0].skip_map.has(Quadrant(box)));
 }
 
+// The view is behind the camera, so images move towards its centre. The object is in the lower
+// right quarter of the image. Blocks of rays in the other quarters pass its bounds before they are
+// in front of the camera.
+TEST(CpuHull, CreatesNoQuadrantForBlocksThatMissTheHull) {
+  Silhouette s = square({0, -2, 0}, {0, 0, 0}, 0);
+  for (int v = 130; v < 190; ++v) s.pixels.set_run(130, 190, v);
+  CpuHull hull(test_pool(), std::vector{s});
+  const View view{
+      {geometry::pinhole_from_fov(128, 128, 0.6), geometry::look_at({0, -2.5, 0}, {0, 0, 0})},
+      0.1,
+      4};
+  const DepthTile tile = hull.depth(view, whole_image(view.camera));
+  EXPECT_GT(
+      std::count_if(tile.depth_m.begin(), tile.depth_m.end(), [](float d) { return d != kNoHull; }),
+      1000);
+  for (int box = 0; box < kQuadrants; ++box)
+    EXPECT_EQ(hull.cameras()[0].skip_map.has(Quadrant(box)), Quadrant(box) == Quadrant::left_up)
+        << box;
+}
+
+// The kernels use all quadrants if images move both ways along one axis.
+TEST(CpuHull, CreatesAllQuadrantsIfImagesMoveBothWaysAlongAnAxis) {
+  for (const Vector3d& eye : {Vector3d(0, -2.5, 0), Vector3d(0, -2.5, 0.2), Vector3d(0, -2.5, -0.2),
+                              Vector3d(0.2, -2.5, 0), Vector3d(-0.2, -2.5, 0)}) {
+    CpuHull hull(test_pool(), std::vector{square({0, -2, 0}, {0, 0, 0}, 80)});
+    const View view{{geometry::pinhole_from_fov(128, 128, 0.4),
+                     geometry::look_at(eye, eye + Vector3d(0, 1, 0))},
+                    0.1,
+                    4};
+    hull.depth(view, whole_image(view.camera));
+    for (int box = 0; box < kQuadrants; ++box)
+      EXPECT_TRUE(hull.cameras()[0].skip_map.has(Quadrant(box))) << eye.transpose() << ": " << box;
+  }
+}
+
 TEST(CpuHull, CreatesNoQuadrantForAViewThatMissesTheHull) {
   CpuHull hull(test_pool(), std::vector{square({0, -2, 0}, {0, 0, 0})});
   const View view{

@@ -194,6 +194,25 @@ TEST_F(Composite, AnObjectCutByTheNearPlaneShowsItsBackFaces) {
   EXPECT_NEAR(depth_of({-0.25, 0.06, -0.25}, 320, 240), 0.06, kDepthRounding_m);
 }
 
+// The front of each object is 1 m away. The object whose bounding sphere ends farther away shows,
+// because a floor or a wall is drawn last. The numbers are exact in binary.
+TEST_F(Composite, OfTwoSurfacesAtTheSameDepthThatOfTheLargerObjectShows) {
+  constexpr double kThickness_m = 1 / 1024.0, kCube_m = 0.125;
+  const config::SceneObject cube =  // its sphere ends at 1.17 m
+      test::object("cube", config::BoxShape{{kCube_m, kCube_m, kCube_m}}, {0, 1 + kCube_m / 2, 0},
+                   {0.9, 0.1, 0.1});
+  for (const auto& [width_m, is_larger] : {std::pair{0.21875, false}, {0.3125, true}}) {
+    const config::SceneObject plate =  // its sphere ends at 1.15 m or at 1.22 m
+        test::object("plate", config::BoxShape{{width_m, kThickness_m, width_m}},
+                     {0, 1 + kThickness_m / 2, 0}, {0.1, 0.1, 0.9});
+    const cv::Mat drawn = image(scene_of({cube, plate}), empty_hull_);
+    const cv::Vec3b bgr = drawn.at<cv::Vec3b>(236, 323);
+    EXPECT_EQ(bgr[0] > bgr[2], is_larger) << bgr;
+    EXPECT_EQ(cv::norm(drawn, image(scene_of({plate, cube}), empty_hull_), cv::NORM_INF), 0)
+        << "depends on the order of the objects";
+  }
+}
+
 TEST_F(Composite, AnObjectKeepsItsLastPose) {
   Renderer renderer(scene_of({plate("plate", 1, 0.1, 0.1)}), viewer_);
   ObjectPose moved{"plate", Eigen::Isometry3d::Identity(), {}, {}};

@@ -1,17 +1,29 @@
 #include "render_node/outputs.h"
 #include "tests/support/test_folder.h"
 
+#include <dlfcn.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <sys/statvfs.h>
 #include <unistd.h>
 
 #include <chrono>
 #include <cmath>
 #include <csignal>
 #include <fstream>
+#include <mutex>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
+
+// A test that holds this mutex blocks all threads that ask for the free space of a disk.
+static std::mutex statvfs_gate;
+extern "C" int statvfs(const char* path, struct statvfs* space) noexcept {
+  const std::lock_guard wait(statvfs_gate);
+  static const auto next =
+      reinterpret_cast<int (*)(const char*, struct statvfs*)>(dlsym(RTLD_NEXT, "statvfs"));
+  return next(path, space);
+}
 
 namespace fivepipe::render {
 namespace {
@@ -158,6 +170,9 @@ TEST_F(Outputs, AVideoHasAnEvenSizeAndAPositiveFrameRate) {
   for (const double rate_hz : {0.0, -1.0, std::nan("")})
     EXPECT_EQ(message(kSize, rate_hz), file + ": the frame rate is not above 0");
   EXPECT_EQ(message(kSize, 0.5), "no error");
+  // The encoder may refuse a width of 2, but it is even.
+  for (const cv::Size size : {cv::Size(2, 120), {160, 2}})
+    EXPECT_EQ(message(size, 30).find("must be even"), std::string::npos) << size;
 }
 
 TEST_F(Outputs, AFullDiskIsNamedInMebibytes) {
@@ -176,6 +191,23 @@ TEST_F(Outputs, OptionsHaveDefaults) {
   EXPECT_EQ(VideoOptions().frame_rate_hz, 30);
   EXPECT_EQ(VideoOptions().queue_frames, 30u);
   EXPECT_EQ(VideoOptions().min_free_bytes, std::uintmax_t(1) << 26);
+}
+
+// The frame in the encoder is not one of those that wait.
+TEST_F(Outputs, AsManyFramesAsConfiguredWaitForABusyEncoder) {
+  for (const std::size_t queue_frames : {1u, 4u}) {
+    VideoOptions options = roomy();
+    options.queue_frames = queue_frames;
+    VideoFile video(folder_ / "v.mp4", kSize, options);
+    statvfs_gate.lock();  // the encoder asks for the free space before it encodes a frame
+    std::size_t taken = 0;
+    for (int i = 0; i < 10; ++i) taken += video.add(frame_image(i));
+    EXPECT_EQ(taken, queue_frames + 1);
+    statvfs_gate.unlock();
+    video.finish(std::chrono::seconds(20));
+    EXPECT_EQ(frames_in(folder_ / "v.mp4"), taken);
+    EXPECT_EQ(video.dropped(), 10 - taken);
+  }
 }
 
 TEST_F(Outputs, OneFrameWaitsInAQueueOfOne) {
@@ -223,6 +255,16 @@ TEST_F(Outputs, AVideoThatHasDisappearedIsAnErrorIfItHadFrames) {
                                ": the encoder wrote nothing: No such file or directory"
                          : "no error");
   }
+}
+
+TEST_F(Outputs, AnEmptyVideoIsAnErrorIfItHadFrames) {
+  VideoFile video(folder_ / "v.mp4", kSize, roomy());
+  video.add(frame_image(1));
+  // The encoder writes into the file that had this name.
+  fs::remove(folder_ / "v.mp4");
+  std::ofstream(folder_ / "v.mp4").flush();
+  EXPECT_EQ(error_of([&] { video.finish(std::chrono::seconds(20)); }),
+            (folder_ / "v.mp4").string() + ": the encoder wrote nothing");
 }
 
 TEST_F(Outputs, AFailedStillNamesTheStepAndLeavesNoTemporaryFile) {

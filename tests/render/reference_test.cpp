@@ -418,6 +418,14 @@ TEST_F(HullReference, DepthAndColourOfEachPixelOfAVeryCoarseHull) {
     }
 }
 
+// The depths 1 m and 1.5 m differ by a half of the first, and by less than a half of the second.
+TEST_F(HullReference, DepthsThatDifferByAHalfAreTwoSurfacesFromTheNearOne) {
+  viewer_.recon_width_px = 8;
+  viewer_.recon_height_px = 6;
+  const auto depth_at = [](int u, int v) { return (u * u + v * v + u * v) % 5 < 2 ? 1.5 : 1.0; };
+  expect_hull(test::hull_of(eye_, config::recon_pinhole(viewer_), nullptr, depth_at));
+}
+
 // The renderer uploads the part of the image that contains the hull and one more pixel.
 TEST_F(HullReference, ASmallHullOfTheSameOrAnotherSizeReplacesTheHullBefore) {
   const config::Scene scene = scene_of({});

@@ -167,15 +167,19 @@ TEST_F(Shading, InvalidWarmthIsUndrawable) {
                           viewer_);
   const ObjectPose good{"plate", warmed.world_from_object, {}, std::vector<float>(8, 0.5f)};
   EXPECT_EQ(renderer.why_undrawable(good), std::nullopt);
-  std::vector<ObjectPose> bad(4, good);
+  const ObjectPose extreme{"plate", warmed.world_from_object, {}, {0, 0, 0, 0, 1, 1, 1, 1}};
+  EXPECT_EQ(renderer.why_undrawable(extreme), std::nullopt);
+  std::vector<ObjectPose> bad(5, good);
   bad[0].warmth.pop_back();
   bad[1].warmth[3] = std::numeric_limits<float>::quiet_NaN();
   bad[2].object = "cold";
   bad[3].warmth[7] = 1.01f;
+  bad[4].warmth[0] = -0.01f;
   EXPECT_EQ(renderer.why_undrawable(bad[0]), "7 values of warmth for a mesh of 8 vertices");
   EXPECT_EQ(renderer.why_undrawable(bad[1]), "warmth outside 0 .. 1");
   EXPECT_EQ(renderer.why_undrawable(bad[2]), "warmth for an object without warmth in the scene");
   EXPECT_EQ(renderer.why_undrawable(bad[3]), "warmth outside 0 .. 1");
+  EXPECT_EQ(renderer.why_undrawable(bad[4]), "warmth outside 0 .. 1");
 }
 
 }  // namespace

@@ -134,6 +134,7 @@ TEST(TileAssembler, OpenFramesAreBounded) {
   EXPECT_EQ(tiles.counts().incomplete, 996u);
   EXPECT_FALSE(add(tiles, 995, 1));
   EXPECT_EQ(tiles.counts().late, 1u);
+  EXPECT_EQ(tiles.counts().incomplete, 996u) << "the late tile displaces no frame";
 }
 
 TEST(TileAssembler, DuplicateTileOfRestartedNodeIsDropped) {

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <filesystem>
+#include <iterator>
 #include <opencv2/core.hpp>
 
 #include "common/gl/objects.h"
@@ -46,6 +48,27 @@ TEST(Window, WithoutADisplayTheErrorNamesIt) {
     FAIL() << "a window without a display";
   } catch (const WindowError& error) {
     EXPECT_EQ(std::string(error.what()).rfind("no display: ", 0), 0u) << error.what();
+  }
+}
+
+// GLFW refuses a window without pixels, as it refuses one without a suitable OpenGL.
+TEST(Window, WhatTheDisplayRefusesIsNamedAndLeavesNoOpenFile) {
+  const test::VirtualDisplay display;
+  if (display.display().empty()) FIVEPIPE_SKIP_WITHOUT_PACKAGE("Xvfb is not installed");
+  const auto open_files = [] {
+    return std::distance(std::filesystem::directory_iterator("/proc/self/fd"), {});
+  };
+  { const Window first("fivepipe", 64, 48); }  // libraries keep files open
+  const auto before = open_files();
+  for (const bool has_pixels : {false, true}) {
+    try {
+      const Window window("fivepipe", has_pixels ? 64 : 0, 48);
+      EXPECT_TRUE(has_pixels);
+    } catch (const WindowError& error) {
+      EXPECT_STREQ(error.what(), "no window: Invalid window size 0x48");
+      EXPECT_FALSE(has_pixels);
+    }
+    EXPECT_EQ(open_files(), before) << has_pixels;
   }
 }
 

@@ -81,6 +81,9 @@ TEST(SimulationClock, TimesWithinANanosecondAreEqual) {
   EXPECT_EQ(clock.counters().backward_stamps, 1u);
   EXPECT_EQ(clock.advance_to(kStep_s - 1.1e-9), 0u);
   EXPECT_EQ(clock.advance_to(kStep_s - 0.9e-9), 1u);
+  constexpr double kNanosecondEarly_s = 2 * kStep_s - 1e-9;
+  static_assert(kNanosecondEarly_s + 1e-9 == 2 * kStep_s);
+  EXPECT_EQ(clock.advance_to(kNanosecondEarly_s), 1u);
 }
 
 TEST(SimulationClock, SettingTheClockDropsItsSteps) {

@@ -172,6 +172,8 @@ TEST(ComponentsMessage, ReportsIdentityAndMotion) {
   EXPECT_STREQ(message.simulation, "simulation");
   EXPECT_EQ(message.capture_stamp_ns, kFrame.capture_stamp_ns);
   ASSERT_EQ(message.components._length, 2u);
+  ASSERT_EQ(message.components._buffer[0].from._length, 1u);
+  EXPECT_EQ(message.components._buffer[0].from._buffer[0], 3u);
   EXPECT_EQ(message.components._buffer[0].frames, 6);
   EXPECT_EQ(message.components._buffer[0].velocity_m_s.y, 0.5);
   EXPECT_EQ(message.components._buffer[0].determined_axes, 2);
@@ -380,6 +382,8 @@ TEST(StateMessage, ContainsTheObjectsThatMoveOrAreWarmed) {
     states[i].name = "object " + std::to_string(i);
     states[i].world_from_object.translation() = Eigen::Vector3d(double(i), 2, 3);
   }
+  states.emplace_back().warmth = {1.0f};  // removed again
+  states.pop_back();
   states[2].warmth = {0.25f, 0.5f};
   states[3].vertices_m = {{1, 2, 3}, {4, 5, 6}};
   OutgoingState out = state_message("simulation", 7, 5'000, 2.5, scene, states);

@@ -35,10 +35,6 @@ class BoundedMap {
     return at->second;
   }
 
-  void erase(const Key& key) {
-    if (values_.erase(key) > 0) std::erase(by_age_, key);
-  }
-
   std::size_t size() const { return values_.size(); }
   bool empty() const { return values_.empty(); }
 

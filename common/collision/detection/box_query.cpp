@@ -10,7 +10,6 @@ namespace {
 constexpr double kProjectionRounding_px = 1e-6;
 
 bool any_object_pixel(const hull::ObjectPixels& pixels, const hull::PixelRect& rect) {
-  if (rect.empty()) return false;
   const int first = rect.u0_px >> 6, last = (rect.u1_px - 1) >> 6;
   const std::uint64_t first_mask = ~std::uint64_t(0) << (rect.u0_px & 63),
                       last_mask = ~std::uint64_t(0) >> (63 - ((rect.u1_px - 1) & 63));

@@ -36,7 +36,6 @@ ParsedNumber parse_number(std::string text) {
   if (end != text.data() + text.size() || text.empty() || text.front() == '-') return {};
   if (error == std::errc::result_out_of_range)
     return {true, std::numeric_limits<double>::infinity()};
-  if (error != std::errc()) return {};
   return {true, is_negative ? -value : value};
 }
 

@@ -5,6 +5,7 @@
 #include <climits>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 #include "common/geometry/gl_camera.h"
 #include "common/hull/map_from_view.h"
@@ -66,8 +67,7 @@ void PlaneSweep::set_silhouettes(std::span<const Silhouette> silhouettes) {
     throw std::invalid_argument("backend sweep supports at most 255 cameras, not " +
                                 std::to_string(silhouettes.size()));
   hull_is_empty_ = silhouettes.empty();
-  std::vector<MapTexture> previous = std::move(maps_);
-  maps_.clear();
+  std::vector<MapTexture> previous = std::exchange(maps_, {});
   for (std::size_t i = 0; i < silhouettes.size(); ++i) {
     const Silhouette& s = silhouettes[i];
     const PixelRect bounds = s.pixels.bounds();

@@ -133,7 +133,7 @@ struct Bus::Impl {
     std::shared_ptr<detail::WriteCounts> written;
     detail::WriterProcesses processes = {};  // of the writers of a reader
   };
-  std::unique_ptr<detail::Entity> domain, participant, waitset;
+  std::unique_ptr<detail::Entity> domain, participant, waitset;  // deleted in reverse order
   std::map<std::string, std::int32_t> topic_of_name;
   std::vector<Endpoint> endpoints;
   std::mutex mutex;
@@ -170,13 +170,11 @@ Bus::Bus(const BusOptions& options) : impl_(std::make_unique<Impl>()) {
               "DDS participant in domain " + std::to_string(options.domain)));
   impl_->waitset = std::make_unique<detail::Entity>(
       checked(dds_create_waitset(impl_->participant->handle), "waitset"));
+  // Cyclone DDS does not wait for an empty waitset. Attached to itself, it waits without readers.
+  checked(dds_waitset_attach(impl_->waitset->handle, impl_->waitset->handle, 0), "waitset");
 }
 
-Bus::~Bus() {
-  // Deletes the waitset before the participant, and the participant before the domain.
-  impl_->waitset.reset();
-  impl_->participant.reset();
-}
+Bus::~Bus() = default;
 
 std::shared_ptr<detail::Entity> Bus::make_reader(const topics::Topic& topic, bool keep_all) {
   const std::scoped_lock lock(impl_->mutex);

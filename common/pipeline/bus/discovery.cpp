@@ -68,8 +68,8 @@ DiscoveredProcess process_of_participant(dds_entity_t participant, const dds_gui
         void* bytes = nullptr;
         std::size_t size = 0;
         found.discovered = true;
-        if (dds_qget_userdata(known.qos, &bytes, &size) && bytes)
-          found.process = from_user_data({static_cast<const char*>(bytes), size});
+        dds_qget_userdata(known.qos, &bytes, &size);
+        found.process = from_user_data({static_cast<const char*>(bytes), size});
         dds_free(bytes);
       });
   return found;

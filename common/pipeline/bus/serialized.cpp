@@ -7,7 +7,6 @@
 
 #include <unistd.h>
 
-#include <algorithm>
 #include <array>
 #include <map>
 #include <memory>
@@ -29,9 +28,7 @@ constexpr std::size_t kHeaderBytes = 4;
 
 struct Serdata {
   explicit Serdata(ddsi_serdata* taken) : data(taken) {}
-  ~Serdata() {
-    if (data) ddsi_serdata_unref(data);
-  }
+  ~Serdata() { ddsi_serdata_unref(data); }
   Serdata(const Serdata&) = delete;
   Serdata& operator=(const Serdata&) = delete;
   ddsi_serdata* data;
@@ -102,11 +99,15 @@ SerializedReader::SerializedReader(Bus& bus, const topics::Topic& topic)
   dds_lset_subscription_matched(listener.get(), Writers::matched);
   checked(dds_set_listener(entity_->handle, listener.get()), topic.name);
   // The listener does not report writers that matched before it was set.
-  std::array<dds_instance_handle_t, kMaxSerializedPerTake> matched{};
-  const dds_return_t count =
-      dds_get_matched_publications(entity_->handle, matched.data(), matched.size());
-  for (dds_return_t i = 0; i < std::min(count, dds_return_t(kMaxSerializedPerTake)); ++i)
-    writers_->add_writer(entity_->handle, matched[std::size_t(i)]);
+  std::vector<dds_instance_handle_t> matched(64);
+  const auto count_of_all = [&] {
+    return std::size_t(checked(
+        dds_get_matched_publications(entity_->handle, matched.data(), matched.size()), topic.name));
+  };
+  std::size_t count = 0;
+  while ((count = count_of_all()) > matched.size()) matched.resize(count);
+  matched.resize(count);
+  for (const dds_instance_handle_t writer : matched) writers_->add_writer(entity_->handle, writer);
 }
 
 SerializedReader::~SerializedReader() = default;

@@ -21,7 +21,6 @@ class Decoder {
     try {
       CdrCursor from(payload);
       Json message = members(type, from);
-      path_.clear();
       if (from.left() > kMaxPadding)
         throw CdrFault{from.at(),
                        std::to_string(from.left()) + " bytes after the end of the message"};

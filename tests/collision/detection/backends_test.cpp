@@ -58,6 +58,72 @@ TEST_P(EveryBackend, DuplicateAndNonManifoldFacesAreEachReported) {
   for (const std::uint32_t t : detect(hull, collision::Bvh(mesh)).triangles) EXPECT_LT(t, 4u);
 }
 
+// A colliding triangle has points, and one point for the verdict alone. Each is a point of its
+// triangle, also if the triangle is cut or is wholly in the hull.
+TEST_P(CertifiedBackend, EveryPointIsWithinItsTriangle) {
+  Random random(16);
+  const CollisionHull hull = ball_hull(0.08);
+  std::vector<collision::Triangle> triangles = random_triangles(random, 150);
+  for (int i = 0; i < 5; ++i) {  // through the hull and the planes of the cameras
+    const Vector3d a = 2 * random_direction(random), b = 2 * random_direction(random);
+    triangles.push_back({a, b, -a - b + random_in_ball(random, 0.05)});
+  }
+  const collision::Bvh tree(mesh_of(triangles));
+  for (const collision::DetectionOptions& options :
+       {kVerdictOnly, collision::DetectionOptions{.spacing_m = 0.02}}) {
+    const collision::ObjectCollision found = detect(hull, tree, options);
+    EXPECT_GT(found.triangles.size(), 60u);
+    if (options.spacing_m == 0) {
+      EXPECT_EQ(found.points.size(), found.triangles.size());
+    }
+    for (const collision::CollisionPoint& p : found.points) {
+      const collision::Triangle& t = triangles[p.triangle];
+      const Vector3d normal = (t[1] - t[0]).cross(t[2] - t[0]);
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Vector3d &from = t[k], &to = t[(k + 1) % 3];
+        EXPECT_GE((to - from).cross(p.p_world_m - from).dot(normal.normalized()),
+                  -1e-9 * (to - from).norm())
+            << p.triangle;
+      }
+      EXPECT_LT(std::abs(normal.normalized().dot(p.p_world_m - t[0])), 1e-9);
+    }
+  }
+}
+
+// A detector keeps its memory but no result of an earlier call.
+TEST_P(EveryBackend, AReusedDetectorEqualsAFreshOne) {
+  const CollisionHull hull(hand_like()), small = ball_hull(0.02);
+  const collision::Bvh sphere(geometry::sphere_mesh(0.04, 2)),
+      box(geometry::box_mesh({0.2, 0.2, 0.2}));
+  const std::vector<std::vector<collision::DetectionObject>> requests{
+      {{&box}, {&sphere}},
+      {{&sphere}, {&box, at({1, 0, 0})}},
+      {{&sphere, at({1, 0, 0})}},
+      {{&box}}};
+  const collision::DetectionOptions options{.spacing_m = 1e-3, .max_points = 300};
+  const auto reused = make_detector(options);
+  std::size_t truncated = 0, in_box = 0;
+  for (const CollisionHull* h : {&hull, &small, &hull})
+    for (const auto& objects : requests) {
+      const auto fresh = make_detector(options);
+      reused->set_hull(h->query, h->silhouettes);
+      fresh->set_hull(h->query, h->silhouettes);
+      const auto found = reused->detect(objects), expected = fresh->detect(objects);
+      ASSERT_EQ(found.size(), expected.size());
+      for (std::size_t i = 0; i < found.size(); ++i) {
+        EXPECT_EQ(found[i].verdict, expected[i].verdict);
+        EXPECT_EQ(found[i].triangles, expected[i].triangles);
+        EXPECT_EQ(found[i].undecided, expected[i].undecided);
+        EXPECT_EQ(found[i].points, expected[i].points);
+        EXPECT_EQ(found[i].truncated, expected[i].truncated);
+        EXPECT_EQ(found[i].hull_in_box, expected[i].hull_in_box);
+        truncated += expected[i].truncated, in_box += expected[i].hull_in_box;
+      }
+    }
+  EXPECT_GT(in_box, 0u);
+  EXPECT_EQ(truncated > 0, GetParam() != Backend::paper);
+}
+
 // No point of the box's surface is in the hull, so it does not collide; hull_in_box reports the
 // enclosed hull.
 TEST_P(EveryBackend, AHullInsideABoxIsReportedWithoutACollision) {
@@ -147,6 +213,7 @@ TEST_P(EveryBackend, AnEmptyHullOrAnEmptyMeshIsFree) {
   const CollisionHull hull(hand_like()), none({});
   EXPECT_EQ(detect(hull, collision::Bvh()).verdict, CollisionVerdict::free);
   EXPECT_EQ(detect(hull, collision::Bvh(geometry::Mesh{})).verdict, CollisionVerdict::free);
+  EXPECT_FALSE(detect(hull, collision::Bvh(geometry::Mesh{})).hull_in_box);
   const collision::Bvh box(geometry::box_mesh({1, 1, 1}));
   EXPECT_EQ(detect(none, box).verdict, CollisionVerdict::free);
   auto empty = hand_like();
@@ -193,8 +260,11 @@ TEST_P(CertifiedBackend, RejectsInvalidOptionsAndHullRules) {
   const collision::DetectionObject object{&tree};
   for (const collision::DetectionOptions& options :
        {collision::DetectionOptions{.eps_m = 0}, collision::DetectionOptions{.eps_m = kNaN},
-        collision::DetectionOptions{.eps_m = 1e-9}, collision::DetectionOptions{.spacing_m = -1},
+        collision::DetectionOptions{.eps_m = 0.99e-6},
+        collision::DetectionOptions{.eps_m = kInfinity},
+        collision::DetectionOptions{.spacing_m = -1},
         collision::DetectionOptions{.spacing_m = kNaN},
+        collision::DetectionOptions{.spacing_m = kInfinity},
         collision::DetectionOptions{.max_points = 0}}) {
     const auto detector = make_detector(options);
     detector->set_hull(hull.query, hull.silhouettes);

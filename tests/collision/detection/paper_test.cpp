@@ -268,6 +268,9 @@ TEST_F(PaperDetectionTest, RejectsAVertexThatIsNotFinite) {
   auto broken = collision::world_triangles(geometry::box_mesh({1, 1, 1}), at(kOrigin));
   broken[3][1].y() = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(detect_all({ball(kOrigin, 0.04)}, {broken}, cameras()), std::invalid_argument);
+  for (collision::Triangle& t : broken)  // far from the hull, so no later stage sees the vertex
+    for (Eigen::Vector3d& v : t) v.x() += 30;
+  EXPECT_THROW(detect_all({ball(kOrigin, 0.04)}, {broken}, cameras()), std::invalid_argument);
 }
 
 }  // namespace

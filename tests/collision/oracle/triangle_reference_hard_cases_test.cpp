@@ -136,6 +136,59 @@ TEST(TriangleReference, GivesTheSameFractionOneKilometreFromTheOrigin) {
   EXPECT_NEAR(fraction(silhouettes, shifted), fraction(hand_among(), t), 1e-8);
 }
 
+// Pixel 32 begins at x = 0 and y = 0, exactly. A polygon with a vertex or an edge there loses no
+// area, and gains none.
+TEST(TriangleReference, VerticesOnABorderBetweenPixelsBelongToBothSides) {
+  const geometry::Camera camera{{64, 64, 64, 64, 31.5, 31.5}, Eigen::Isometry3d::Identity()};
+  for (const bool columns : {true, false})
+    for (const bool low : {true, false}) {
+      hull::Silhouette s{camera, hull::ObjectPixels(64, 64)};
+      for (int v = 0; v < 64; ++v)
+        for (int u = 0; u < 64; ++u) s.pixels.set(u, v, ((columns ? u : v) < 32) == low);
+      const auto at = [&](double across, double along) -> Eigen::Vector3d {
+        return columns ? Eigen::Vector3d(across, along, 1) : Eigen::Vector3d(along, across, 1);
+      };
+      const auto part = [&](const collision::Triangle& t) {  // of the triangle's area
+        double twice = 0;
+        for (const auto& polygon : collision::weights_in_hull({&s, 1}, t))
+          for (std::size_t i = 0; i < polygon.size(); ++i) {
+            const Eigen::Vector3d &w = polygon[i], &next = polygon[(i + 1) % polygon.size()];
+            twice += w.y() * next.z() - w.z() * next.y();
+          }
+        return twice;
+      };
+      EXPECT_DOUBLE_EQ(part({at(-0.25, -0.25), at(0.25, -0.25), at(0, 0.25)}), 0.5);
+      EXPECT_DOUBLE_EQ(part({at(-0.25, -0.25), at(0.25, 0.25), at(0, -0.125)}), 0.5);
+      EXPECT_DOUBLE_EQ(part({at(0, -0.25), at(0, 0.25), at(-0.25, 0)}), low ? 1 : 0);
+      EXPECT_DOUBLE_EQ(part({at(0, -0.25), at(0, 0.25), at(0.25, 0)}), low ? 0 : 1);
+      EXPECT_DOUBLE_EQ(part({at(0, -0.25), at(-0.25, 0), at(-0.25, 0.25)}), low ? 1 : 0);
+    }
+}
+
+// A triangle with a vertex at the camera's center and its opposite edge at a depth of 4 nm: the
+// quarter of its height nearest to the camera is a sixteenth of its area.
+TEST(TriangleReference, ExcludesDepthsBelowOneNanometre) {
+  const std::vector<hull::Silhouette> all{
+      all_object({{64, 64, 64, 64, 31.5, 31.5}, Eigen::Isometry3d::Identity()})};
+  EXPECT_NEAR(fraction(all, {Eigen::Vector3d(0, 0, 0), {-1e-9, 0, 4e-9}, {1e-9, 0, 4e-9}}),
+              15.0 / 16, 1e-9);
+}
+
+// The corner beyond the image has the fraction (d / (1 + d))^2 of the area.
+TEST(TriangleReference, IsInsideUpToATenBillionthOfTheArea) {
+  const std::vector<hull::Silhouette> all{
+      all_object({{64, 64, 32, 32, 31.5, 31.5}, Eigen::Isometry3d::Identity()})};  // |X|, |Y| < Z
+  const collision::HullDistance hull(all);
+  for (const auto& [outside, inside] : {std::pair{0.7e-10, true}, {1.4e-10, false}}) {
+    const double d = std::sqrt(outside) / (1 - std::sqrt(outside));
+    const auto truth =
+        collision::triangle_truth(hull, {Eigen::Vector3d(1 + d, 0, 1), {0, -0.5, 1}, {0, 0.5, 1}});
+    EXPECT_NEAR(1 - truth.fraction_in_hull, outside, 1e-13);
+    EXPECT_EQ(truth.inside, inside) << outside;
+    EXPECT_TRUE(truth.crosses);
+  }
+}
+
 TEST(TriangleReference, RejectsVerticesThatAreNotFinite) {
   const auto silhouettes = hand_among();
   for (const double bad :

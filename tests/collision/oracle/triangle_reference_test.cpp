@@ -209,8 +209,7 @@ TEST(TriangleReference, TheDepthBoundHoldsForEverySample) {
     const collision::Triangle t = random_triangle_in_ball(random, 0.06);
     const collision::TriangleTruth truth = collision::triangle_truth(hull, t);
     EXPECT_EQ(hull.depth_m(truth.deepest_world_m), truth.deepest_m);
-    EXPECT_LE(truth.deepest_at_most_m, truth.deepest_m * (1 + collision::kDepthToleranceFraction) +
-                                           collision::kDepthTolerance_m);
+    EXPECT_LE(truth.deepest_at_most_m, truth.deepest_m * 1.01 + 1e-5);  // 1 % and 10 um
     constexpr int kGrid = 40;
     for (int a = 0; a <= kGrid; ++a)
       for (int b = 0; a + b <= kGrid; ++b)

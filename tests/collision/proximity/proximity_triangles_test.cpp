@@ -94,6 +94,56 @@ TEST(ProximityOfTriangles, TriangleMayBeMuchLargerThanTheHull) {
             (collision::Proximity{0.05, kInfinity}));
 }
 
+// Neither the vertices nor a part of the edges bound the distance of a long triangle from below.
+TEST(ProximityOfMeshes, BoundsTheDistanceOfLongTriangles) {
+  const Queries q(hand());
+  const collision::ProximityOptions options{0.3, 0.002};
+  Random random(13);
+  geometry::Mesh mesh;
+  std::vector<collision::Triangle> triangles;
+  for (std::uint32_t i = 0; i < 150; ++i) {
+    const Vector3d middle = random_in_ball(random, 0.2),
+                   along = uniform(random, 0.1, 0.2) * random_direction(random);
+    triangles.push_back(
+        {middle - along, middle - along + random_in_ball(random, 0.01), middle + along});
+    std::rotate(triangles.back().begin(), triangles.back().begin() + i % 3, triangles.back().end());
+    for (const Vector3d& v : triangles.back()) mesh.vertices_m.push_back(v);
+    mesh.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+  }
+  const auto found =
+      collision::HullProximity(q.query, options).of_mesh(mesh, Eigen::Isometry3d::Identity());
+  const auto alone = of_triangles(q.query, options, triangles);
+  int nearer = 0;
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    EXPECT_LE(found.triangles[i].min_m, alone[i].max_m + kRounding_m) << i;
+    EXPECT_LE(alone[i].min_m, found.triangles[i].max_m + kRounding_m) << i;
+    EXPECT_TRUE(is_tight(found.triangles[i], options));
+    double to_vertex_m = kInfinity;
+    for (std::size_t k = 0; k < 3; ++k)
+      to_vertex_m = std::min(to_vertex_m, found.vertices[3 * i + k].min_m);
+    nearer += alone[i].max_m + options.tolerance_m < to_vertex_m;
+  }
+  EXPECT_GT(nearer, 50);  // between its vertices than at each of them
+}
+
+// The lattice has exact coordinates up to 1e9 caps. Beyond, a point is in the hull, certainly free,
+// or unknown, and a triangle is unknown.
+TEST(ProximityOfTriangles, AVertexBeyondABillionCapsHasUnknownDistance) {
+  const Queries q(hand());
+  const collision::ProximityOptions options{1e-8, 1e-9};  // 1e9 caps are 10 m
+  for (int axis = 0; axis < 3; ++axis)
+    for (const double side : {-1.0, 1.0}) {
+      const Vector3d near = side * 9.9 * Vector3d::Unit(axis), far = 1.02 * near;
+      const auto found =
+          of_triangles(q.query, options,
+                       std::vector<collision::Triangle>{{near, near, near}, {near, far, near}});
+      EXPECT_EQ(found[0], (collision::Proximity{options.cap_m, kInfinity}));
+      EXPECT_EQ(found[1], (collision::Proximity{0, kInfinity}));
+      EXPECT_EQ(of_points(q.query, options, std::vector{far})[0],
+                (collision::Proximity{options.cap_m, kInfinity}));
+    }
+}
+
 TEST(ProximityOfMeshes, EqualsPerVertexAndPerTriangleQueries) {
   const Queries q(hand());
   const collision::ProximityOptions options{0.05, 0.001};

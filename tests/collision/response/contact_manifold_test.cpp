@@ -135,11 +135,14 @@ TEST_F(ContactManifoldTest, IgnoresOutsidePointsAndRejectsNonFiniteOnes) {
       collision::contact_manifold(query(), collision_, {rp_object_m_, 4, 0.02});
   ASSERT_EQ(contacts.contacts.size(), 1u);
   EXPECT_EQ(contacts.contacts[0].status, collision::ContactStatus::no_exit_within_reach);
+  EXPECT_EQ(contacts.contacts[0].depth_error_m, 0);
+  EXPECT_EQ(contacts.contacts[0].normal_error_rad, 0);
   EXPECT_TRUE(collision::contact_manifold(query(), {}, {rp_object_m_}).contacts.empty());
   EXPECT_THROW(collision::contact_manifold(query(), collision_, {rp_object_m_, 0}),
                std::invalid_argument);
-  EXPECT_THROW(collision::contact_manifold(query(), collision_, {rp_object_m_, 4, kNaN}),
-               std::invalid_argument);
+  for (const double reach_m : {kNaN, kInfinity, 0.0})
+    EXPECT_THROW(collision::contact_manifold(query(), collision_, {rp_object_m_, 4, reach_m}),
+                 std::invalid_argument);
   EXPECT_THROW(collision::contact_manifold(query(), collision_, {Vector3d(kNaN, 0, 0)}),
                std::invalid_argument);
   collision_.points[1].p_world_m.z() = kNaN;

@@ -135,6 +135,14 @@ TEST_F(LocalMinimumTranslationTest, IsNotVerifiedIfTheObjectStaysStuck) {
   EXPECT_EQ(result.status, response.remaining_points.empty()
                                ? collision::LocalMinimumTranslationStatus::none_shorter_found
                                : collision::LocalMinimumTranslationStatus::none_verified);
+  // By default 32 requeries.
+  const collision::Response oblique =
+      respond_to({rp_object_m_, Vector3d(2, 0, 1), {}, kFlatness_m});
+  ASSERT_TRUE(oblique.has_exit());
+  EXPECT_EQ(collision::find_local_minimum_translation(query(), collision_, oblique,
+                                                      [&](const Vector3d&) { return stuck; })
+                .requeries,
+            32);
   collision::Response unfinished = response;
   unfinished.remaining_points = collision_.points;
   EXPECT_EQ(collision::find_local_minimum_translation(query(), collision_, unfinished,

@@ -58,6 +58,52 @@ TEST(Recovery, ExitsEqualTheExactReferenceOnRandomScenes) {
   EXPECT_LE(unconfirmed, exits / 1000);
 }
 
+// The stated error is the first of 1e-14 m, 2e-14 m, 4e-14 m, ... that contains() confirms.
+TEST(Recovery, StatesTheSmallestErrorThatContainsConfirms) {
+  Random random(46);
+  int least = 0, larger = 0;
+  for (const Vector3d& center : {Vector3d(0, 0, 0), Vector3d(1000, -700, 50)}) {
+    std::vector<geometry::Camera> cameras = random_cameras(random, 5);
+    for (geometry::Camera& c : cameras)
+      c.camera_from_world.translation() -= c.camera_from_world.linear() * center;
+    const auto silhouettes = silhouettes_of({{center, center, 0.1}}, cameras);
+    const Queries hull(silhouettes);
+    for (int i = 0; i < 100; ++i) {
+      const Vector3d p = center + random_in_ball(random, 0.08),
+                     direction = random_direction(random);
+      const auto exit = collision::exit_outward(hull.query, p, direction, kReach_m);
+      ASSERT_TRUE(exit);
+      double expected_m = 1e-14;
+      while (hull.query.contains(p + (exit->distance_m + expected_m) * direction) ||
+             !hull.query.contains(p + (exit->distance_m - expected_m) * direction))
+        expected_m *= 2;
+      EXPECT_EQ(exit->error_m, expected_m);
+      ++(expected_m == 1e-14 ? least : larger);
+    }
+  }
+  EXPECT_GT(least, 0);
+  EXPECT_GT(larger, 0);
+}
+
+// Cameras at 1 m and 2 m with pixels that are not square, and one that looks away from the point.
+TEST(Recovery, PixelFootprintIsThatOfTheLargestPixel) {
+  const auto footprint_m = [](const std::vector<geometry::Camera>& cameras) {
+    const Queries hull(silhouettes_of({{{0, 0, 0}, {0, 0, 0}, 0.1}}, cameras));
+    return collision::pixel_footprint_m(hull.query, Vector3d(0, 0, 0));
+  };
+  const auto camera = [](double x_m, double target_x_m, double fx_px, double fy_px) {
+    return geometry::Camera{{100, 100, fx_px, fy_px, 49.5, 49.5},
+                            geometry::look_at({x_m, 0, 0}, {target_x_m, 0, 0}, {0, 0, 1})};
+  };
+  const geometry::Camera near = camera(1, 0, 500, 250), far = camera(-2, 0, 400, 800),
+                         away = camera(3, 6, 10, 10);
+  EXPECT_NEAR(footprint_m({near}), 1.0 / 250, 1e-12);
+  EXPECT_NEAR(footprint_m({far}), 2.0 / 400, 1e-12);
+  EXPECT_NEAR(footprint_m({far, near, away}), 2.0 / 400, 1e-12);
+  EXPECT_NEAR(footprint_m({near, far}), 2.0 / 400, 1e-12);
+  EXPECT_EQ(footprint_m({away}), 0);
+}
+
 TEST(Recovery, SampledExitPrecedesTheExactOneByAtMostAStep) {
   Random random(42);
   const auto silhouettes = silhouettes_of(random_object(random, 4), random_cameras(random, 4));
@@ -121,6 +167,9 @@ TEST(Recovery, ExitIsZeroOutsideTheHullAndAbsentWithinReach) {
     ASSERT_TRUE(exit);
     EXPECT_EQ(exit->distance_m, 0);
   }
+  // contains() is false on both sides, so the error is the largest one.
+  EXPECT_EQ(outward->error_m, 1e-6);
+  EXPECT_EQ(from_base->error_m, 1e-6);
   EXPECT_FALSE(collision::exit_outward(hull.query, {0, 0, 0}, up, 0.05));
   EXPECT_FALSE(collision::exit_from_base(hull.query, {0, 0, 0}, up, 0.05));
   EXPECT_EQ(collision::residual_m(hull.query, {}, up, 0.1), 0);

@@ -158,11 +158,15 @@ TEST_F(ResponseTest, RejectsInvalidRequests) {
   EXPECT_THROW(respond_by_default({.height_m = 0}), std::invalid_argument);
   EXPECT_THROW(respond_by_default({.height_m = std::numeric_limits<double>::quiet_NaN()}),
                std::invalid_argument);
+  EXPECT_THROW(respond_by_default({.height_m = kInfinity}), std::invalid_argument);
   EXPECT_THROW(respond_by_default({.apex_angle_rad = 3.2}), std::invalid_argument);
+  EXPECT_THROW(respond_by_default({.apex_angle_rad = 0}), std::invalid_argument);
+  EXPECT_THROW(respond_by_default({.apex_angle_rad = kNaN}), std::invalid_argument);
   EXPECT_THROW(respond_by_default({.window_px = 0}), std::invalid_argument);
   EXPECT_THROW(collision::respond(query(), collision_, {rp_object_m_, std::nullopt}, {}),
                std::invalid_argument);
   EXPECT_THROW(respond_to({rp_object_m_, std::nullopt, {}, -1e-3}), std::invalid_argument);
+  EXPECT_THROW(respond_to({rp_object_m_, std::nullopt, {}, kNaN}), std::invalid_argument);
   collision_.points.front().p_world_m.y() = kNaN;
   EXPECT_THROW(respond_by_default(), std::invalid_argument);
 }

@@ -250,6 +250,15 @@ TEST(FirstContact, TimeErrorIsTheStepOfTheWholePathHalvedSixTimes) {
     EXPECT_LE(contact->p_world_m.norm(), 0.02);  // of the resting ball
     EXPECT_LT(contact->triangle, 12u);
   }
+  // By default steps of 1.5 mm, and at most 512.
+  for (const auto& [path_m, steps] : {std::pair{0.2, 134}, {0.767, 512}, {0.769, 512}}) {
+    const auto contact =
+        collision::first_contact(snapshot(5, kOrigin), snapshot(7, kOrigin),
+                                 {&plate, at({-0.1, 0, 0}), at({path_m - 0.1, 0, 0})});
+    ASSERT_TRUE(contact);
+    EXPECT_EQ(steps_of(*contact), steps);
+    EXPECT_EQ(contact->coarse, path_m > 0.768) << path_m;
+  }
   // As many steps as allowed, and one fewer.
   for (const auto& [max_steps, coarse] : {std::pair{134, false}, {133, true}, {4, true}}) {
     const auto contact = collision::first_contact(snapshot(5, kOrigin), snapshot(7, kOrigin),

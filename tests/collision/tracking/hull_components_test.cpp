@@ -9,6 +9,7 @@
 
 #include "common/collision/tracking/hull_components.h"
 #include "tests/support/collision/scene.h"
+#include "tests/support/hull/queries.h"
 
 namespace fivepipe::test {
 namespace {
@@ -276,6 +277,70 @@ TEST(HullComponents, EmptyHullHasNoneAndInvalidArgumentsThrow) {
       components_of(silhouettes, 0.005, 1,
                     {Vector3d(0, 0, std::numeric_limits<double>::quiet_NaN()), Vector3d(1, 1, 1)}),
       std::invalid_argument);
+}
+
+TEST(HullComponents, RejectsTheRuleThatCountsSeenCamerasAlone) {
+  const auto silhouettes = silhouettes_of({ball(kOrigin, 0.05)}, ring(4, 1.5, 0.6, 100, 0.9));
+  base::WorkerPool pool(1);
+  hull::CpuHull hull(pool, silhouettes, {hull::Limits::seen, 2});
+  EXPECT_THROW(collision::hull_components(hull::HullQuery(hull), {kSpace}), std::invalid_argument);
+}
+
+// 512^3 cells are the most.
+TEST(HullComponents, HasAtMost134217728Cells) {
+  const auto silhouettes = silhouettes_of({ball(kOrigin, 0.02)}, ring(4, 1.5, 0.6, 100, 0.9));
+  const double cell_m = 0x1p-10;
+  const Vector3d half = Vector3d::Constant(0.25);
+  EXPECT_EQ(components_of(silhouettes, cell_m, 1, {-half, half}).size(), 1u);
+  EXPECT_THROW(components_of(silhouettes, cell_m, 1, {-half, half + Vector3d(cell_m, 0, 0)}),
+               std::invalid_argument);
+}
+
+// Cells of 5 mm; a component of one cell is dropped.
+TEST(HullComponents, DefaultsAreCellsOfFiveMillimetresAndTwoCells) {
+  Random random(8);
+  std::vector<hull::Silhouette> noise;
+  for (const geometry::Camera& camera : ring(2, 1.2, 0.5, 100, 0.5))
+    noise.push_back({camera, random_pixels(random, 100, 100, 0.15)});
+  const Queries q(noise);
+  const auto cells = [&](const collision::HullComponentsOptions& options) {
+    std::vector<std::size_t> found;
+    for (const collision::HullComponent& c : collision::hull_components(q.query, options)) {
+      found.push_back(c.cells);
+      EXPECT_TRUE(c.outlines.empty());
+    }
+    return found;
+  };
+  const Eigen::AlignedBox3d within(Vector3d(-0.1, -0.1, -0.05), Vector3d(0.1, 0.1, 0.05));
+  const auto found = cells({within});
+  EXPECT_EQ(found, cells({within, 0.005, 2}));
+  EXPECT_NE(found, cells({within, 0.01, 2}));
+  EXPECT_NE(found, cells({within, 0.0025, 2}));
+  ASSERT_FALSE(found.empty());
+  EXPECT_EQ(found.back(), 2u);
+  EXPECT_EQ(cells({within, 0.005, 1}).back(), 1u);
+}
+
+// Float cannot represent pixels in an image of 70,000 columns, so double decides every cell that
+// the other camera does not certify free.
+TEST(HullComponents, ACameraTooWideForFloatStillLimitsThem) {
+  hull::Silhouette wide{{{70'000, 64, 64, 64, 34'999.5, 31.5}, Eigen::Isometry3d::Identity()},
+                        hull::ObjectPixels(70'000, 64)};
+  hull::Silhouette narrow{{{64, 64, 64, 64, 31.5, 31.5}, Eigen::Isometry3d::Identity()},
+                          hull::ObjectPixels(64, 64)};
+  for (int v = 10; v < 54; ++v) {
+    narrow.pixels.set_run(10, 54, v);
+    wide.pixels.set_run(0, 10, v);
+    wide.pixels.set_run(35'010, 70'000, v);
+  }
+  const std::vector<hull::Silhouette> silhouettes{narrow, wide};
+  const Eigen::AlignedBox3d within(Vector3d(-0.3, -0.3, 0.9), Vector3d(0.31, 0.3, 1.1));
+  const auto found = components_of(silhouettes, 0.02, 1, within);
+  const auto expected = reference_components(silhouettes, within, 0.02, 2);
+  ASSERT_EQ(found.size(), 1u);
+  ASSERT_EQ(expected.size(), 1u);
+  EXPECT_EQ(found[0].cells, expected[0].cells);
+  EXPECT_LT((found[0].centroid_world_m - expected[0].centroid_world_m).norm(), 1e-12);
 }
 
 }  // namespace

@@ -70,6 +70,21 @@ TEST_F(CoverageSquare, AllCoveredIsTheHullOfAllPixels) {
       CoverageHull(test_pool(), silhouettes).surface(view, test::whole_image(view.camera));
   for (const Eigen::Vector3f& normal : surface.normal_world) EXPECT_EQ(normal.norm(), 0);
 }
+// The coverage falls across the images, but stays above one half: only the images' borders limit
+// the hull.
+TEST_F(CoverageSquare, ImageBordersHaveNoNormalAlthoughTheCoverageFalls) {
+  for (int v = 0; v < 75; ++v)
+    for (const int camera : {0, 1})
+      fill(camera, {0, v, 100, v + 1}, std::uint8_t(128 + (camera ? v : 74 - v) * 127 / 74));
+  ASSERT_TRUE(outward_in_image(silhouettes[0].map, {0, 37}));
+  const SurfaceTile tile =
+      CoverageHull(test_pool(), silhouettes).surface(view, test::whole_image(view.camera));
+  EXPECT_FALSE(no_hull({tile.rect, tile.depth_m}));
+  for (std::size_t i = 0; i < tile.depth_m.size(); ++i) {
+    ASSERT_EQ(tile.limiting[i], -1) << i;
+    ASSERT_EQ(tile.normal_world[i].norm(), 0) << i;
+  }
+}
 // The border is half way from an object pixel's centre to the next centre.
 TEST_F(CoverageSquare, StraightBordersOfBinaryMapsAreThePixels) {
   fill(0, {30, 0, 60, 75});

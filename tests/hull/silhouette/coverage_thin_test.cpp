@@ -208,6 +208,33 @@ TEST(ThinCoverage, RowAlignedStripsKeepTheirWidthOrBorders) {
     }
 }
 
+// A strip that covers two rows or columns equally moves to the first one.
+TEST(ThinCoverage, OfTwoEqualRowsTheFirstIsRaised) {
+  for (const int c : {30, 60, 100, 120})
+    for (const bool columns : {false, true}) {
+      SCOPED_TRACE(c);
+      CoverageMap map(9, 9);
+      for (int along = 0; along < 9; ++along)
+        for (const int across : {3, 4})
+          map.set(columns ? across : along, columns ? along : across, std::uint8_t(c));
+      const CoverageMap contained = preserve_thin(map),
+                        as_wide = preserve_thin(map, {.rule = ThinRule::as_wide});
+      const double f = c / 255.0,  // the values of thin_coverage.h
+          reaching = std::max(2 * f / (1 + 2 * f), 2 * 0.55 * 0.55 / (1.55 * 1.55));
+      for (int along = 1; along < 8; ++along) {
+        const auto at = [&](const CoverageMap& m, int across) {
+          return int(columns ? m.at(across, along) : m.at(along, across));
+        };
+        EXPECT_EQ(at(contained, 2), 0);
+        EXPECT_EQ(at(contained, 3), 255);
+        EXPECT_EQ(at(contained, 4), std::max(c, int(std::ceil(255 * reaching))));
+        EXPECT_EQ(at(contained, 5), 0);
+        EXPECT_GE(at(as_wide, 3), 128);
+        EXPECT_EQ(at(as_wide, 4), c);
+      }
+    }
+}
+
 TEST(ThinCoverage, KeepsDotsAndRemovesNoise) {
   for (const ThinRule rule : {ThinRule::contained, ThinRule::as_wide})
     for (const int c : {40, 60, 120}) {

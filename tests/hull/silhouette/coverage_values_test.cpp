@@ -59,6 +59,7 @@ TEST(CoverageMap, KeepsItsBytes) {
   EXPECT_EQ(binary.at(2, 1), 255);
   EXPECT_EQ(binary.at(1, 1), 0);
   EXPECT_EQ(CoverageMap(3, 2).bytes().size(), 6u);
+  EXPECT_EQ(CoverageMap(), CoverageMap(0, 0));
   EXPECT_GT(side_of_border(128), 0);
   EXPECT_LT(side_of_border(127), 0);
   EXPECT_EQ(side_of_border(255), 255);

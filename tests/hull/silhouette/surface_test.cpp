@@ -298,6 +298,71 @@ TEST(HullSurface, LimitsSeenHullMayBeginAtAnImageBorder) {
   EXPECT_GT(by_the_first, 20);
 }
 
+// Whatever the tile's depths are.
+TEST(HullSurface, NoViewAndNoCameraHaveNoSurface) {
+  test::Random random(4);
+  const auto silhouettes =
+      test::silhouettes_of(test::random_object(random, 3), test::random_cameras(random, 3));
+  Scene scene(silhouettes), no_camera(std::vector<Silhouette>{});
+  const View view{test::random_camera(random, 32, 24, 0.8), 0.05, 5.0};
+  const DepthTile tile = scene.hull.depth(view, test::whole_image(view.camera));
+  const auto with_surface = [&](Scene& of, const View& from) {
+    const HullSurface surface = hull_surface(of.query, from, tile);
+    for (const Eigen::Vector3f& normal : surface.normal_world) EXPECT_LT(normal.norm(), 1 + 1e-6f);
+    return std::count_if(surface.limiting_camera.begin(), surface.limiting_camera.end(),
+                         [](int camera) { return camera != kNoSurface; });
+  };
+  ASSERT_GT(with_surface(scene, view), 30);
+  EXPECT_EQ(with_surface(no_camera, view), 0);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const auto& [near_m, far_m] : {std::pair{0.0, 5.0},
+                                      {-1.0, 5.0},
+                                      {nan, 5.0},
+                                      {0.05, nan},
+                                      {0.05, std::numeric_limits<double>::infinity()},
+                                      {5.0, 0.05},
+                                      {5.0, 5.0}})
+    EXPECT_EQ(with_surface(scene, {view.camera, near_m, far_m}), 0) << near_m << ", " << far_m;
+  View not_finite = view;
+  not_finite.camera.pinhole.cy_px = nan;
+  EXPECT_EQ(with_surface(scene, not_finite), 0);
+}
+
+// Two marks and the index of a camera, in one view: the near plane cuts a ball's hull.
+TEST(HullSurface, MarksAreNeitherEqualNorIndices) {
+  const std::vector<Capsule> ball{{{0, 0, 0}, {0, 0, 0}, 0.1}};
+  std::vector<geometry::Camera> cameras;
+  for (const double angle : {0.3, 1.5, 2.9})
+    cameras.push_back(
+        {geometry::pinhole_from_fov(100, 100, 0.4),
+         geometry::look_at(1.5 * Vector3d(std::cos(angle), std::sin(angle), 0.5), {0, 0, 0})});
+  Scene scene(test::silhouettes_of(ball, cameras));
+  const View view{
+      {geometry::pinhole_from_fov(64, 64, 0.3), geometry::look_at({0.2, -1, 0.3}, {0, 0, 0})},
+      1.02,
+      4.0};
+  const DepthTile tile = scene.hull.depth(view, test::whole_image(view.camera));
+  const HullSurface surface = hull_surface(scene.query, view, tile);
+  int missed = 0, cut = 0, entered = 0;
+  for (std::size_t i = 0; i < tile.depth_m.size(); ++i) {
+    const int camera = surface.limiting_camera[i];
+    if (tile.depth_m[i] == kNoHull) {
+      ASSERT_EQ(camera, kNoSurface);
+      ++missed;
+    } else if (tile.depth_m[i] == float(view.near_m)) {
+      ASSERT_EQ(camera, kNearPlane);
+      ++cut;
+    } else {
+      ASSERT_TRUE(camera >= 0 && camera < 3);
+      ++entered;
+    }
+  }
+  EXPECT_GT(missed, 100);
+  EXPECT_GT(cut, 100);
+  EXPECT_GT(entered, 100);
+  EXPECT_TRUE(kNoSurface < 0 && kNearPlane < 0 && kNoSurface != kNearPlane);
+}
+
 TEST(HullSurface, NearPlaneInsideTheHullAndNoHullAreMarked) {
   std::vector<Silhouette> silhouettes;
   for (const Vector3d& eye : {Vector3d(2, 0, 0), Vector3d(0, 2, 0)}) {

@@ -1,5 +1,6 @@
 #include <dds/dds.h>
 #include <gtest/gtest.h>
+#include <signal.h>
 
 #include <algorithm>
 #include <chrono>
@@ -9,10 +10,13 @@
 #include <fstream>
 #include <map>
 #include <memory>
+#include <set>
 
 #include "common/pipeline/bus/bus.h"
 #include "common/pipeline/bus/discovery.h"
 #include "common/pipeline/bus/profile.h"
+#include "common/pipeline/bus/serialized.h"
+#include "common/pipeline/messages/wire_conversions.h"
 #include "common/pipeline/node/status.h"
 #include "tests/support/process.h"
 #include "tests/support/test_domain.h"
@@ -215,6 +219,109 @@ TEST(Bus, AConfigurationThatCycloneRefusesIsAnError) {
   EXPECT_TRUE(what.starts_with("cannot open DDS domain " + std::to_string(domain) +
                                " with network profile 'loopback': "))
       << what;
+}
+
+// Memory that is not returned would be new memory for each batch.
+TEST(Bus, BatchesReuseTheMemoryOfEarlierOnes) {
+  Bus bus({test::own_domain()});
+  auto writer = bus.writer<topics::FrameComposited>();
+  auto reader = bus.reader<topics::FrameComposited>();
+  ASSERT_TRUE(test::eventually(bus, 10s, [&] { return writer.readers() == 1; }));
+  std::set<const void*> places;
+  for (std::uint64_t frame = 1; frame <= 20; ++frame) {
+    writer.write(composited(frame));
+    ASSERT_TRUE(bus.wait(10s));
+    for (const auto& sample : reader.take()) places.insert(&*sample);
+  }
+  EXPECT_EQ(places.size(), 1u);
+  EXPECT_FALSE(bus.wait(0ns)) << "no sample";
+}
+
+// A Bus in the own second domain of this process, with this configuration.
+class ConfiguredBus : public testing::Test {
+ protected:
+  ~ConfiguredBus() override { unsetenv("CYCLONEDDS_URI"); }
+  static Bus bus_with(const std::string& xml, bool frequent_heartbeats = false) {
+    setenv("CYCLONEDDS_URI", xml.c_str(), 1);
+    return Bus({.domain = test::own_second_domain(), .frequent_heartbeats = frequent_heartbeats});
+  }
+};
+
+TEST_F(ConfiguredBus, WarnsOfASmallReceiveBufferOnly) {
+  const auto xml = [](const std::string& inside) {
+    return "<CycloneDDS><Domain><Internal>" + inside + "</Internal></Domain></CycloneDDS>";
+  };
+  EXPECT_TRUE(bus_with(xml("")).warnings().empty());
+  const std::size_t granted = kernel_rmem_max_bytes();
+  if (granted == 0) return;  // the kernel does not state it
+  const auto warnings = bus_with(xml("<SocketReceiveBufferSize min=\"900000MB\"/>")).warnings();
+  ASSERT_EQ(warnings.size(), 1u);
+  const std::string start =
+      "the kernel grants receive buffers of " + std::to_string(granted) + " bytes";
+  EXPECT_EQ(warnings[0].substr(0, start.size()), start);
+}
+
+// Cyclone DDS writes its configuration to its log.
+TEST_F(ConfiguredBus, RequestsFrequentHeartbeatsOnDemand) {
+  const test::TestFolder folder;
+  const auto heartbeats = [&](bool frequent) {
+    const std::filesystem::path log = folder.path / (frequent ? "frequent" : "default");
+    bus_with("<CycloneDDS><Domain><Tracing><Verbosity>config</Verbosity><OutputFile>" +
+                 log.string() + "</OutputFile></Tracing></Domain></CycloneDDS>",
+             frequent);
+    std::ifstream file(log);
+    for (std::string line; std::getline(file, line);)
+      if (line.find("HeartbeatInterval/#text") != std::string::npos) return line;
+    return std::string();
+  };
+  EXPECT_NE(heartbeats(true).find("200 us"), std::string::npos) << heartbeats(true);
+  EXPECT_NE(heartbeats(false), "");
+  EXPECT_EQ(heartbeats(false).find("200 us"), std::string::npos) << heartbeats(false);
+}
+
+// The reader is in a process that takes nothing more, so a writer that keeps all samples waits.
+TEST(Bus, SamplesThatAStoppedProcessDoesNotTakeAreCounted) {
+  unsetenv("CYCLONEDDS_URI");
+  std::string profile = profile_xml("loopback");
+  for (std::size_t at; (at = profile.find("64MB")) != std::string::npos;)
+    profile.replace(at, 4, "2kB");  // so many bytes may wait for acknowledgement
+  setenv("CYCLONEDDS_URI", profile.c_str(), 1);
+  const std::uint32_t domain = test::own_domain();
+  Bus bus({domain});
+  const auto topic = topics::described<topics::ObjectPixelMap>();
+  SerializedWriter writer(bus, topic, WriterHistory::keep_all);
+  SerializedReader reader(bus, topic);
+  auto typed = bus.writer<topics::ObjectPixelMap>();
+  const test::TestFolder folder;
+  const test::Program peer({FIVEPIPE_BINARY_DIR "/map_reader", std::to_string(domain)},
+                           folder.path / "log");
+  unsetenv("CYCLONEDDS_URI");  // other tests may run after this one in the same process
+  ASSERT_TRUE(test::eventually(bus, 20s, [&] {
+    return writer.readers() == 2 && typed.readers() == 2;
+  })) << peer.said();
+  std::vector<std::uint8_t> payload(4000);
+  fivepipe_v1_ObjectPixelMap message{};
+  messages::borrow(message.payload, payload);
+  typed.write(message);
+  std::vector<std::byte> cdr;
+  ASSERT_TRUE(test::eventually(bus, 10s, [&] {
+    reader.take([&](const SerializedSample& s) { cdr.assign(s.cdr.begin(), s.cdr.end()); });
+    return !cdr.empty();
+  }));
+  ASSERT_TRUE(writer.write({SampleKind::data, 0, 1, cdr}));
+  ASSERT_TRUE(writer.wait_for_delivery(10s));
+  EXPECT_TRUE(bus.take_not_sent().empty());
+  peer.signal(SIGSTOP);
+  using Counts = std::map<std::string, std::uint64_t>;
+  std::uint64_t written = 2;
+  while (writer.write({SampleKind::data, 0, 1, cdr}) && written < 20) ++written;
+  EXPECT_LT(written, 20u);
+  EXPECT_FALSE(writer.wait_for_delivery(1ms));
+  EXPECT_EQ(bus.take_not_sent(), (Counts{{topic.name, 1}}));
+  EXPECT_EQ(bus.sent(), (Counts{{topic.name, written}}));
+  EXPECT_TRUE(bus.take_not_sent().empty()) << "counts a sample once";
+  peer.signal(SIGCONT);
+  EXPECT_TRUE(writer.wait_for_delivery(10s));
 }
 
 TEST(Profile, TheEnvironmentReplacesTheProfile) {

@@ -69,7 +69,24 @@ TEST(KeyLimit, AWriterWithoutKeysLeavesItsPlaceToAnother) {
   }
 }
 
-// A reader receives the samples of kMaxKeys keys, and the bus names the process of the
+// A writer has one key: the first 256 writers keep theirs, and the next one shares its place.
+TEST(KeyLimit, AKeyOfAFurtherWriterStaysKnownWhenTheWriterGetsItsOwnPlace) {
+  KeyLimit limit(1);
+  for (std::uint64_t writer = 1; writer <= 256; ++writer)
+    ASSERT_TRUE(limit.accepts(writer, writer)) << writer;
+  constexpr std::uint64_t kFurther = 257, kShared = 1000, kOwn = 1001;
+  EXPECT_TRUE(limit.accepts(kFurther, kShared));
+  EXPECT_FALSE(limit.accepts(kFurther, kOwn));
+  EXPECT_FALSE(limit.accepts(kFurther + 1, kOwn)) << "further writers share one key";
+  limit.forget(1);
+  EXPECT_TRUE(limit.accepts(kFurther, kShared));
+  EXPECT_TRUE(limit.accepts(kFurther, kOwn)) << "the shared key takes the writer's own place";
+  limit.forget(kShared);
+  EXPECT_TRUE(limit.accepts(kFurther + 1, kShared + 2)) << "a forgotten key keeps its place";
+  EXPECT_FALSE(limit.accepts(kFurther + 1, kShared + 3));
+}
+
+// A reader receives the samples of 1024 keys, and the bus names the process of the
 // writer that uses more.
 TEST(BusKeyLimit, ReaderRefusesFurtherKeysAndNamesTheProcess) {
   Bus bus({test::own_domain()});
@@ -91,12 +108,12 @@ TEST(BusKeyLimit, ReaderRefusesFurtherKeysAndNamesTheProcess) {
     take();
   };
   constexpr std::size_t kTooMany = 10;
-  for (std::size_t key = 0; key < topics::kMaxKeys + kTooMany; ++key) write(writer, key);
-  EXPECT_EQ(received, topics::kMaxKeys);
+  for (std::size_t key = 0; key < 1024 + kTooMany; ++key) write(writer, key);
+  EXPECT_EQ(received, 1024u);
   write(writer, 5);
-  EXPECT_EQ(received, topics::kMaxKeys + 1) << "a known key";
+  EXPECT_EQ(received, 1024u + 1) << "a known key";
   write(other, 1'000'000);
-  EXPECT_EQ(received, topics::kMaxKeys + 2) << "another writer";
+  EXPECT_EQ(received, 1024u + 2) << "another writer";
   const auto refused = bus.take_refused();
   ASSERT_EQ(refused.size(), 1u);
   EXPECT_EQ(refused[0].topic, topics::FrameTrace::name);
@@ -110,7 +127,7 @@ TEST(BusKeyLimit, AReaderAcceptsTheTilesOfALargeView) {
   auto reader = bus.reader<topics::HullTile>();
   auto writer = bus.writer<topics::HullTile>();
   ASSERT_TRUE(test::eventually(bus, 10s, [&] { return reader.writers() == 1; }));
-  for (std::uint32_t tile = 0; tile <= topics::kMaxTiles; ++tile) {
+  for (std::uint32_t tile = 0; tile <= 4096; ++tile) {
     fivepipe_v1_HullTile message{};
     message.tile = tile;
     writer.write(message);

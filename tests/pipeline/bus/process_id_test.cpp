@@ -41,10 +41,22 @@ TEST(ProcessId, OtherUserDataStateNoIdentity) {
         "fivepipe/1 pid=4294967296" + start + " host=alpha",
         std::string("fivepipe/1 pid=1 start=0123 host=alpha"),
         std::string("fivepipe/1 pid=1 start=0123456789abcdeg host=alpha"),
-        "fivepipe/1 pid=1" + start, "fivepipe/1 pid=1" + start + " host=",
-        "fivepipe/1 pid=1" + start + " host=a\x1b[2J", "fivepipe/1 pid=1" + start + " host=a b",
+        std::string("fivepipe/1 pid=0123456789abcdef host=alpha"), "fivepipe/1 pid=1" + start,
+        "fivepipe/1 pid=1" + start + " host=", "fivepipe/1 pid=1" + start + " host=a\x1b[2J",
+        "fivepipe/1 pid=1" + start + " host=a b",
         "fivepipe/1 pid=1" + start + " host=" + std::string(65, 'a')})
     EXPECT_FALSE(from_user_data(text)) << text;
+}
+
+TEST(ProcessId, HostNamesHaveUpTo64PrintableCharacters) {
+  const auto accepts = [](const std::string& host) {
+    const ProcessId process{host, 1, 2};
+    return from_user_data(to_user_data(process)) == process;
+  };
+  for (const std::string& host : {std::string("!"), std::string("~"), std::string(64, 'a')})
+    EXPECT_TRUE(accepts(host)) << host;
+  for (const std::string& host : {std::string(" "), std::string("\x7f"), std::string(65, 'a')})
+    EXPECT_FALSE(accepts(host)) << host;
 }
 
 TEST(ProcessId, ParticipantWithoutUserDataIsUnknown) {
@@ -122,6 +134,7 @@ TEST(ProcessId, StaysThatOfAProcessThatWasSilentForLongerThanItsLease) {
   EXPECT_EQ(process->pid, std::uint32_t(node.pid()));
   EXPECT_EQ(process->host, base::host_name());
   EXPECT_NE(process->start_id, this_process().start_id);
+  EXPECT_NE((process->start_id | this_process().start_id) >> 48, 0u) << "has 64 random bits";
 }
 
 }  // namespace

@@ -165,9 +165,56 @@ TEST(SerializedBus, RejectsInvalidCdr) {
     bytes[1] = std::byte{1};
     return bytes;
   }();
-  EXPECT_THROW(writer.write({SampleKind::data, 0, 1, none}), BusError);
-  EXPECT_THROW(writer.write({SampleKind::data, 0, 1, header}), BusError);
-  EXPECT_THROW(writer.write({SampleKind::data, 0, 1, absurd}), BusError);
+  const auto error_of = [&](std::span<const std::byte> cdr) {
+    try {
+      writer.write({SampleKind::data, 0, 1, cdr});
+    } catch (const BusError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  const std::string where = std::string(map_topic.name) + ": ";
+  EXPECT_EQ(error_of(none), where + "0 bytes are not a serialised message");
+  EXPECT_EQ(error_of(std::span(header).first(3)), where + "3 bytes are not a serialised message");
+  EXPECT_EQ(error_of(header), where + "4 bytes are not a message of this type");
+  EXPECT_EQ(error_of(absurd), where + "16 bytes are not a message of this type");
+}
+
+TEST(SerializedBus, TakeReturnsTheNumberOfSamplesAndChangesOfKeys) {
+  Bus bus({test::own_domain()});
+  SerializedReader reader(bus, map_topic);
+  auto writer = std::make_optional(bus.writer<topics::ObjectPixelMap>());
+  ASSERT_TRUE(test::eventually(bus, 10s, [&] { return writer->readers() == 1; }));
+  std::vector<std::uint8_t> payload{1};
+  for (std::uint64_t frame = 0; frame < 300; ++frame) writer->write(map("left", frame, payload));
+  for (std::uint64_t frame = 0; frame < 20; ++frame) writer->write(map("right", frame, payload));
+  writer.reset();
+  ASSERT_TRUE(test::eventually(bus, 10s, [&] { return reader.writers() == 0; }));
+  std::size_t samples = 0;
+  const std::size_t returned = reader.take([&](const SerializedSample&) { ++samples; });
+  EXPECT_EQ(samples, 322u) << "of two keys that have no writer any more";
+  EXPECT_EQ(returned, samples);
+  EXPECT_EQ(reader.take([&](const SerializedSample&) { ++samples; }), 0u);
+  EXPECT_EQ(samples, 322u);
+}
+
+// A late reader of a latched topic needs the newest sample alone.
+TEST(SerializedBus, AWriterKeepsAllSamplesOnRequestUnlessItsTopicIsLatched) {
+  const auto history_of = [](const char* topic, WriterHistory history) {
+    Bus bus({test::own_domain()});
+    const SerializedWriter writer(bus, described(topic), history);
+    std::string found;
+    test::eventually(bus, 10s, [&] {
+      for (const EndpointDescription& endpoint : bus.endpoints())
+        if (endpoint.own && endpoint.topic == topic) found = endpoint.qos.at("history");
+      return !found.empty();
+    });
+    return found;
+  };
+  EXPECT_EQ(history_of(topics::ObjectPixelMap::name, WriterHistory::topic), "keep_last 8");
+  EXPECT_EQ(history_of(topics::ObjectPixelMap::name, WriterHistory::keep_all), "keep_all");
+  EXPECT_EQ(history_of(topics::CameraInfo::name, WriterHistory::topic), "keep_last 1");
+  EXPECT_EQ(history_of(topics::CameraInfo::name, WriterHistory::keep_all), "keep_last 1");
 }
 
 TEST(SerializedBus, KeepsAllSamplesUntilTaken) {

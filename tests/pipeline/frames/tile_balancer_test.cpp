@@ -181,6 +181,7 @@ TEST(TileBalancer, WholeFramesAreRoundRobin) {
     const auto owner = balancer.next();
     ASSERT_EQ(owner.size(), 12u);
     for (const auto o : owner) EXPECT_EQ(o, owner.front());
+    EXPECT_EQ(owner.front(), (frame + 1) % 3);
     ++taken.at(owner.front());
   }
   EXPECT_EQ(taken, (std::vector<int>{10, 10, 10}));

@@ -4,8 +4,11 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 
+#include "common/base/realtime.h"
 #include "common/pipeline/messages/camera_messages.h"
+#include "common/pipeline/node/status_names.h"
 #include "tests/support/process.h"
 #include "tests/support/test_domain.h"
 
@@ -23,6 +26,165 @@ config::Rig rig_of(const std::vector<std::string>& cameras) {
     rig.cameras.push_back(camera);
   }
   return rig;
+}
+
+// What the final status of a node states.
+struct Stated {
+  std::map<std::string, std::uint64_t> counts, drops, empty_cameras;
+  std::map<std::string, double> max_latencies_ms;
+  std::map<std::string, std::string> diagnostics;
+};
+
+Stated stated_by(const fivepipe_v1_NodeStatus& status) {
+  Stated got;
+  for (const auto& count : messages::span_of(status.counts)) got.counts[count.name] = count.count;
+  for (const auto& drop : messages::span_of(status.drops))
+    got.drops[messages::text_of({drop.reason, drop.subject, drop.detail})] = drop.count;
+  for (const auto& empty : messages::span_of(status.empty_cameras))
+    got.empty_cameras[empty.camera] = empty.frames;
+  for (const auto& latency : messages::span_of(status.latencies))
+    got.max_latencies_ms[latency.name] = latency.max_ms;
+  for (const auto& diagnostic : messages::span_of(status.diagnostics))
+    got.diagnostics[diagnostic.subject] = diagnostic.text;
+  return got;
+}
+
+// A reader of frame sets, and a process that publishes the cameras c0, c1, ... and their maps.
+class FrameSetReaderTest : public testing::Test {
+ protected:
+  explicit FrameSetReaderTest(std::size_t cameras = 2) {
+    std::vector<std::string> names;
+    for (std::size_t i = 0; i < cameras; ++i) names.push_back("c" + std::to_string(i));
+    rig_ = rig_of(names);
+    reader_.emplace(bus_, rig_, *status_);
+    EXPECT_TRUE(test::eventually(bus_, 10s, [&] {
+      return infos_.readers() == 1 && maps_.readers() == 1 && statuses_.writers() == 1;
+    }));
+  }
+  void publish_camera(std::size_t camera, double fx_px) {
+    config::RigCamera model = rig_.cameras[camera];
+    model.published.fx_px = fx_px;
+    infos_.write(messages::camera_info_message(model));
+  }
+  void publish_map(std::size_t camera, std::uint64_t frame, std::int64_t stamp_ns = 1'000'000,
+                   bool with_object = true) {
+    hull::ObjectPixels pixels(4, 4);
+    if (with_object) pixels.set(1, 2);
+    const std::string name = "c" + std::to_string(camera);
+    maps_.write(messages::map_message(name, frame, stamp_ns, pixels).message());
+  }
+  // Takes until the reader returns the set of this frame.
+  frames::FrameSet take_frame(std::uint64_t frame) {
+    std::optional<frames::FrameSet> found;
+    EXPECT_TRUE(test::eventually(bus_, 10s, [&] {
+      for (frames::FrameSet& set : reader_->take())
+        if (set.frame == frame) found = std::move(set);
+      return found.has_value();
+    })) << frame;
+    return found.value();
+  }
+  // Ends the node.
+  Stated final_status() {
+    reader_.reset();
+    status_.reset();
+    std::optional<Stated> last;
+    EXPECT_TRUE(test::eventually(bus_, 10s, [&] {
+      for (const auto& sample : statuses_.take())
+        if (sample.valid() && sample->final_report) last = stated_by(*sample);
+      return last.has_value();
+    }));
+    return last.value();
+  }
+
+  using Counts = std::map<std::string, std::uint64_t>;
+  using Texts = std::map<std::string, std::string>;
+  bus::Bus bus_{{test::own_domain()}};
+  bus::Reader<bus::topics::NodeStatus> statuses_ = bus_.reader<bus::topics::NodeStatus>();
+  bus::Writer<bus::topics::CameraInfo> infos_ = bus_.writer<bus::topics::CameraInfo>();
+  bus::Writer<bus::topics::ObjectPixelMap> maps_ = bus_.writer<bus::topics::ObjectPixelMap>();
+  config::Rig rig_;
+  std::optional<NodeStatusReporter> status_{std::in_place, bus_, "node"};
+  std::optional<FrameSetReader> reader_;
+};
+
+TEST_F(FrameSetReaderTest, ReportsEachCompleteSet) {
+  const std::int64_t before_ns = base::now_realtime_ns();
+  publish_map(0, 1, 5'000'000);
+  publish_map(1, 1, 7'000'000, false);
+  const frames::FrameSet first = take_frame(1);
+  EXPECT_GE(first.first_received_ns, before_ns);
+  EXPECT_LE(first.last_received_ns, base::now_realtime_ns());
+  for (const std::size_t camera : {0, 1}) publish_map(camera, 2, 9'000'000, false);
+  take_frame(2);
+  publish_map(0, 2, 9'000'000);
+  publish_map(0, 3, 9'000'000);
+  publish_map(1, 3, 9'000'000, false);
+  take_frame(3);
+  const Stated last = final_status();
+  EXPECT_EQ(last.counts, (Counts{{kFrameSetsComplete, 3}}));
+  EXPECT_EQ(last.drops, (Counts{{"late_map", 1}}));
+  EXPECT_EQ(last.empty_cameras, (Counts{{"c0", 1}, {"c1", 3}}));
+  EXPECT_EQ(last.max_latencies_ms, (std::map<std::string, double>{{"set_skew", 2}}));
+  EXPECT_EQ(last.diagnostics, (Texts{{"hull", "empty: no object pixel in camera c1"}}));
+}
+
+TEST_F(FrameSetReaderTest, NamesALostCameraUntilItReturns) {
+  for (const bool returns : {false, true}) {
+    for (std::uint64_t frame = 0; frame < 16; ++frame) {
+      publish_map(0, frame, 1'000'000, false);
+      reader_->take();
+    }
+    publish_map(0, 16, 1'000'000);
+    EXPECT_EQ(take_frame(16).lost_cameras, std::vector<std::string>{"c1"});
+    if (returns)
+      for (const std::size_t camera : {1, 0}) {
+        publish_map(camera, 17);
+        EXPECT_EQ(reader_->take().size(), camera == 0 ? 1u : 0u);
+      }
+    EXPECT_EQ(
+        final_status().diagnostics,
+        returns ? Texts{} : (Texts{{"lost cameras", "c1; the hull uses only the other cameras"}}));
+    status_.emplace(bus_, "node");
+    reader_.emplace(bus_, rig_, *status_);
+  }
+}
+
+TEST_F(FrameSetReaderTest, DropsMessagesThatDoNotFitTheRigAndNamesTheirSender) {
+  publish_camera(0, 5);
+  fivepipe_v1_CameraInfo unknown = messages::camera_info_message(rig_.cameras[0]);
+  messages::set_text(unknown.camera, "c9");
+  infos_.write(unknown);
+  publish_map(0, 1);
+  maps_.write(messages::map_message("c1", 1, 1'000'000, hull::ObjectPixels(4, 3)).message());
+  publish_map(1, 1);
+  EXPECT_TRUE(reader_->take().empty()) << "the map of c0 is dropped";
+  publish_camera(0, rig_.cameras[0].published.fx_px);
+  for (const std::size_t camera : {0, 1}) publish_map(camera, 2);
+  take_frame(2);
+  const Stated last = final_status();
+  EXPECT_EQ(last.drops, (Counts{{"bad_camera_info: c9: published, but not in the rig ''", 1},
+                                {"bad_map: c0: published camera model differs from the rig", 1},
+                                {"bad_map: c1: wrong image size", 1},
+                                {"incomplete_set", 1}}));
+  const std::string sender = kRefusedFrom + bus::text_of(bus::this_process());
+  EXPECT_EQ(last.counts, (Counts{{kFrameSetsComplete, 1}, {sender, 4}}));
+  EXPECT_TRUE(last.diagnostics.empty()) << "the model is right now";
+}
+
+struct FrameSetReaderOf257Cameras : FrameSetReaderTest {
+  FrameSetReaderOf257Cameras() : FrameSetReaderTest(257) {}
+};
+
+// Peers choose how many processes publish a camera.
+TEST_F(FrameSetReaderOf257Cameras, RemembersTheNewest256WrongModels) {
+  for (std::size_t camera = 0; camera < 257; ++camera) {
+    publish_camera(camera, 5);
+    reader_->take();
+  }
+  for (const std::size_t camera : {0, 1}) publish_map(camera, 1);
+  reader_->take();
+  EXPECT_EQ(final_status().drops,
+            (Counts{{"bad_map: c1: published camera model differs from the rig", 1}}));
 }
 
 // Two processes publish the camera `left`. The maps of the first one are still dropped.

@@ -51,6 +51,36 @@ TEST_F(FrameGroupPrefetcherTest, ReturnsEveryGroupInOrderWithAnyQueueSize) {
   }
 }
 
+// Each frame is a chunk of its own. The thread reads as many frames as fit, and the 121 that it
+// needs to know that a frame is complete.
+TEST_F(FrameGroupPrefetcherTest, ReadsAheadAsFarAsItsBytesAllow) {
+  const auto path = folder_.path / "chunks.mcap";
+  constexpr std::size_t kMessageBytes = 4000;
+  {
+    RecordingWriter writer(path, "tests",
+                           {.compression = mcap::Compression::none, .chunk_bytes = 1});
+    const mcap::Id channel = writer.add_channel("a", test::kFramedType, test::kFramedIdl, {});
+    for (std::uint64_t frame = 0; frame < 200; ++frame) {
+      const std::int64_t stamp_ns = kStart_ns + std::int64_t(frame) * kFrame_ns;
+      std::vector<std::byte> message = test::framed(frame, 0, stamp_ns);
+      message.resize(kMessageBytes);
+      writer.add(channel, stamp_ns, stamp_ns, message);
+    }
+  }
+  const std::vector<mcap::ChunkIndex> chunks = mcap::Reader(path).chunks();
+  ASSERT_EQ(chunks.size(), 200u);
+  auto bytes = test::file_bytes(path);
+  for (const std::size_t frame : {127, 140})
+    bytes[chunks[frame].offset + chunks[frame].length_bytes - 1] ^= std::byte(1);
+  test::write_file(path, bytes);
+  const Recording recording(path);
+  FrameGroupPrefetcher prefetcher(groups_of(recording), 10 * kMessageBytes);
+  prefetcher.wait_until_ready();
+  EXPECT_EQ(prefetcher.damaged(), 1u) << "9 or 10 frames fit";
+  EXPECT_EQ(all_frames(prefetcher).size(), 198u);
+  EXPECT_EQ(prefetcher.damaged(), 2u);
+}
+
 TEST_F(FrameGroupPrefetcherTest, DestructorStopsAThreadThatWaitsForRoom) {
   const Recording recording(path_);
   FrameGroupPrefetcher prefetcher(groups_of(recording), 1);

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cstdlib>
 #include <system_error>
+#include <thread>
 
 #include "common/recording/files/format.h"
 #include "common/recording/mcap/recover.h"
@@ -146,6 +147,29 @@ TEST_F(SlowDisk, AFailedWriteOfTheDisksCacheIsReported) {
   writer.finish();
   EXPECT_NE(writer.failure().find("cannot be synchronised with the disk"), std::string::npos)
       << writer.failure();
+  EXPECT_FALSE(writer.is_synced());
+}
+
+// A power cut costs at most the open chunk.
+TEST_F(SlowDisk, EachChunkIsSynchronisedWhenItIsWritten) {
+  setenv("FIVEPIPE_TEST_SYNC_ERROR", "2", 1);
+  RecordingWriter writer(path_, "tests", kUncompressed);
+  const auto channel = writer.add_channel("t", test::kFramedType, test::kFramedIdl, {});
+  writer.add(channel, kStart_ns, kStart_ns, std::vector<std::byte>(1000));
+  writer.tick(kStart_ns + 1'000'000'000);
+  const auto start = Clock::now();
+  while (writer.failure().empty() && Clock::now() - start < 20s) std::this_thread::yield();
+  EXPECT_NE(writer.failure().find("cannot be synchronised with the disk"), std::string::npos);
+}
+
+TEST_F(SlowDisk, NothingIsSynchronisedIfNotRequested) {
+  setenv("FIVEPIPE_TEST_SYNC_ERROR", "3", 1);
+  RecordingWriter writer(path_, "tests", {.sync = false});
+  const auto channel = writer.add_channel("t", test::kFramedType, test::kFramedIdl, {});
+  writer.add(channel, kStart_ns, kStart_ns, std::vector<std::byte>(1000));
+  writer.finish(limits(Clock::now() + 1h, Clock::now() + 1h));
+  EXPECT_EQ(writer.failure(), "");
+  EXPECT_TRUE(writer.is_finished());
   EXPECT_FALSE(writer.is_synced());
 }
 

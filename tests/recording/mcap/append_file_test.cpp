@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <random>
 #include <system_error>
 
@@ -112,9 +113,38 @@ TEST(AppendFile, ErrorsNameTheFile) {
   EXPECT_EQ(missing.first, ENOENT);
   EXPECT_EQ(missing.second.find(path.string() + ": cannot be opened for writing"), 0u);
   const AppendFile first = AppendFile::create(path);
+  const auto next_free_descriptor = [] {
+    const int descriptor = open("/dev/null", O_RDONLY);
+    close(descriptor);
+    return descriptor;
+  };
+  const int descriptor = next_free_descriptor();
   const auto locked = error_of([&] { AppendFile::create(path); });
   EXPECT_EQ(locked.first, EBUSY);
   EXPECT_EQ(locked.second.find(path.string() + ": another process writes to it"), 0u);
+  EXPECT_EQ(next_free_descriptor(), descriptor) << "the file is still open";
+}
+
+TEST(AppendFile, CreateRemovesTheContentAndReopenTheEndOfAFile) {
+  const test::TestFolder folder;
+  const std::filesystem::path path = folder.path / "file";
+  const Bytes before = bytes_of(100, 1);
+  test::write_file(path, before);
+  AppendFile::reopen(path, 99);
+  EXPECT_EQ(test::file_bytes(path), Bytes(before.begin(), before.end() - 1));
+  errno = EWOULDBLOCK;  // of an earlier call
+  AppendFile::create(path);
+  EXPECT_EQ(std::filesystem::file_size(path), 0u);
+}
+
+// A device takes bytes but cannot be truncated or synchronised.
+TEST(AppendFile, ADeviceNeedsNoSynchronisation) {
+  AppendFile device = AppendFile::create("/dev/zero");
+  EXPECT_TRUE(device.append(bytes_of(10, 1)));
+  EXPECT_TRUE(device.sync([] { return false; }));
+  EXPECT_TRUE(device.append(bytes_of(10, 1)));
+  EXPECT_TRUE(device.sync());
+  EXPECT_EQ(device.size_bytes(), 20u);
 }
 
 }  // namespace

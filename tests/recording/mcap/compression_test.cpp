@@ -43,6 +43,8 @@ TEST(McapCompression, LimitsAreTheLargestPossibleExpansion) {
   EXPECT_EQ(decompression_error("zstd", large, (std::uint64_t(1) << 30) + 1), impossible);
   EXPECT_EQ(decompression_error("lz4", {}, 0), "");
   EXPECT_EQ(decompression_error("zstd", {}, 0), "");
+  EXPECT_NE(decompression_error("lz4", ten, 0), "") << "zeros are no frame";
+  EXPECT_NE(decompression_error("zstd", ten, 0), "") << "zeros are no frame";
   EXPECT_EQ(decompression_error("lz5", ten, 10), "unknown compression of a chunk: \"lz5\"");
 }
 

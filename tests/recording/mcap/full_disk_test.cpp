@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
+#include <cerrno>
 #include <csignal>
 #include <system_error>
 
@@ -66,7 +67,13 @@ TEST(McapFullDisk, ErrorNamesUnwritableFile) {
   } catch (const std::system_error& error) {
     EXPECT_NE(std::string(error.what()).find("none/a.mcap"), std::string::npos);
   }
-  EXPECT_THROW(FileWriter("/dev/full", Compression::none, ""), std::system_error);
+  try {
+    FileWriter("/dev/full", Compression::none, "");
+    FAIL();
+  } catch (const std::system_error& error) {
+    EXPECT_EQ(error.code().value(), ENOSPC);
+    EXPECT_NE(std::string(error.what()).find("/dev/full: cannot be written"), std::string::npos);
+  }
 }
 
 }  // namespace

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdlib>
+
 #include "common/base/usage_error.h"
 #include "common/recording/replay/node_inputs.h"
 #include "common/recording/replay/recorded_deployment.h"
@@ -220,6 +222,46 @@ TEST_F(ReplaySessionTest, WaitsForAReaderAndLoopsUntilStopped) {
   EXPECT_EQ(sent_, 6u);
 }
 
+// A lossless replay that lost a chunk is not repeated: each round would lose it again.
+TEST_F(ReplaySessionTest, ALosslessReplayLoopsWhileItIsComplete) {
+  bus::Bus node({.domain = domain_, .participant = "node"});
+  const auto reader = node.reader<topics::Command>();
+  ReplayRequest request = this->request();
+  request.wait_s = 60;
+  request.lossless = request.loop = true;
+  rounds_until_stop_ = 2;
+  EXPECT_EQ(replayed(request).end, End::complete);
+  EXPECT_EQ(rounds_, 2);
+  std::vector<std::byte> bytes = test::file_bytes(path_);
+  const mcap::ChunkIndex chunk = mcap::Reader(path_).chunks().at(0);
+  bytes[chunk.offset + chunk.length_bytes / 2] ^= std::byte(1);
+  test::write_file(path_, bytes);
+  rounds_ = 0;
+  control_ = ReplayControl::resume;
+  EXPECT_EQ(replayed(request).end, End::incomplete);
+  EXPECT_EQ(rounds_, 1);
+}
+
+// A later version may have topics that this build does not know.
+TEST_F(ReplaySessionTest, TopicsThatThisBuildDoesNotKnowAreSkipped) {
+  {
+    recording::RecordingWriter writer(path_, "tests", {});
+    const std::string schema = schema::fivepipe_schema(topics::Command::type);
+    const std::vector<std::byte> command = test::cdr_header();
+    writer.add(writer.add_channel("fivepipe/v9/Command", topics::Command::type, schema, {}),
+               kStart_ns, kStart_ns, command);
+  }
+  const recording::Recording recording(path_);
+  const ReplayPlan plan = plan_for(recording, request());
+  EXPECT_EQ(plan.channels.size(), 1u);
+  bus::Bus bus({domain_});
+  Replayer replayer(bus, recording, plan);
+  EXPECT_EQ(replayer.conflicts(), std::vector<std::string>());
+  replayer.run([] { return ReplayControl::resume; });
+  EXPECT_TRUE(replayer.counts().in_file.empty());
+  EXPECT_TRUE(replayer.counts().complete());
+}
+
 TEST_F(ReplaySessionTest, AnInterruptStopsItBeforeTheFirstMessage) {
   interrupted_ = true;
   EXPECT_EQ(replayed(request()).end, End::stopped);
@@ -250,6 +292,22 @@ TEST(RecordedDeployment, LoadsTheSettingsAndRemovesItsFolder) {
                                 " contains no deployment; record with --deployment FILE or with "
                                 "`fivepipe up --record`");
   }
+}
+
+TEST(RecordedDeployment, LeavesNoFolderIfItCannotBeLoaded) {
+  const test::TestFolder folder;
+  recording::RecordingWriter(folder.path / "none.mcap", "tests", {}).finish();
+  const recording::Recording none(folder.path / "none.mcap"), kept_one(kKeptRecording);
+  const std::filesystem::path temporary = folder.path / "temporary";
+  std::filesystem::create_directory(temporary);
+  const char* const before = std::getenv("TMPDIR");
+  const std::string kept = before ? before : "";
+  setenv("TMPDIR", temporary.c_str(), 1);
+  EXPECT_THROW(RecordedDeployment(none, {}), recording::RecordingError);
+  EXPECT_THROW(RecordedDeployment(kept_one, {{"changed", "value"}}), config::ConfigError)
+      << "the deployment has no such setting";
+  before ? setenv("TMPDIR", kept.c_str(), 1) : unsetenv("TMPDIR");
+  EXPECT_TRUE(std::filesystem::is_empty(temporary));
 }
 
 }  // namespace

@@ -221,6 +221,10 @@ TEST(SchemaCdr, NonFiniteNumbersArePreserved) {
   EXPECT_EQ(numbers["b"], -std::numeric_limits<double>::infinity());
   EXPECT_EQ(decode(idl, "S", payload, {.floats = FloatFormat::finite_number}),
             Json({{"a", "NaN"}, {"b", "-Infinity"}, {"c", "Infinity"}}));
+  const Idl one = parse_idl("struct S { float a; };");
+  EXPECT_EQ(decode(one, "S", bytes_of({0, 1, 0, 0, 0, 0, 0xc0, 0xbf}),
+                   {.floats = FloatFormat::finite_number}),
+            Json({{"a", -1.5}}));
 }
 
 TEST(SchemaCdr, HexadecimalFloatsAreExact) {

@@ -2,8 +2,9 @@
 // into a test or preloaded into a program (LD_PRELOAD). The environment sets the speed in bytes per
 // second: FIVEPIPE_TEST_WRITE_SPEED of pwrite(), as of a disk whose cache is full,
 // FIVEPIPE_TEST_SYNC_SPEED of sync_file_range() and fdatasync(). Without a variable there is no
-// delay. If FIVEPIPE_TEST_SYNC_ERROR is set, the first sync_file_range() fails with EIO. As in the
-// kernel, only the call that reports the error fails, and later ones succeed. If
+// delay. If FIVEPIPE_TEST_SYNC_ERROR is a number from 1 on, the first sync_file_range() with this
+// number fails with EIO. As in the kernel, only the call that reports the error fails, and later
+// ones succeed. If
 // FIVEPIPE_TEST_EMPTY_WRITE is set, the first pwrite() writes nothing, without an error; errno is
 // then EINTR, as an earlier call may leave it.
 #include <sys/syscall.h>
@@ -19,7 +20,8 @@
 namespace {
 
 std::atomic<std::int64_t> unsynced_bytes = 0;
-std::atomic<bool> sync_error_reported = false, wrote_nothing = false;
+std::atomic<int> reported_sync_error = 0;
+std::atomic<bool> wrote_nothing = false;
 
 void wait_for(const char* speed_variable, std::int64_t bytes) {
   const char* text = std::getenv(speed_variable);
@@ -46,7 +48,9 @@ extern "C" ssize_t pwrite(int file, const void* bytes, std::size_t size, off_t a
 extern "C" int sync_file_range(int file, off64_t at, off64_t size, unsigned flags) {
   unsynced_bytes -= size;
   wait_for("FIVEPIPE_TEST_SYNC_SPEED", size);
-  if (std::getenv("FIVEPIPE_TEST_SYNC_ERROR") && !sync_error_reported.exchange(true)) {
+  const char* const error = std::getenv("FIVEPIPE_TEST_SYNC_ERROR");
+  const int number = error ? std::atoi(error) : 0;
+  if (number > 0 && reported_sync_error.exchange(number) != number) {
     errno = EIO;
     return -1;
   }

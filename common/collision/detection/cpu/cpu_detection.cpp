@@ -49,10 +49,10 @@ struct ObjectQuery {
 ObjectQuery object_query(const hull::HullQuery& query, const DetectionObject& object,
                          const DetectionOptions& options) {
   const std::size_t triangles = object.tree->mesh().triangles.size();
-  ObjectQuery o{&object, object_maps(query, object), false, options.spacing_m,
-                max_points_found(options, triangles)};
-  o.mapped = o.maps.size() == query.hull().cameras().size();
-  return o;
+  std::vector<ObjectMap> maps = object_maps(query, object);
+  const bool mapped = maps.size() == query.hull().cameras().size();
+  return {&object, std::move(maps), mapped, options.spacing_m,
+          max_points_found(options, triangles)};
 }
 
 // Appends the leaves that are not free, in order.

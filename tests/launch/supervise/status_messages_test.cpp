@@ -57,7 +57,8 @@ TEST(StatusMessages, EveryFieldOfAMessageIsKept) {
   std::vector<fivepipe_v1_DropCount> drops{{"bad_map", "wall1", "wrong size", 5},
                                            {"bad_map", "wall1", "wrong size", 6},
                                            {"lost", "b", "", 100}};
-  std::vector<fivepipe_v1_TopicCounts> topics{{"a", 1, 2, 3, 4, 0}, {"b", 6, 0, 8, 9, 1}};
+  std::vector<fivepipe_v1_TopicCounts> topics{
+      {"a", 1, 2, 3, 4, 0}, {"b", 6, 0, 8, 9, 1}, {"c", 5, 1, 0, 0, 0}};
   std::vector<fivepipe_v1_EmptyCameraCount> cameras{{"left", 17}};
   std::vector<fivepipe_v1_ObjectCollisionCounts> collisions{{"ball", 18, 19, 20}};
   std::vector<fivepipe_v1_LatencySummary> latencies{{"draw", 1.5, 2.5, 3.5, 4.5, 21}};
@@ -84,8 +85,10 @@ TEST(StatusMessages, EveryFieldOfAMessageIsKept) {
   EXPECT_EQ(status.memory_mb, 15.5);
   using Counts = std::map<std::string, std::uint64_t>;
   EXPECT_EQ(status.counts, (Counts{{"frames", 7}}));
-  EXPECT_EQ(status.drops,
-            (Counts{{"bad_map: wall1: wrong size", 11}, {"lost: b", 101}, {"not_sent: a", 2}}));
+  EXPECT_EQ(status.drops, (Counts{{"bad_map: wall1: wrong size", 11},
+                                  {"lost: b", 101},
+                                  {"not_sent: a", 2},
+                                  {"not_sent: c", 1}}));
   EXPECT_EQ(status.empty_cameras, (Counts{{"left", 17}}));
   const launch::TopicTotals &a = status.topics.at("a"), &b = status.topics.at("b");
   EXPECT_EQ((std::vector{a.sent, a.not_sent, a.received, a.recorded, a.lost}),

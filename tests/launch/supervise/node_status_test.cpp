@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "launch/supervise/status/live_status.h"
-#include "tests/launch/statuses.h"
+#include "tests/launch/supervise/statuses.h"
 #include "tests/support/text.h"
 #include "tests/support/time_units.h"
 

@@ -1,4 +1,4 @@
-#include "tests/launch/recording_commands.h"
+#include "tests/launch/cli/recording_commands.h"
 
 #include <gtest/gtest.h>
 
@@ -83,6 +83,22 @@ TEST_F(RecordingCommands, EchoRejectsUnknownTopicsAndListsKnownOnes) {
   EXPECT_TRUE(holds(none, "no message in this time range")) << none.text;
 }
 
+TEST_F(RecordingCommands, EchoStatesThatATopicHasNoMessage) {
+  {
+    recording::RecordingWriter writer(session, "test", {});
+    const auto channel =
+        writer.add_channel(kCompositedTopic, kCompositedType,
+                           schema::fivepipe_schema(kCompositedType), {{"node", "render"}});
+    writer.add(channel, start_ns, start_ns, frame_cdr("viewer", 1));
+    writer.add(channel, start_ns + ms, start_ns, recording::KeyChange::disposed, key_cdr("viewer"));
+    writer.finish();
+  }
+  const std::string bare = "echo FrameComposited --bare --from " + session.string();
+  EXPECT_EQ(fivepipe(bare + " --field frame").text, "--- 1\n");
+  EXPECT_EQ(fivepipe(bare + " --start 0.0005").text,
+            kCompositedTopic + ": no message in this time range\n");
+}
+
 TEST_F(RecordingCommands, EchoExitsOnClosedPipe) {
   for (const std::string options : {"", "--json "}) {
     const std::string echo =
@@ -150,9 +166,42 @@ TEST_F(RecordingCommands, ExistingRecordingIsOverwrittenOnlyIfForced) {
     EXPECT_TRUE(holds(answer, "--force")) << answer.text;
     EXPECT_EQ(content_of(session), before);
   }
+  const Answer forced = fivepipe("up /no/such.yaml --record" + file + " --record-option=--force");
+  EXPECT_TRUE(holds(forced, "/no/such.yaml") && !holds(forced, "--force")) << forced.text;
   fivepipe("record --force --duration 0.1 -o" + file + " --domain " +
            std::to_string(test::own_domain()));
   EXPECT_NE(content_of(session), before);
+}
+
+TEST_F(RecordingCommands, RecordCreatesItsFoldersAndSummarizesTheRecording) {
+  const std::string domain = std::to_string(test::own_domain());
+  const std::string options = " --topics Colour --duration 0.1 --domain " + domain;
+  const fs::path file = folder.path / "new" / "folder" / "a.mcap";
+  for (const auto& [where, name] : std::vector<std::pair<std::string, std::string>>{
+           {"", file.string()}, {"cd " + folder.path.string() + " && ", "a.mcap"}}) {
+    const Answer answer = shell(where + program + "record -o " + name + options + " 2>&1");
+    EXPECT_EQ(answer.exit_code, 1) << answer.text;
+    EXPECT_TRUE(holds(answer, "\ntopic  received  written  lost  MB\n" + name + ": 0 messages, "))
+        << answer.text;
+    EXPECT_TRUE(holds(answer, "received no message; `fivepipe ls --domain " + domain + "` lists"))
+        << answer.text;
+  }
+  EXPECT_TRUE(fs::exists(file));
+  const Answer none = fivepipe("record --no-colour -o " + (folder.path / "b").string() + options);
+  EXPECT_EQ(none.exit_code, 2);
+  EXPECT_EQ(none.text, "no topic matches 'Colour'; `fivepipe ls` lists the topics\n");
+}
+
+TEST_F(RecordingCommands, RecordUsesTheDomainOfItsDeployment) {
+  const std::string domain = std::to_string(test::own_domain());
+  const fs::path deployment = folder.path / "deployment.yaml";
+  std::string text = content_of(FIVEPIPE_SOURCE_DIR "/launch/deployments/demo.yaml");
+  for (const std::string key : {"rig: ", "scene: "})
+    text.replace(text.find(key) + key.size(), 5, FIVEPIPE_SOURCE_DIR);
+  std::ofstream(deployment) << "domain: " << domain << "\n" << text;
+  const Answer answer = fivepipe("record --topics HeadPose --duration 0.1 --deployment " +
+                                 deployment.string() + " -o " + (folder.path / "a.mcap").string());
+  EXPECT_TRUE(holds(answer, " of domain " + domain + " to ")) << answer.text;
 }
 
 }  // namespace

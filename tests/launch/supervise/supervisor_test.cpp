@@ -1,82 +1,26 @@
 // The supervisor with real processes: small shell scripts replace the nodes.
 #include <fcntl.h>
-#include <gtest/gtest.h>
 #include <sched.h>
-#include <signal.h>
 #include <sys/prctl.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <fstream>
 #include <memory>
 #include <sstream>
-#include <utility>
-#include <vector>
 
-#include "launch/supervise/claims.h"
-#include "launch/supervise/supervisor.h"
+#include "tests/launch/supervise/open_files.h"
+#include "tests/launch/supervise/supervisor_fixture.h"
 #include "tests/support/sanitizer.h"
-#include "tests/support/test_folder.h"
 
 using namespace fivepipe;
+using namespace fivepipe::test;
 using namespace std::chrono_literals;
 namespace fs = std::filesystem;
 
-namespace {
-
-using Clock = std::chrono::steady_clock;
-// Maximum wait for events that should happen immediately. It is long because test machines are
-// busy.
-constexpr auto kTimeout = 30s;
-
-class SupervisorTest : public ::testing::Test {
- protected:
-  const test::TestFolder test_folder;
-  const fs::path folder = test_folder.path;
-  std::vector<std::string> events, lines;
-
-  launch::Program node(const std::string& name, const std::string& script) {
-    return {name, {"/bin/sh", "-c", script}, {}, folder / "log" / (name + ".log")};
-  }
-
-  launch::SupervisorOutput output() {
-    return {.line = [this](const std::string& name,
-                           const std::string& line) { lines.push_back(name + ": " + line); },
-            .event = [this](const std::string& text) { events.push_back(text); }};
-  }
-
-  bool said(const std::string& part) const {
-    return std::any_of(events.begin(), events.end(), [&](const std::string& text) {
-      return text.find(part) != std::string::npos;
-    });
-  }
-  bool printed(const std::string& line) const {
-    return std::find(lines.begin(), lines.end(), line) != lines.end();
-  }
-
-  // Steps until the condition holds. Returns false after kTimeout.
-  template <class Condition>
-  static bool step_until(launch::Supervisor& supervisor, Condition condition) {
-    const auto until = Clock::now() + kTimeout;
-    while (!condition()) {
-      if (Clock::now() > until) return false;
-      supervisor.step(20ms);
-    }
-    return true;
-  }
-};
-
-// exec replaces the shell, so that signals reach the sleep and no process outlives it.
-const std::string kRunsForever = "echo up; exec sleep 1000";
-const std::string kIgnoresSigterm = "trap '' TERM; echo up; exec sleep 1000";
-
-bool exists(pid_t pid) { return kill(pid, 0) == 0; }
-
-}  // namespace
-
 TEST_F(SupervisorTest, ForwardsAndLogsOutputPerNode) {
+  const std::size_t open_before = open_files();
   {
     launch::Supervisor supervisor(
         {node("capture", "echo to stdout; echo to stderr >&2; printf unfinished")}, {}, output());
@@ -88,6 +32,47 @@ TEST_F(SupervisorTest, ForwardsAndLogsOutputPerNode) {
   std::stringstream log;
   log << std::ifstream(folder / "log" / "capture.log").rdbuf();
   EXPECT_EQ(log.str(), "to stdout\nto stderr\nunfinished\n");
+  log.clear();
+  EXPECT_EQ(open_files(), open_before);
+  const mode_t mask = umask(0);
+  umask(mask);
+  struct stat of_log {};
+  ASSERT_EQ(stat((folder / "log" / "capture.log").c_str(), &of_log), 0);
+  EXPECT_EQ(of_log.st_mode & 0777, 0666 & ~mask) << "others may read it";
+}
+
+// A node that prints, dies, is restarted and ends without an open output. Each event ends a step
+// long before its maximum wait.
+TEST_F(SupervisorTest, AStepEndsAtTheNextEvent) {
+  constexpr auto kWait = 20s;
+  const auto begin = Clock::now();
+  const auto step_until_all_exited = [&](launch::Supervisor& supervisor) {
+    while (!supervisor.all_exited() && Clock::now() - begin < kWait) supervisor.step(kWait);
+    EXPECT_TRUE(supervisor.all_exited());
+    EXPECT_LT(Clock::now() - begin, kWait);
+  };
+  const std::string second = (folder / "second").string();
+  launch::Supervisor restarting(
+      {node("sim", "if [ -e " + second + " ]; then exec >&- 2>&-; sleep 0.1; exit 0; fi; touch " +
+                       second + "; sleep 0.1; echo first; exit 1")},
+      {}, output());
+  step_until_all_exited(restarting);
+  EXPECT_TRUE(restarting.exited_cleanly("sim"));
+  EXPECT_EQ(restarting.history()[0].processes.size(), 2u);
+  EXPECT_EQ(lines, std::vector<std::string>{"sim: first"});
+  launch::Supervisor stopping({node("render", kIgnoresSigterm)}, {}, output());
+  ASSERT_TRUE(step_until(stopping, [&] { return printed("render: up"); }));
+  stopping.stop(50ms);
+  step_until_all_exited(stopping);
+  EXPECT_EQ(stopping.killed(), std::vector<std::string>{"render"});
+}
+
+TEST_F(SupervisorTest, AStepWaitsWhileNothingHappens) {
+  launch::Supervisor supervisor({node("sim", kRunsForever)}, {}, output());
+  ASSERT_TRUE(step_until(supervisor, [&] { return printed("sim: up"); }));
+  const auto begin = Clock::now();
+  supervisor.step(100ms);
+  EXPECT_GE(Clock::now() - begin, 99ms);
 }
 
 // A pipe that is not read stands for the disk: it takes 64 KiB of 200 kB.
@@ -158,14 +143,17 @@ TEST_F(SupervisorTest, RepeatedQuickExitsStopDeployment) {
 }
 
 TEST_F(SupervisorTest, ErrorNamesMissingProgram) {
-  launch::Supervisor supervisor({{"capture", {(folder / "capture_node").string()}, {}, {}}}, {},
-                                output());
+  launch::Supervisor supervisor(
+      {{"capture", {(folder / "capture_node").string()}, {}, {}}, node("sim", kRunsForever)}, {},
+      output());
   ASSERT_TRUE(step_until(supervisor, [&] { return supervisor.all_exited(); }));
   ASSERT_TRUE(supervisor.failure());
   EXPECT_NE(
       supervisor.failure()->reason.find((folder / "capture_node").string() + ": No such file"),
       std::string::npos)
       << supervisor.failure()->reason;
+  EXPECT_EQ(supervisor.failure()->exit_code, 1);
+  EXPECT_TRUE(supervisor.history()[1].processes.empty()) << "no further node is started";
 }
 
 TEST_F(SupervisorTest, AfterItsFirstStatusANodeWithoutHardwareIsRestarted) {
@@ -413,135 +401,4 @@ TEST_F(SupervisorTest, AnUnavailableCoreIsReportedAndTheOthersAreUsed) {
   ASSERT_TRUE(step_until(supervisor, [&] { return supervisor.all_exited(); }));
   EXPECT_EQ(lines,
             std::vector<std::string>{"recon_a: Cpus_allowed_list:\t" + std::to_string(first)});
-}
-
-// Nodes inherit neither the input, nor the open files, nor the signal settings of `fivepipe up`.
-TEST_F(SupervisorTest, AChildStartsWithTheDefaultsOfAProcess) {
-  int to_stdin[2];
-  ASSERT_EQ(pipe(to_stdin), 0);
-  ASSERT_EQ(write(to_stdin[1], "typed\n", 6), 6);
-  close(to_stdin[1]);
-  const int own_stdin = dup(STDIN_FILENO);
-  dup2(to_stdin[0], STDIN_FILENO);
-  std::ofstream(folder / "inherited") << "text";
-  std::vector<int> inherited;  // the lowest free numbers, without O_CLOEXEC
-  for (int i = 0; i < 3; ++i) inherited.push_back(open((folder / "inherited").c_str(), O_RDONLY));
-  sigset_t all, before;
-  sigfillset(&all);
-  sigprocmask(SIG_SETMASK, &all, &before);
-  std::vector<std::pair<int, sighandler_t>> handlers;
-  for (const int number : {SIGINT, SIGTERM, SIGPIPE})
-    handlers.emplace_back(number, signal(number, SIG_IGN));
-  // A test in the background may have started with these ignored, which nodes inherit.
-  for (const int number : {SIGHUP, SIGQUIT}) handlers.emplace_back(number, signal(number, SIG_DFL));
-  {
-    launch::ChildProcess child({"/bin/sh", "-c",
-                                "cat; echo to stderr >&2; ls -l /proc/self/fd | grep -c inherited; "
-                                "grep -E 'SigBlk|SigIgn' /proc/self/status"},
-                               {});
-    std::vector<std::string> printed;
-    const auto until = Clock::now() + kTimeout;
-    for (bool ended = false; !ended && Clock::now() < until;) {
-      ended = child.wait_for_end(1ms);
-      for (const std::string& line : child.read_lines(ended)) printed.push_back(line);
-    }
-    EXPECT_EQ(printed, (std::vector<std::string>{"to stderr", "0", "SigBlk:\t0000000000000000",
-                                                 "SigIgn:\t0000000000000000"}));
-    EXPECT_EQ(child.output_fd(), -1);
-  }
-  for (const auto& [number, handler] : handlers) signal(number, handler);
-  sigprocmask(SIG_SETMASK, &before, nullptr);
-  for (const int file : inherited) close(file);
-  dup2(own_stdin, STDIN_FILENO);
-  for (const int file : {own_stdin, to_stdin[0]}) close(file);
-}
-
-TEST_F(SupervisorTest, ADestroyedChildLeavesNoOpenFile) {
-  int output = -1;
-  {
-    const launch::ChildProcess child({"/bin/sh", "-c", kRunsForever}, {});
-    output = child.output_fd();
-    ASSERT_NE(fcntl(output, F_GETFD), -1);
-  }
-  EXPECT_EQ(fcntl(output, F_GETFD), -1);
-}
-
-// The supervisor would otherwise need memory for any length.
-TEST_F(SupervisorTest, ALineOfMoreThan64KiBIsSplit) {
-  launch::ChildProcess child({"/bin/sh", "-c", "printf '%0300000d\\nlast\\n' 0"}, {});
-  std::vector<std::string> pieces;
-  const auto until = Clock::now() + kTimeout;
-  while (child.output_fd() >= 0 && Clock::now() < until)
-    for (const std::string& line : child.read_lines()) pieces.push_back(line);
-  ASSERT_GE(pieces.size(), 4u);
-  EXPECT_EQ(pieces.back(), "last");
-  pieces.pop_back();
-  std::size_t bytes = 0;
-  constexpr std::size_t kLimit = 64 * 1024, kReadBytes = 16 * 1024;
-  for (const std::string& piece : pieces) {
-    bytes += piece.size();
-    EXPECT_LE(piece.size(), kLimit + kReadBytes);
-    if (&piece != &pieces.back()) {
-      EXPECT_GT(piece.size(), kLimit);
-    }
-  }
-  EXPECT_EQ(bytes, 300'000u);
-}
-
-TEST(NodeClaims, ErrorNamesHolderOfTakenName) {
-  const std::uint32_t domain = 100000 + std::uint32_t(getpid());  // unused by other tests
-  launch::NodeClaims first(domain, {"capture", "sim"});
-  try {
-    launch::NodeClaims second(domain, {"render", "sim"});
-    FAIL() << "the second claim was granted";
-  } catch (const launch::ClaimRefused& taken) {
-    const std::string what = taken.what();
-    EXPECT_NE(what.find("'sim'"), std::string::npos) << what;
-    EXPECT_NE(what.find("process " + std::to_string(getpid())), std::string::npos) << what;
-    EXPECT_EQ(what.find("'render'"), std::string::npos) << what;
-    EXPECT_NE(what.find("in domain " + std::to_string(domain) + ", started by process "),
-              std::string::npos)
-        << what;
-    EXPECT_TRUE(what.ends_with("\nStop that deployment or choose another --domain.")) << what;
-  }
-  launch::NodeClaims free_name(domain, {"render"});  // the refused claim does not hold it
-  launch::NodeClaims other_domain(domain + 1'000'000'000, {"sim"});
-}
-
-TEST(NodeClaims, NameIsReleasedWhenHolderExits) {
-  const std::uint32_t domain = 100000 + std::uint32_t(getpid());
-  { launch::NodeClaims first(domain, {"sim"}); }
-  EXPECT_NO_THROW(launch::NodeClaims(domain, {"sim"}));
-}
-
-class FolderClaimTest : public SupervisorTest {};
-
-TEST_F(FolderClaimTest, ErrorNamesHolderAndFolder) {
-  const launch::FolderClaim first(folder);
-  EXPECT_EQ(first.warning(), "");
-  const fs::path link = folder.string() + "-link";
-  fs::create_symlink(folder, link);
-  for (const fs::path& name : {folder, folder / ".", link}) try {
-      launch::FolderClaim second(name);
-      ADD_FAILURE() << "the second claim was granted: " << name;
-    } catch (const launch::ClaimRefused& refused) {
-      const std::string what = refused.what();
-      EXPECT_NE(what.find("process " + std::to_string(getpid())), std::string::npos) << what;
-      EXPECT_NE(what.find(name.string()), std::string::npos) << what;
-    }
-  fs::remove(link);
-}
-
-TEST_F(FolderClaimTest, FolderIsReleasedByItsHolder) {
-  { const launch::FolderClaim first(folder); }
-  EXPECT_NO_THROW(launch::FolderClaim second(folder));
-}
-
-TEST_F(FolderClaimTest, MissingFolderIsNamed) {
-  try {
-    const launch::FolderClaim claim(folder / "missing");
-    FAIL();
-  } catch (const std::system_error& error) {
-    EXPECT_NE(std::string(error.what()).find("missing"), std::string::npos) << error.what();
-  }
 }

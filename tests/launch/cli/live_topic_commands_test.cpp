@@ -1,9 +1,10 @@
-#include "tests/launch/recording_commands.h"
+#include "tests/launch/cli/recording_commands.h"
 
 #include <gtest/gtest.h>
 #include <signal.h>
 
 #include <algorithm>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <thread>
@@ -83,7 +84,9 @@ TEST(RecordingCommandsLive, EchoReportsUnregisteredWriterAndExits) {
 
 TEST(RecordingCommandsLive, ReportEmptyDomain) {
   const std::string in_domain = " --domain " + std::to_string(test::own_domain());
+  const double before_cpu_s = children_cpu_s();
   const Answer ls = fivepipe("ls" + in_domain);
+  EXPECT_LT(children_cpu_s() - before_cpu_s, kMaxWaitingCpu_s) << "it waits for 1.5 s";
   EXPECT_EQ(ls.exit_code, 3) << ls.text;
   EXPECT_TRUE(holds(ls, "no participant")) << ls.text;
   EXPECT_EQ(fivepipe("hz HeadPose --once 0.3" + in_domain).exit_code, 3);
@@ -93,7 +96,9 @@ TEST(RecordingCommandsLive, ReportEmptyDomain) {
 TEST(RecordingCommandsLive, SimulationCommandsReachTheirNode) {
   const std::uint32_t domain = test::own_domain();
   const std::string in_domain = " --domain " + std::to_string(domain), longest(32, 'n');
+  const double before_cpu_s = children_cpu_s();
   const Answer alone = fivepipe("simulation pause" + in_domain);
+  EXPECT_LT(children_cpu_s() - before_cpu_s, kMaxWaitingCpu_s) << "it waits for 3 s";
   EXPECT_EQ(alone.exit_code, 3);
   EXPECT_EQ(alone.text, "no sim_node listens in domain " + std::to_string(domain) +
                             "; `fivepipe top" + in_domain + "` lists the running nodes\n");
@@ -137,11 +142,17 @@ TEST(RecordingCommandsLive, TopPrintsOneTableOfTheNodes) {
   EXPECT_TRUE(top.text.starts_with("node            state            frame ")) << top.text;
   EXPECT_TRUE(holds(top, "\nsim                                  7     0.0 ")) << top.text;
   EXPECT_EQ(std::count(top.text.begin(), top.text.end(), '\n'), 3) << top.text;
+  // A status names a frame but belongs to none.
+  const Answer hz = fivepipe("hz NodeStatus --once 0.5 --domain " + std::to_string(domain));
+  EXPECT_EQ(hz.exit_code, 0) << hz.text;
+  EXPECT_FALSE(holds(hz, " frame")) << hz.text;
 }
 
-// Runs `fivepipe` until it has printed `lines` lines, then interrupts it. Returns its exit code and
-// the lines.
-Answer interrupted(const std::vector<std::string>& words, std::ptrdiff_t lines) {
+// Runs `fivepipe` until it has printed `lines` lines, calls `meanwhile`, then interrupts it.
+// Returns its exit code and the lines.
+Answer interrupted(
+    const std::vector<std::string>& words, std::ptrdiff_t lines,
+    const std::function<void()>& meanwhile = [] {}) {
   const test::TestFolder folder;
   std::vector<std::string> all{FIVEPIPE_BINARY_DIR "/fivepipe"};
   all.insert(all.end(), words.begin(), words.end());
@@ -153,6 +164,7 @@ Answer interrupted(const std::vector<std::string>& words, std::ptrdiff_t lines) 
   for (const auto until = std::chrono::steady_clock::now() + 60s;
        !printed() && std::chrono::steady_clock::now() < until;)
     std::this_thread::sleep_for(5ms);
+  meanwhile();
   program.signal(SIGINT);
   const std::optional<int> exit_code = program.wait_for_end(60s);
   return {exit_code.value_or(-1), program.said()};
@@ -160,10 +172,36 @@ Answer interrupted(const std::vector<std::string>& words, std::ptrdiff_t lines) 
 
 TEST(RecordingCommandsLive, EchoReportsThatItWaitsForAWriter) {
   const std::string domain = std::to_string(test::own_domain());
-  const Answer echo = interrupted({"echo", "HeadPose", "--count", "1", "--domain", domain}, 1);
-  EXPECT_EQ(echo.exit_code, 130) << "no message arrived";
-  EXPECT_EQ(echo.text, "waiting: no node writes " + kHeadTopic + " in domain " + domain +
-                           "; `fivepipe ls` lists the nodes, Ctrl-C quits\n");
+  const std::string waiting = "waiting: no node writes " + kHeadTopic + " in domain " + domain +
+                              "; `fivepipe ls` lists the nodes, Ctrl-C quits\n";
+  const double before_cpu_s = children_cpu_s();
+  const Answer without_count = interrupted({"echo", "HeadPose", "--domain", domain}, 1, [&] {
+    const Answer echo = interrupted({"echo", "HeadPose", "--count", "1", "--domain", domain}, 1);
+    EXPECT_EQ(echo.exit_code, 130) << "no message arrived";
+    EXPECT_EQ(echo.text, waiting);
+  });
+  EXPECT_LT(children_cpu_s() - before_cpu_s, 2 * kMaxWaitingCpu_s);
+  EXPECT_EQ(without_count.exit_code, 0);
+  EXPECT_EQ(without_count.text, waiting) << "once, although it waits for twice as long";
+}
+
+TEST(RecordingCommandsLive, TopPrintsATableEachSecond) {
+  const std::string domain = std::to_string(test::own_domain());
+  const double before_cpu_s = children_cpu_s();
+  const Answer top = interrupted({"top", "--domain", domain}, 2);
+  EXPECT_LT(children_cpu_s() - before_cpu_s, kMaxWaitingCpu_s);
+  const std::string line = "no node publishes a status in domain " + domain + "\n";
+  EXPECT_TRUE(top.text.starts_with(line + line)) << top.text;
+  EXPECT_LT(std::count(top.text.begin(), top.text.end(), '\n'), 60) << "one per second";
+  EXPECT_EQ(shell("timeout 60 " + program + "top --domain " + domain + " >/dev/full").exit_code, 1);
+}
+
+TEST(RecordingCommandsLive, HzPrintsTheMessagesOfTheLastSeconds) {
+  const std::uint32_t domain = test::own_domain();
+  const LiveWriter writer(domain);
+  // A table and an empty line per second; the first one may come before the writer is discovered.
+  const Answer hz = interrupted({"hz", "FrameComposited", "--domain", std::to_string(domain)}, 8);
+  EXPECT_TRUE(holds(hz, "\nrender_x ") && holds(hz, " frames, ")) << hz.text;
 }
 
 TEST(RecordingCommandsLive, HzPrintsATableUntilItIsInterrupted) {

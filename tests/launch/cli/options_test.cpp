@@ -14,6 +14,7 @@
 
 #include "launch/cli/commands.h"
 #include "launch/cli/replay_keys.h"
+#include "tests/support/captured_log.h"
 #include "tests/support/test_folder.h"
 
 namespace fivepipe::launch {
@@ -290,9 +291,14 @@ TEST_F(KeysOfAReplay, TheEndOfTheInputStopsOnlyAPausedReplay) {
   EXPECT_EQ(paused.control(), ReplayControl::pause);
   type("s");
   hang_up();
+  const test::CapturedLog log;
   EXPECT_EQ(paused.control(), ReplayControl::step);
+  EXPECT_EQ(log.text(), "");
   EXPECT_EQ(paused.control(), ReplayControl::stop);
   EXPECT_EQ(paused.control(), ReplayControl::stop);
+  const std::string text = log.text(), reason = "stdin closed while paused";
+  EXPECT_NE(text.find(reason), std::string::npos) << text;
+  EXPECT_EQ(text.find(reason), text.rfind(reason)) << "once";
   EXPECT_EQ(running.control(), ReplayControl::resume);
   EXPECT_EQ(running.control(), ReplayControl::resume);
 }

@@ -1,4 +1,4 @@
-#include "tests/launch/recording_commands.h"
+#include "tests/launch/cli/recording_commands.h"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -22,11 +22,16 @@ TEST_F(RecordingCommands, InfoDescribesRecording) {
                            "frames=60", "deployment   demo", "key changes", "deployment/demo.yaml"})
     EXPECT_TRUE(holds(answer, part)) << part << "\n" << answer.text;
   EXPECT_LE(longest_line(answer.text), 120u) << answer.text;
+  EXPECT_TRUE(answer.text.starts_with(session.string() + "\n")) << "no word about a repair";
 }
 
 TEST_F(RecordingCommands, InfoIsJsonForPrograms) {
-  const Answer answer = fivepipe("info --json " + session.string());
+  const fs::path file = folder.path / "größe.mcap";
+  fs::rename(session, file);
+  const Answer answer = fivepipe("info --json " + file.string());
   EXPECT_EQ(answer.exit_code, 0) << answer.text;
+  EXPECT_TRUE(answer.text.starts_with("{\n  \"file\": \"" + file.string() + "\",\n  \""))
+      << answer.text;
   const auto json = nlohmann::json::parse(answer.text);
   EXPECT_EQ(json["finished"], true);
   EXPECT_EQ(json["messages"], 98);
@@ -54,16 +59,18 @@ TEST_F(RecordingCommands, InfoSuggestsWorkingRecoverCommand) {
 
   const Answer copy = fivepipe("info --recover " + cut.string() + " --output " + repaired);
   EXPECT_EQ(copy.exit_code, 0) << copy.text;
-  EXPECT_TRUE(holds(copy, "saved") && holds(copy, "lost") && holds(copy, "was repaired"))
+  EXPECT_TRUE(holds(copy, "saved") && holds(copy, "lost") && holds(copy, "was repaired") &&
+              !holds(copy, "needs no repair"))
       << copy.text;
   EXPECT_EQ(content_of(cut), before);
   EXPECT_EQ(fivepipe("info --recover " + cut.string() + " --output " + repaired).exit_code, 2)
       << "the output file exists";
-  EXPECT_EQ(fivepipe("info --recover " + cut.string()).exit_code, 0);
+  // It neither waits for nor is refused because of its own check that no process writes the file.
+  EXPECT_EQ(shell("timeout 20 " + program + "info --recover " + cut.string()).exit_code, 0);
   EXPECT_EQ(content_of(cut), content_of(repaired));
   const Answer again = fivepipe("info --recover " + cut.string());
   EXPECT_EQ(again.exit_code, 0);
-  EXPECT_TRUE(holds(again, "needs no repair")) << again.text;
+  EXPECT_TRUE(holds(again, "needs no repair") && !holds(again, "was repaired")) << again.text;
   EXPECT_EQ(fivepipe("info --output x " + cut.string()).exit_code, 2);
 }
 
@@ -125,6 +132,26 @@ TEST_F(RecordingCommands, InfoExtractsRecordedDeployment) {
       fivepipe("info " + session.string() + " --extract " + (folder.path / "new").string());
   EXPECT_EQ(without.exit_code, 2);
   EXPECT_TRUE(holds(without, "no deployment")) << without.text;
+}
+
+TEST_F(RecordingCommands, InfoPrintsTheCommandThatStartsANodeWithTheRecordedSettings) {
+  const fs::path extracted = folder.path / "extracted";
+  {
+    recording::RecordingWriter writer(session, "test", {});
+    writer.attach({1, 1, "deployment/a/demo.yaml", "application/yaml", "name: demo\n"});
+    writer.add(mcap::Metadata{recording::kRecordingMetadata,
+                              {{recording::kDeploymentFileKey, "a/demo.yaml"}}});
+    writer.add(mcap::Metadata{recording::kSettingsMetadata, {{"data", "/data"}, {"frames", "60"}}});
+    writer.finish();
+  }
+  fs::create_directory(extracted);  // it may be empty
+  const Answer answer = fivepipe("info " + session.string() + " --extract " + extracted.string());
+  EXPECT_EQ(answer.exit_code, 0) << answer.text;
+  EXPECT_EQ(answer.text, "extracted to " + extracted.string() +
+                             "; start a node with\n  recon_node --deployment " +
+                             (extracted / "a" / "demo.yaml").string() +
+                             " --set data=/data --set frames=60 --node NAME\n");
+  EXPECT_EQ(content_of(extracted / "a" / "demo.yaml"), "name: demo\n");
 }
 
 TEST_F(RecordingCommands, InfoReportsLosses) {

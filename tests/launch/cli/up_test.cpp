@@ -3,7 +3,9 @@
 #include <sys/ptrace.h>
 #include <sys/wait.h>
 
-#include "tests/launch/up_fixture.h"
+#include <regex>
+
+#include "tests/launch/cli/up_fixture.h"
 #include "tests/support/sanitizer.h"
 
 using namespace std::chrono_literals;
@@ -78,6 +80,8 @@ TEST_F(Up, NodeThatCannotStartSetsExitCodeAndOutput) {
   EXPECT_NE(up.said().find("simulation cannot start: exit code 3"), std::string::npos) << up.said();
   EXPECT_NE(up.said().find("Its last output:\n  the table is too low"), std::string::npos)
       << up.said();
+  EXPECT_EQ(report()["ended_by"],
+            "simulation cannot start: exit code 3 (hardware or peer missing)");
 }
 
 TEST_F(Up, NodesExitWhenUpIsKilled) {
@@ -237,6 +241,9 @@ TEST_F(RecordingUp, ReportsACompleteRecording) {
   EXPECT_TRUE(recorder["ended_after_s"].is_null());
   EXPECT_GT(recorder["recorded"].get<int>(), 0);
   EXPECT_EQ(recorder["recorded"], recorder["received"]);
+  EXPECT_NE(up.said().find("[recorder] " + file_.string() + ": "), std::string::npos)
+      << "its summary: " << up.said();
+  EXPECT_EQ(up.said().find("is killed"), std::string::npos) << up.said();
 }
 
 TEST_F(RecordingUp, ReportsTheDeathOfTheRecorderAtOnce) {
@@ -299,10 +306,15 @@ TEST_F(Up, AStoppedRenderNodeIsReportedAndCountsOnceWhenItContinues) {
     });
   };
   write_publishing_nodes();
+  write_program("sim_node", "echo pid $$\nexec sleep 1000\n");  // publishes nothing
   Program& up = start_up();
   ASSERT_TRUE(all_nodes_run()) << up.said();
   ASSERT_TRUE(renders()) << up.said();
   ASSERT_TRUE(says(up, "frames composited, now ")) << up.said();  // `up` has seen frames, too
+  EXPECT_TRUE(std::regex_search(up.said(),
+                                std::regex(" [1-9][0-9]* s: [1-9][0-9]* frames composited, now "
+                                           "[1-9][0-9.]* frames/s; simulation: no status yet\n")))
+      << up.said();
   const pid_t rendering = pid_of("rendering");
   kill(rendering, SIGSTOP);
   ASSERT_TRUE(says(up, "frames composited, no frame for ")) << up.said();
@@ -316,6 +328,7 @@ TEST_F(Up, AStoppedRenderNodeIsReportedAndCountsOnceWhenItContinues) {
   const std::string printed = "composited ", log = log_of("rendering");
   ASSERT_NE(log.find(printed), std::string::npos) << log;
   EXPECT_GT(report["frames"]["composited"].get<int>(), 0);
+  EXPECT_GT(report["frame_rate_hz"].get<double>(), 0);
   EXPECT_LE(report["frames"]["composited"].get<int>(),
             std::stoi(log.substr(log.find(printed) + printed.size())));
   unsetenv("CYCLONEDDS_URI");
@@ -331,6 +344,10 @@ TEST_F(Up, ASecondProcessOfANodeIsReportedWithItsPid) {
   for (const pid_t pid : {other.pid(), pid_of("recon_a")})
     EXPECT_NE(up.said().find("process " + std::to_string(pid) + " on host "), std::string::npos)
         << up.said();
+  up.signal(SIGINT);
+  ASSERT_EQ(up.wait_for_end(kTimeout), 130) << up.said();
+  const std::string said = up.said(), text = "2 processes publish as node";
+  EXPECT_EQ(said.find(text), said.rfind(text)) << "once";
 }
 
 }  // namespace

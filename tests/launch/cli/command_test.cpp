@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <regex>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -262,6 +263,17 @@ TEST(Command, DoctorFindsThisMachineReady) {
   for (const char* part :
        {"build:", "GL:", "receive buffers", "loopback", "DDS", "cores", "disk", "camera"})
     EXPECT_NE(answer.text.find(part), std::string::npos) << part << " is not in\n" << answer.text;
+  const std::string build = base::build_type();
+  EXPECT_EQ(answer.text.rfind(build == "Release" ? "ok    build: Release\n"
+                                                 : "warn  build: " + build + ", many times",
+                              0),
+            0u)
+      << answer.text;
+  const std::string rmem_max = test::text_of("/proc/sys/net/core/rmem_max");
+  EXPECT_NE(answer.text.find(" kernel receive buffers: up to " +
+                             rmem_max.substr(0, rmem_max.find('\n')) + " bytes\n"),
+            std::string::npos)
+      << answer.text;
   const bool is_software = answer.text.find("GL: llvmpipe") != std::string::npos;
   EXPECT_EQ(answer.text.find("warn  GL:") != std::string::npos, is_software) << answer.text;
   EXPECT_NE(answer.text.find("ok    loopback interface: up\n"), std::string::npos) << answer.text;
@@ -290,6 +302,18 @@ TEST(Command, DoctorFindsThisMachineReady) {
   }
   const std::size_t disk = answer.text.find(" disk: ") + 7;
   EXPECT_NEAR(std::stod(answer.text.substr(disk)), free_gb, 2) << "other programs write, too";
+}
+
+TEST(Command, DoctorStatesWhatFailsAndHowToFixIt) {
+  const Answer answer = answer_of(
+      "__EGL_VENDOR_LIBRARY_FILENAMES=/dev/null "
+      "CYCLONEDDS_URI='<CycloneDDS><Wrong/></CycloneDDS>' " FIVEPIPE_BINARY_DIR
+      "/fivepipe doctor --domain 198");
+  EXPECT_EQ(answer.exit_code, 3) << answer.text;
+  for (const char* part :
+       {"\nFAIL  GL: ", "\n      -> install EGL: ", "\nFAIL  DDS: ",
+        "\n      -> check the network profile and CYCLONEDDS_URI\n", "): 2 failed, "})
+    EXPECT_NE(answer.text.find(part), std::string::npos) << part << " is not in\n" << answer.text;
 }
 
 // A folder with a copy of `fivepipe`, which finds its other programs there.
@@ -350,7 +374,12 @@ TEST_F(CommandWithPrograms, AProgramThatIsMissingOrCannotBeStartedIsNamed) {
   write("fivepipe_maps", fs::perms::owner_read);
   const Answer refused = run("maps a.yaml");
   EXPECT_EQ(refused.exit_code, 1);
-  EXPECT_NE(refused.text.find(maps + ": Permission denied"), std::string::npos) << refused.text;
+  EXPECT_TRUE(std::regex_match(
+      refused.text,
+      std::regex("\\d\\d:\\d\\d:\\d\\d\\.\\d\\d\\d critical " + maps + ": Permission denied\n")))
+      << refused.text;
+  EXPECT_EQ(answer_of("(" + (folder_ / "fivepipe").string() + " maps a.yaml 2>/dev/null)").text, "")
+      << "logged on stderr";
   fs::remove(maps);
   write("fivepipe_maps");
   EXPECT_EQ(run("maps a.yaml --help").text, "fivepipe_maps a.yaml --help\n");

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "launch/supervise/report.h"
-#include "tests/launch/statuses.h"
+#include "tests/launch/supervise/statuses.h"
 #include "tests/support/time_units.h"
 
 using namespace fivepipe;
@@ -261,7 +261,12 @@ TEST(Report, HasNoLatencyAndNoRateWithoutAFrame) {
   EXPECT_TRUE(report["latency_ms"].is_null());
   EXPECT_EQ(report["frame_rate_hz"], 0);
   EXPECT_EQ(report["frames"]["composited"], 0);
+  EXPECT_EQ(report["frames"]["complete"], 0) << "of two recon_nodes without a status";
   EXPECT_FALSE(launch::table_of(report).empty());
+  // `up` may miss the message of the first composited frame, but not the counts.
+  input = ten_seconds();
+  input.first_composited_stamp_ns.reset();
+  EXPECT_EQ(launch::report_from(input)["frame_rate_hz"], 0);
 }
 
 TEST(Report, CpuPercentIsTheMeanSinceTheStart) {

@@ -57,6 +57,39 @@ class LossesOfDamagedRecordings : public testing::Test {
   std::uint64_t counts_byte_ = 0;
 };
 
+TEST_F(LossesOfDamagedRecordings, TheIndexAndTheMessagesAreDescribed) {
+  write(true);
+  for (const bool reads_all : {true, false}) {
+    const RecordingInfo info = inspect(recording::Recording(file_), reads_all);
+    EXPECT_EQ(info.file, file_.string());
+    EXPECT_EQ(info.file_bytes, std::filesystem::file_size(file_));
+    EXPECT_TRUE(info.finished() && info.intact());
+    EXPECT_EQ(info.read_all, reads_all);
+    EXPECT_EQ(info.start_ns, std::int64_t(kStart_ns));
+    EXPECT_EQ(info.end_ns, std::int64_t(kStart_ns) + 99);
+    EXPECT_EQ(info.messages, 100u);
+    EXPECT_EQ(info.chunks, (std::map<std::string, std::uint64_t>{{"", 10}}));
+    EXPECT_GT(info.uncompressed_bytes, 100u * 8);
+    EXPECT_EQ(info.compressed_bytes, info.uncompressed_bytes);
+    ASSERT_EQ(info.topics.size(), 1u);
+    const TopicInfo& topic = info.topics[0];
+    EXPECT_EQ(topic.topic + " " + topic.type, kTopic + " Thing");
+    EXPECT_EQ(topic.messages, 100u);
+    EXPECT_EQ(topic.key_changes, 0u);
+    EXPECT_NEAR(topic.rate_hz, 100 / 99e-9, 1);
+    EXPECT_EQ(topic.bytes, reads_all ? 800u : 0u);
+    EXPECT_EQ(topic.missing, reads_all ? 10u : 0u);
+    EXPECT_EQ(topic.writers, std::set<std::string>{"n"});
+    ASSERT_TRUE(info.counts);
+    const RecorderCounts& counts = info.counts->at(kTopic);
+    EXPECT_EQ(
+        (std::vector{counts.received, counts.written, counts.lost, counts.sent, counts.missing}),
+        (std::vector<std::uint64_t>{130, 100, 10, 0, 0}));
+    EXPECT_FALSE(info.counts_stamp_ns) << "the counts are final";
+    EXPECT_FALSE(info.final_counts_damaged);
+  }
+}
+
 TEST_F(LossesOfDamagedRecordings, MessagesOfADamagedChunkDidNotWaitForTheDisk) {
   write(false);
   EXPECT_TRUE(test::contains(info(),

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "launch/supervise/status/node_status.h"
-#include "tests/launch/statuses.h"
+#include "tests/launch/supervise/statuses.h"
 #include "tests/support/time_units.h"
 
 using namespace fivepipe;
@@ -95,6 +95,31 @@ TEST(StatusRegistry, KeepsEightProcessesAndAddsTheTotalsOfTheOldestToTheNext) {
   EXPECT_EQ(sum.latencies.at("once").p50_ms, 7);
   const launch::Latency& never = sum.latencies.at("never");
   EXPECT_EQ(never.p50_ms + never.p95_ms + never.p99_ms + never.max_ms + double(never.count), 0);
+}
+
+TEST(StatusRegistry, WhatOnlyTheOldestProcessCountedIsKept) {
+  launch::StatusRegistry registry;
+  auto oldest = status("sim", 1, 1 * s);
+  oldest.topics["topic"] = {1, 2, 3, 4, 5};
+  oldest.collisions["ball"] = {6, 7, 8};
+  oldest.empty_cameras["left"] = 9;
+  oldest.drops["late"] = 10;
+  registry.add(oldest, 10 * s);
+  for (std::uint32_t pid = 2; pid <= 9; ++pid) registry.add(status("sim", pid, pid * s), 10 * s);
+  const auto processes = registry.processes().at("sim");
+  ASSERT_EQ(processes.size(), 8u);
+  const launch::ProcessStatus& next = processes[0];
+  const launch::TopicTotals& topic = next.topics.at("topic");
+  EXPECT_EQ((std::vector{topic.sent, topic.not_sent, topic.received, topic.recorded, topic.lost}),
+            (std::vector<std::uint64_t>{1, 2, 3, 4, 5}));
+  const launch::CollisionTotals& ball = next.collisions.at("ball");
+  EXPECT_EQ((std::vector{ball.frames, ball.points, ball.first_contacts}),
+            (std::vector<std::uint64_t>{6, 7, 8}));
+  EXPECT_EQ(next.empty_cameras.at("left"), 9u);
+  EXPECT_EQ(next.drops.at("late"), 10u);
+  // The other fields are those of the process itself, which has counted nothing.
+  EXPECT_FALSE(next.has_handled_frame || next.final_report);
+  EXPECT_EQ(next.cpu_s + next.memory_mb + next.frame_rate_hz + double(next.frame), 0);
 }
 
 TEST(StatusRegistry, SumsHave256NamesAndTheFurtherOnesCountAsOther) {

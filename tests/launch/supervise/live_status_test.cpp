@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "launch/supervise/status/largest_counts.h"
-#include "tests/launch/statuses.h"
+#include "tests/launch/supervise/statuses.h"
 #include "tests/support/text.h"
 #include "tests/support/time_units.h"
 
@@ -170,6 +170,15 @@ TEST(ProgressLine, ANodeIsSilentAndRenderingHasStoppedOnlyAfterTheLimit) {
   progress.newest_frame_age_s = 6.001;
   EXPECT_EQ(launch::progress_line(progress, registry, 12 * s),
             "13 s: 1 frame composited, no frame for 6 s");
+}
+
+TEST(ProgressLine, StartsWithoutTimeAndFrames) {
+  launch::Progress progress;
+  EXPECT_EQ(launch::progress_line(progress, {}, 0), "0 s: no render_node");
+  progress.render_nodes = {"render"};
+  EXPECT_EQ(launch::progress_line(progress, {}, 0), "0 s: no frame composited yet");
+  progress.newest_frame_age_s = 2;
+  EXPECT_EQ(launch::progress_line(progress, {}, 0), "0 s: 0 frames composited, now 0.0 frames/s");
 }
 
 TEST(LargestCounts, SumsTheSmallestOnesAsOther) {

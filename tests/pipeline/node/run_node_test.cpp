@@ -1,0 +1,109 @@
+#include "common/pipeline/node/run_node.h"
+
+#include <gtest/gtest.h>
+#include <spdlog/spdlog.h>
+
+#include <csignal>
+#include <vector>
+
+#include "common/base/version.h"
+#include "tests/support/test_domain.h"
+
+namespace fivepipe::node {
+namespace {
+
+const std::string kDemo = FIVEPIPE_SOURCE_DIR "/launch/deployments/demo.yaml";
+
+int run_sim_node(const std::string& node, const std::function<void(NodeContext&)>& body,
+                 const std::string& deployment = kDemo) {
+  std::vector<std::string> words = {"sim_node",
+                                    "--deployment",
+                                    deployment,
+                                    "--node",
+                                    node,
+                                    "--domain",
+                                    std::to_string(test::own_domain()),
+                                    "--out",
+                                    "the folder"};
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  return run_node("sim_node", int(argv.size()), argv.data(), body);
+}
+
+// The exit code of a node in this process, and what it logs and prints.
+struct Ended {
+  int exit_code;
+  std::string said;
+};
+Ended ended(const std::string& node, const std::function<void(NodeContext&)>& body,
+            const std::string& deployment = kDemo) {
+  const std::shared_ptr<spdlog::logger> before = spdlog::default_logger();
+  testing::internal::CaptureStderr();
+  const int exit_code = run_sim_node(node, body, deployment);
+  Ended result{exit_code, testing::internal::GetCapturedStderr()};
+  spdlog::set_default_logger(before);
+  spdlog::drop("sim_node");
+  return result;
+}
+
+TEST(RunNode, GivesTheBodyItsNode) {
+  int calls = 0;
+  const Ended done = ended("simulation", [&](NodeContext& context) {
+    ++calls;
+    EXPECT_TRUE(running());
+    EXPECT_EQ(context.node.name, "simulation");
+    EXPECT_EQ(config::program_of(context.node), "sim_node");
+    EXPECT_FALSE(context.deployment.nodes.empty());
+    EXPECT_EQ(context.out, "the folder");
+    for (const bus::EndpointDescription& endpoint : context.bus.endpoints())
+      EXPECT_EQ(endpoint.participant, endpoint.own ? "simulation" : endpoint.participant);
+    config_of<config::SimConfig>(context);
+  });
+  EXPECT_EQ(done.exit_code, 0);
+  EXPECT_EQ(calls, 1);
+  EXPECT_EQ(done.said.find("is a Release build"), std::string::npos) << done.said;
+  EXPECT_EQ(done.said.find("many times slower") != std::string::npos,
+            std::string(base::build_type()) != "Release");
+}
+
+TEST(RunNode, ExitCodesAndLogsStateTheFailure) {
+  const Ended missing =
+      ended("simulation", [](NodeContext&) { throw NodeFailure(3, "no camera"); });
+  EXPECT_EQ(missing.exit_code, 3);
+  EXPECT_NE(missing.said.find(" critical no camera\n"), std::string::npos) << missing.said;
+  const Ended failed =
+      ended("simulation", [](NodeContext&) { throw std::runtime_error("out of memory"); });
+  EXPECT_EQ(failed.exit_code, 1);
+  EXPECT_NE(failed.said.find(" critical out of memory\n"), std::string::npos) << failed.said;
+  const auto never = [](NodeContext&) { FAIL(); };
+  const Ended unknown = ended("nobody", never), other = ended("rendering", never),
+              no_file = ended("simulation", never, "/no/such/deployment.yaml");
+  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_NE(unknown.said.find("no node named 'nobody'"), std::string::npos) << unknown.said;
+  EXPECT_EQ(other.exit_code, 2);
+  EXPECT_NE(other.said.find("node 'rendering' is a render_node, not a sim_node"), std::string::npos)
+      << other.said;
+  EXPECT_EQ(no_file.exit_code, 2);
+  EXPECT_NE(no_file.said.find("/no/such/deployment.yaml"), std::string::npos) << no_file.said;
+}
+
+// Each runs in a process of its own, because a node never starts to run again.
+void run_until(const std::function<void()>& stop) {
+  std::exit(run_sim_node("simulation", [&](NodeContext&) {
+    if (!running()) std::exit(10);
+    std::raise(SIGPIPE);  // a reader of the log that is gone
+    if (!running()) std::exit(11);
+    stop();
+    if (running()) std::exit(12);
+  }));
+}
+
+TEST(RunNodeDeathTest, StopsAtEachSignalAndOnRequest) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  EXPECT_EXIT(run_until([] { std::raise(SIGTERM); }), testing::ExitedWithCode(0), "");
+  EXPECT_EXIT(run_until([] { std::raise(SIGINT); }), testing::ExitedWithCode(0), "");
+  EXPECT_EXIT(run_until(stop_running), testing::ExitedWithCode(0), "");
+}
+
+}  // namespace
+}  // namespace fivepipe::node
