@@ -10,8 +10,8 @@ Eigen::Vector3f shaded(const SyntheticPart& part, const Eigen::Vector3d& p_world
                        const Eigen::Vector3d& eye_world_m);
 
 // Returns the fraction of the lamp (0 to 1) that a point sees past one capsule: the clearance of
-// the line of sight divided by the width of the penumbra at the closest approach. The point must not
-// be the lamp.
+// the line of sight divided by the width of the penumbra at the closest approach. The point must
+// not be the lamp.
 float lamp_visibility_past(const hull::Capsule& capsule, const Eigen::Vector3f& p_world_m);
 
 }  // namespace fivepipe::capture
