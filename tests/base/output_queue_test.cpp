@@ -3,17 +3,15 @@
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/ioctl.h>
-#include <sys/resource.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include <cerrno>
-#include <csignal>
-#include <fstream>
-#include <iterator>
 #include <set>
 #include <system_error>
 
+#include "tests/support/process/file_size_limit.h"
+#include "tests/support/source_text.h"
 #include "tests/support/test_folder.h"
 
 namespace fivepipe::base {
@@ -125,30 +123,22 @@ TEST(OutputQueue, AFullDiskIsAnErrorAndDropsTheRest) {
 }
 
 // The limit makes write() take a part of the text.
-TEST(OutputQueue, WritesTheRestAfterAPartAndReportsWhatItCannotWrite) {
+TEST(OutputQueue, ContinuesAfterAShortWriteAndReportsTheError) {
   const test::TestFolder folder;
   const std::string name = folder.path / "file";
-  rlimit before{};
-  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
-  rlimit limited = before;
-  limited.rlim_cur = 10;
-  const auto handler_before = std::signal(SIGXFSZ, SIG_IGN);
   const int file = open(name.c_str(), O_CREAT | O_WRONLY | O_CLOEXEC, 0600);
   ASSERT_GE(file, 0);
   ASSERT_EQ(write(file, "012345678", 9), 9);
   int error = 0;
   {
     OutputQueue output(file);
-    setrlimit(RLIMIT_FSIZE, &limited);
+    const test::FileSizeLimit limit(10);
     output.put("9ab");
     error = output.finish();
-    setrlimit(RLIMIT_FSIZE, &before);
   }
-  std::signal(SIGXFSZ, handler_before);
   close(file);
   EXPECT_EQ(error, EFBIG);
-  std::ifstream in(name);
-  EXPECT_EQ(std::string(std::istreambuf_iterator<char>(in), {}), "0123456789");
+  EXPECT_EQ(test::text_of(name), "0123456789");
 }
 
 TEST(OutputQueue, AReaderThatHasSeenEnoughIsNoError) {

@@ -3,12 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "common/base/machine.h"
 #include "common/base/version.h"
+#include "tests/support/source_text.h"
 
 namespace fivepipe::base {
 namespace {
@@ -29,8 +28,7 @@ TEST(ResultFile, HoldsMachineCommitAndResults) {
   const ordered_json results =
       ordered_json::array({{{"name", "a \"quoted\"\nname"}, {"time_ms", times_json({3, 1, 2})}}});
   write_json(file, suite_json("hull", "llvmpipe", results));
-  std::ifstream in(file);
-  const json read = json::parse(in);
+  const json read = json::parse(test::text_of(file));
   EXPECT_EQ(read["suite"], "hull");
   EXPECT_EQ(read["commit"], commit());
   EXPECT_EQ(read["machine"]["cpu"], cpu_name());
@@ -54,9 +52,7 @@ TEST(ResultFile, TimesAreTheNearestRanksOfAThousand) {
 TEST(ResultFile, JsonIsIndentedByOneAndEndsWithANewline) {
   const std::filesystem::path file = test_folder() / "indented.json";
   write_json(file, ordered_json{{"b", {{"c", 1}}}, {"a", 2}});
-  std::ifstream in(file);
-  EXPECT_EQ(std::string(std::istreambuf_iterator<char>(in), {}),
-            "{\n \"b\": {\n  \"c\": 1\n },\n \"a\": 2\n}\n");
+  EXPECT_EQ(test::text_of(file), "{\n \"b\": {\n  \"c\": 1\n },\n \"a\": 2\n}\n");
 }
 
 TEST(ResultFile, MachineLineNamesCpuCoresRendererAndBuild) {

@@ -4,13 +4,12 @@
 #include <atomic>
 #include <chrono>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <set>
 #include <string>
 #include <thread>
 
 #include "common/base/worker_pool.h"
+#include "tests/support/process/stat.h"
 
 namespace fivepipe::base {
 namespace {
@@ -78,14 +77,11 @@ TEST(WorkerPool, WakesEveryThreadAndWaitsForTheLastPiece) {
   }
 }
 
-// Returns true if all threads of the process but the calling one sleep (proc(5), field 3 of stat).
+// Returns true if all threads of the process but the calling one sleep
 bool all_others_sleep() {
   for (const auto& thread : std::filesystem::directory_iterator("/proc/self/task")) {
     if (thread.path().filename() == std::to_string(gettid())) continue;
-    std::ifstream file(thread.path() / "stat");
-    const std::string stat(std::istreambuf_iterator<char>(file), {});
-    const std::size_t name_end = stat.rfind(')');
-    if (name_end == std::string::npos || stat.compare(name_end, 3, ") S") != 0) return false;
+    if (test::state_in(thread.path() / "stat") != 'S') return false;
   }
   return true;
 }

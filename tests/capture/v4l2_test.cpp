@@ -14,6 +14,7 @@
 
 #include "capture_node/capture.h"
 #include "tests/support/capture/capture_rig.h"
+#include "tests/support/process/open_files.h"
 #include "tests/support/test_folder.h"
 
 namespace fivepipe::capture {
@@ -179,15 +180,10 @@ class V4l2 : public testing::Test {
   }
 };
 
-std::size_t open_files() {
-  const std::filesystem::directory_iterator files("/proc/self/fd");
-  return std::size_t(std::distance(begin(files), end(files)));
-}
-
 TEST_F(V4l2, RequestsTheSizeOfTheRigAndTheNewestImage) {
-  const std::size_t before = open_files();
+  const std::size_t before = test::open_files();
   auto source = opened();
-  EXPECT_EQ(open_files(), before);
+  EXPECT_EQ(test::open_files(), before);
   EXPECT_EQ(driver().opened, kDevice);
   EXPECT_EQ(driver().api, int(cv::CAP_V4L2));
   EXPECT_EQ(driver().settings,

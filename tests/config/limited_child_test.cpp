@@ -1,4 +1,7 @@
 #include "common/config/mesh/limited_child.h"
+#include "tests/support/optional_package.h"
+#include "tests/support/process/open_files.h"
+#include "tests/support/process/stat.h"
 #include "tests/support/sanitizer.h"
 
 #include <gtest/gtest.h>
@@ -12,9 +15,7 @@
 #include <atomic>
 #include <csignal>
 #include <cstdio>
-#include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <numeric>
 #include <stdexcept>
 #include <system_error>
@@ -148,7 +149,7 @@ LimitsHere limits_in_child(const std::function<void()>& first) {
   return limits;
 }
 
-// The child may take 100 MiB or 100 s of these until it reads them.
+// Tolerance: the child uses at most 100 MiB and 100 s before it reads its limits.
 TEST(LimitedChild, HasTheLimitsOfTheCallAndThoseThatItAdds) {
   const rlimit core_before = limit_of(RLIMIT_CORE);
   const rlimit core{core_before.rlim_max, core_before.rlim_max};
@@ -213,57 +214,48 @@ TEST(LimitedChild, AResultThatItCannotWriteIsAFailure) {
               }).starts_with("ends with exit code "));
 }
 
-std::ptrdiff_t open_files() {
-  return std::distance(std::filesystem::directory_iterator("/proc/self/fd"), {});
-}
-
-// Returns the message of the error, and how many files stayed open.
-std::string error_without_child() {
-  const std::ptrdiff_t before = open_files();
+std::string error_of_call() {
   try {
-    return "no error, " + call_in_child([] { return "x"; }, kLimits).bytes;
+    return "no error: " + call_in_child([] { return "x"; }, kLimits).bytes;
   } catch (const std::system_error& error) {
-    const rlimit files{1024, 1024};
-    setrlimit(RLIMIT_NOFILE, &files);
-    return std::string(error.what()) + ", " + std::to_string(open_files() - before);
+    return error.what();
   }
 }
 
 TEST(LimitedChild, LeavesNoFileOpen) {
-  const std::ptrdiff_t before = open_files();
+  const std::size_t before = test::open_files();
   EXPECT_EQ(call_in_child([] { return "x"; }, kLimits).bytes, "x");
   failure_of([]() -> std::string { _exit(7); });
-  EXPECT_EQ(open_files(), before);
+  EXPECT_EQ(test::open_files(), before);
 }
 
-TEST(LimitedChild, WithoutAPipeOrAProcessItIsAnErrorOfTheSystem) {
-  const ChildResult without_pipe = call_in_child(
-      [] {
-        const std::ptrdiff_t before = open_files();
-        const rlimit no_files{0, 1024};
-        setrlimit(RLIMIT_NOFILE, &no_files);
-        std::string what = "no error";
-        try {
-          call_in_child([] { return "x"; }, kLimits);
-        } catch (const std::system_error& error) {
-          what = error.what();
-        }
-        const rlimit files{1024, 1024};
-        setrlimit(RLIMIT_NOFILE, &files);
-        return what + ", " + std::to_string(open_files() - before);
-      },
-      kLimits);
-  EXPECT_EQ(without_pipe.bytes, "pipe: Too many open files, 0");
-  // The limit of processes does not hold for root, who becomes another user.
-  const ChildResult without_process = call_in_child(
-      [] {
+TEST(LimitedChild, WithoutAPipeItIsAnErrorOfTheSystem) {
+  const std::size_t before = test::open_files();
+  std::string error;
+  {
+    const test::NoFurtherFile limit;
+    error = error_of_call();
+  }
+  EXPECT_EQ(error, "pipe: Too many open files");
+  EXPECT_EQ(test::open_files(), before);
+}
+
+// RLIMIT_NPROC does not apply to root, so the child switches to another user.
+TEST(LimitedChild, WithoutAProcessItIsAnErrorOfTheSystem) {
+  const std::string still_root = "still root";
+  const ChildResult result = call_in_child(
+      [&] {
         const rlimit no_processes{0, 0};
         setrlimit(RLIMIT_NPROC, &no_processes);
-        if (geteuid() == 0 && setresuid(65534, 65534, 65534) != 0) return std::string("still root");
-        return error_without_child();
+        if (geteuid() == 0 && setresuid(65534, 65534, 65534) != 0) return still_root;
+        const std::size_t before = test::open_files();
+        const std::string error = error_of_call();
+        return error + ", " + std::to_string(test::open_files() - before);
       },
       kLimits);
-  EXPECT_EQ(without_process.bytes, "fork: Resource temporarily unavailable, 0");
+  if (result.bytes == still_root)
+    FIVEPIPE_SKIP_WITHOUT_PACKAGE("root cannot become another user: needs CAP_SETUID, uid 65534");
+  EXPECT_EQ(result.bytes, "fork: Resource temporarily unavailable, 0");
 }
 
 // The pipe ends when all processes that can write to it have ended.
@@ -300,10 +292,7 @@ void interrupt_the_caller(int times) {
   const std::string stat = "/proc/" + std::to_string(getppid()) + "/stat";
   for (int done = 0; done < times; ++done) {
     const int before = *interruptions;
-    for (bool sleeps = false; !sleeps;) {
-      std::ifstream file(stat);
-      const std::string text(std::istreambuf_iterator<char>(file), {});
-      sleeps = text.compare(text.rfind(')'), 3, ") S") == 0;
+    while (test::state_in(stat) != 'S') {
     }
     kill(getppid(), SIGUSR1);
     while (*interruptions == before) {

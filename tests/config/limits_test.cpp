@@ -1,10 +1,14 @@
-// The ranges and defaults of the keys, as docs/configuration.md lists them.
+// The ranges and defaults of the keys, and the ranges in docs/configuration.md.
 #include <algorithm>
 #include <array>
 #include <numbers>
+#include <regex>
+#include <sstream>
 #include <utility>
 
 #include "tests/support/deployment_files.h"
+#include "tests/support/source_text.h"
+#include "tests/support/text.h"
 
 namespace fivepipe::config {
 namespace {
@@ -17,12 +21,6 @@ std::vector<std::string> texts_of(std::vector<std::string> problems) {
   return problems;
 }
 
-std::string replaced(std::string text, const std::string& what, const std::string& by) {
-  for (std::size_t at = 0; (at = text.find(what, at)) != std::string::npos; at += by.size())
-    text.replace(at, what.size(), by);
-  return text;
-}
-
 class Limits : public test::DeploymentFile {
  protected:
   std::vector<std::string> scene_problems(const std::string& text) {
@@ -31,9 +29,8 @@ class Limits : public test::DeploymentFile {
   Scene scene(const std::string& text) { return test::load_scene(write("scene.yaml", text)); }
 };
 
-TEST_F(Limits, EachNumberOfADeploymentHasItsRange) {
-  write("plate.png", "any content");
-  const std::string text = R"(
+// Each number is LOW.
+const std::string kDeployment = R"(
 name: d
 rig: rig.yaml
 scene: scene.yaml
@@ -62,8 +59,38 @@ nodes:
      window_px: LOW, step_s: LOW, max_points: LOW}
   - {name: w, program: render_node, still_frame: LOW}
 )";
+const std::string kScene = R"(
+name: s
+gravity_m_s2: LOW
+background_rgb: [0, 1.01, 0]
+history: {cell_m: LOW, window_frames: LOW, max_speed_m_s: LOW}
+objects:
+  - name: box
+    box: {size_m: [1, 1, LOW], cell_m: LOW}
+    position_m: [0, 0, 0]
+    motion: dynamic
+    mass_kg: LOW
+    restitution: LOW
+    pattern: checker
+    pattern_size_m: LOW
+    report:
+      contacts: LOW
+      response: {height_m: LOW, apex_angle_deg: LOW}
+      proximity: {cap_m: LOW, tolerance_m: LOW}
+    warmth: {cap_m: LOW, tolerance_m: LOW, heating_s: LOW, cooling_s: LOW}
+  - name: ball
+    sphere: {radius_m: LOW, subdivisions: LOW}
+    position_m: [0, 0, 0]
+  - name: curtain
+    curtain: {width_m: LOW, height_m: LOW, columns: LOW, rows: LOW, fold_depth_m: LOW,
+              fold_count: LOW}
+    position_m: [0, 0, 0]
+)";
+
+TEST_F(Limits, EachNumberOfADeploymentHasItsRange) {
+  write("plate.png", "any content");
   EXPECT_THAT(
-      texts_of(problems(replaced(text, "LOW", "-1e9"))),
+      texts_of(problems(test::replaced_all(kDeployment, "LOW", "-1e9"))),
       ElementsAre(
           "domain must be from 0 to 230, is -1e9",
           "frame_rate_hz must be greater than 0 and at most 1000, is -1e9",
@@ -94,35 +121,8 @@ nodes:
 }
 
 TEST_F(Limits, EachNumberOfASceneHasItsRange) {
-  const std::string text = R"(
-name: s
-gravity_m_s2: LOW
-background_rgb: [0, 1.01, 0]
-history: {cell_m: LOW, window_frames: LOW, max_speed_m_s: LOW}
-objects:
-  - name: box
-    box: {size_m: [1, 1, LOW], cell_m: LOW}
-    position_m: [0, 0, 0]
-    motion: dynamic
-    mass_kg: LOW
-    restitution: LOW
-    pattern: checker
-    pattern_size_m: LOW
-    report:
-      contacts: LOW
-      response: {height_m: LOW, apex_angle_deg: LOW}
-      proximity: {cap_m: LOW, tolerance_m: LOW}
-    warmth: {cap_m: LOW, tolerance_m: LOW, heating_s: LOW, cooling_s: LOW}
-  - name: ball
-    sphere: {radius_m: LOW, subdivisions: LOW}
-    position_m: [0, 0, 0]
-  - name: curtain
-    curtain: {width_m: LOW, height_m: LOW, columns: LOW, rows: LOW, fold_depth_m: LOW,
-              fold_count: LOW}
-    position_m: [0, 0, 0]
-)";
   EXPECT_THAT(
-      texts_of(scene_problems(replaced(text, "LOW", "-1e9"))),
+      texts_of(scene_problems(test::replaced_all(kScene, "LOW", "-1e9"))),
       ElementsAre(
           "gravity_m_s2 must be from 0 to 1000, is -1e9",
           "background_rgb[1] must be from 0 to 1, is 1.01",
@@ -152,7 +152,43 @@ objects:
       "v_rec[2] must be from -1000000 to 1000000, is -2e6"));
 }
 
-TEST_F(Limits, AnAbsentKeyOfADeploymentHasTheDefaultOfTheDocument) {
+// The document has "LOW to HIGH" or "> LOW, at most HIGH" in the line of a key.
+TEST_F(Limits, TheDocumentStatesTheRangeOfEachNumber) {
+  write("plate.png", "any content");
+  std::vector<std::string> lines;
+  std::istringstream document(test::text_of("docs/configuration.md"));
+  for (std::string line; std::getline(document, line);) lines.push_back(line);
+  const std::regex in_problem(
+      R"((\w+)(\[\d\])* must be (from|greater than) (\S+) (?:to|and at most) ([^ ,]+), is .*)"),
+      in_document(R"((> )?([0-9][0-9.e+-]*)(?: to |, at most )([0-9][0-9.e+-]*))");
+  std::vector<std::string> not_stated;
+  int ranges = 0;
+  for (const auto& texts : {texts_of(problems(test::replaced_all(kDeployment, "LOW", "-1e9"))),
+                            texts_of(scene_problems(test::replaced_all(kScene, "LOW", "-1e9")))})
+    for (const std::string& problem : texts) {
+      std::smatch range;
+      if (!std::regex_match(problem, range, in_problem)) continue;
+      const bool is_stated = std::any_of(lines.begin(), lines.end(), [&](const std::string& line) {
+        if (!test::contains(line, "`" + range.str(1) + "`")) return false;
+        return std::any_of(std::sregex_iterator(line.begin(), line.end(), in_document),
+                           std::sregex_iterator(), [&](const std::smatch& stated) {
+                             return stated[1].matched == (range[3] == "greater than") &&
+                                    std::stod(stated[2]) == std::stod(range[4]) &&
+                                    std::stod(stated[3]) == std::stod(range[5]);
+                           });
+      });
+      if (!is_stated) not_stated.push_back(range[1]);
+      ++ranges;
+    }
+  // A colour is from 0 to 1 everywhere. The limits of the others are far from their use, or other
+  // keys and files.
+  EXPECT_THAT(not_stated,
+              ElementsAre("first_frame", "seed", "worker", "workers", "still_frame",
+                          "background_rgb", "size_m", "cell_m", "radius_m", "width_m", "height_m"));
+  EXPECT_GT(ranges, 50);
+}
+
+TEST_F(Limits, AnAbsentKeyOfADeploymentHasItsDefault) {
   write("plate.png", "any content");
   const Deployment d = load(with_nodes(R"(  - name: c
     program: capture_node
@@ -224,7 +260,7 @@ TEST_F(Limits, AnAbsentKeyOfADeploymentHasTheDefaultOfTheDocument) {
   EXPECT_EQ(render.still_frame, 0);
 }
 
-TEST_F(Limits, AnAbsentKeyOfASceneHasTheDefaultOfTheDocument) {
+TEST_F(Limits, AnAbsentKeyOfASceneHasItsDefault) {
   const Scene s = scene(R"(
 name: s
 history: {}
@@ -351,13 +387,14 @@ TEST_F(Limits, MeshesFromHalfAMillimetreTo50MetresArePlausible) {
 
 TEST_F(Limits, NamesHaveAtMost32CharactersAndThoseOfObjects64) {
   const auto with_name = [&](std::size_t length) {
-    return replaced(test::kGoodDeployment, "name: small", "name: " + std::string(length, 'a'));
+    return test::replaced(test::kGoodDeployment, "name: small",
+                          "name: " + std::string(length, 'a'));
   };
   EXPECT_THAT(problems(with_name(32)), ElementsAre());
   EXPECT_THAT(texts_of(problems(with_name(33))),
               ElementsAre("name has 33 characters, the limit is 32"));
-  EXPECT_THAT(scene_problems(
-                  replaced(test::kGoodScene, "- name: block", "- name: " + std::string(64, 'b'))),
+  EXPECT_THAT(scene_problems(test::replaced(test::kGoodScene, "- name: block",
+                                            "- name: " + std::string(64, 'b'))),
               ElementsAre());
 }
 

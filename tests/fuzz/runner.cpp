@@ -1,4 +1,5 @@
 #include "tests/fuzz/runner.h"
+#include "tests/support/process/cpu_time.h"
 #include "tests/support/test_folder.h"
 
 #include <fmt/format.h>
@@ -34,15 +35,6 @@ struct Progress {
   char finding[4000] = {};
 };
 
-double seconds_of(const timespec& time) {
-  return double(time.tv_sec) + 1e-9 * double(time.tv_nsec);
-}
-
-double cpu_s(clockid_t clock) {
-  timespec time{};
-  return clock_gettime(clock, &time) == 0 ? seconds_of(time) : 0;
-}
-
 std::size_t resident_bytes(pid_t pid) {
   std::size_t total_pages = 0, resident_pages = 0;
   std::ifstream(fmt::format("/proc/{}/statm", pid)) >> total_pages >> resident_pages;
@@ -70,7 +62,7 @@ Verdict verdict_of(const Target& target, std::uint32_t seed, const fs::path& fol
                                Progress& progress) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   for (std::uint32_t seed = first_seed; Clock::now() < end; ++seed) {
-    progress.start_cpu_s = cpu_s(CLOCK_PROCESS_CPUTIME_ID);
+    progress.start_cpu_s = test::cpu_s(getpid());
     progress.seed = seed;
     ++progress.inputs;
     const Verdict verdict = verdict_of(target, seed, folder);
@@ -94,8 +86,6 @@ std::string finding_of_exit(int status, const Progress& progress) {
 // Waits for the child and enforces the limits. Returns its finding.
 std::string watch(pid_t child, const Progress& progress, const Limits& limits) {
   constexpr timespec kPoll{0, 20'000'000};
-  clockid_t clock{};
-  if (clock_getcpuclockid(child, &clock) != 0) throw std::runtime_error("no CPU clock of a child");
   std::uint32_t inputs = 0;
   Clock::time_point input_start = Clock::now();
   for (int status = 0;;) {
@@ -104,7 +94,7 @@ std::string watch(pid_t child, const Progress& progress, const Limits& limits) {
       inputs = now;
       input_start = Clock::now();
     }
-    const double start_cpu_s = progress.start_cpu_s, used_cpu_s = cpu_s(clock) - start_cpu_s;
+    const double start_cpu_s = progress.start_cpu_s, used_cpu_s = test::cpu_s(child) - start_cpu_s;
     std::string finding;
     if (used_cpu_s > limits.cpu_s && inputs == progress.inputs)
       finding = fmt::format("needs more than {} s of CPU time", limits.cpu_s);

@@ -36,18 +36,41 @@ TEST_F(GlObjects, TheContextIsACoreProfileOfOpenGl45) {
   EXPECT_EQ(context_.is_software(), renderer.starts_with("llvmpipe"));
 }
 
+// While it exists, lists the contexts that EGL destroys. The handle of a destroyed context is no
+// evidence: EGL may use it again.
+class DestroyedContexts {
+ public:
+  DestroyedContexts() {
+    { const GlContext first; }  // the first call of an EGL function sets epoxy's pointer to it
+    contexts_.clear();
+    destroy_ = epoxy_eglDestroyContext;
+    epoxy_eglDestroyContext = [](EGLDisplay display, EGLContext context) -> EGLBoolean {
+      const EGLBoolean is_destroyed = destroy_(display, context);
+      if (is_destroyed) contexts_.push_back(context);
+      return is_destroyed;
+    };
+  }
+  ~DestroyedContexts() { epoxy_eglDestroyContext = destroy_; }
+  DestroyedContexts(const DestroyedContexts&) = delete;
+  DestroyedContexts& operator=(const DestroyedContexts&) = delete;
+  const std::vector<EGLContext>& contexts() const { return contexts_; }
+
+ private:
+  static inline std::vector<EGLContext> contexts_;
+  static inline PFNEGLDESTROYCONTEXTPROC destroy_ = nullptr;
+};
+
 TEST(GlContext, IsNotCurrentAndDoesNotExistAfterItsEnd) {
-  EGLDisplay display = EGL_NO_DISPLAY;
-  EGLContext last = EGL_NO_CONTEXT;
-  EGLint version = 0;
+  const DestroyedContexts destroyed;
+  std::vector<EGLContext> created;
   for (int i = 0; i < 2; ++i) {
     const GlContext context;
-    display = eglGetCurrentDisplay(), last = eglGetCurrentContext();
-    EXPECT_NE(last, EGL_NO_CONTEXT);
-    EXPECT_TRUE(eglQueryContext(display, last, EGL_CONTEXT_CLIENT_VERSION, &version));
+    created.push_back(eglGetCurrentContext());
+    EXPECT_NE(created.back(), EGL_NO_CONTEXT);
+    EXPECT_EQ(destroyed.contexts().size(), std::size_t(i)) << "exists until the end of its scope";
   }
   EXPECT_EQ(eglGetCurrentContext(), EGL_NO_CONTEXT);
-  EXPECT_FALSE(eglQueryContext(display, last, EGL_CONTEXT_CLIENT_VERSION, &version));
+  EXPECT_EQ(destroyed.contexts(), created);
 }
 
 TEST_F(GlObjects, ANameIsDeletedOnceByItsLastOwner) {
@@ -256,6 +279,7 @@ TEST_F(GlObjects, ShaderErrorsNameTheProgramAndTheReason) {
 
 // The context is new, so its objects have small names.
 TEST_F(GlObjects, NoObjectOutlivesItsOwner) {
+  constexpr GLuint kNames = 200;
   {
     const GlTexture texture(2, 2, GL_R8);
     const GlBuffer buffer;
@@ -275,8 +299,11 @@ TEST_F(GlObjects, NoObjectOutlivesItsOwner) {
               "");
     EXPECT_NE(error_of([] { GlFramebuffer(7, 5, GL_DEPTH_COMPONENT24, DepthBuffer::none); }), "");
     EXPECT_TRUE(glIsTexture(texture.get()) && glIsBuffer(buffer.get()));
+    for (const GLuint name :
+         {texture.get(), buffer.get(), vertices.get(), drawing.get(), plain.get(), full.get()})
+      ASSERT_LT(name, kNames) << "the names below do not include it";
   }
-  for (GLuint name = 1; name < 200; ++name) {
+  for (GLuint name = 1; name < kNames; ++name) {
     EXPECT_FALSE(glIsTexture(name)) << name;
     EXPECT_FALSE(glIsBuffer(name)) << name;
     EXPECT_FALSE(glIsVertexArray(name)) << name;

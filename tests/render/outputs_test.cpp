@@ -1,25 +1,28 @@
 #include "render_node/outputs.h"
+#include "tests/support/process/file_size_limit.h"
 #include "tests/support/test_folder.h"
 
 #include <dlfcn.h>
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 #include <sys/statvfs.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <chrono>
 #include <cmath>
-#include <csignal>
 #include <fstream>
 #include <mutex>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
 
-// A test that holds this mutex blocks all threads that ask for the free space of a disk.
+// A test that holds this mutex blocks all threads that query the free space of a disk.
 static std::mutex statvfs_gate;
+// The queries so far. 0: the standard library calls another function.
+static std::atomic<int> statvfs_calls = 0;
 extern "C" int statvfs(const char* path, struct statvfs* space) noexcept {
   const std::lock_guard wait(statvfs_gate);
+  ++statvfs_calls;
   static const auto next =
       reinterpret_cast<int (*)(const char*, struct statvfs*)>(dlsym(RTLD_NEXT, "statvfs"));
   return next(path, space);
@@ -198,12 +201,15 @@ TEST_F(Outputs, AsManyFramesAsConfiguredWaitForABusyEncoder) {
   for (const std::size_t queue_frames : {1u, 4u}) {
     VideoOptions options = roomy();
     options.queue_frames = queue_frames;
+    statvfs_calls = 0;
     VideoFile video(folder_ / "v.mp4", kSize, options);
-    statvfs_gate.lock();  // the encoder asks for the free space before it encodes a frame
+    ASSERT_GT(statvfs_calls, 0) << "the replacement of statvfs is not in use";
+    // The encoder queries the free space before it encodes a frame.
+    std::unique_lock gate(statvfs_gate);
     std::size_t taken = 0;
     for (int i = 0; i < 10; ++i) taken += video.add(frame_image(i));
     EXPECT_EQ(taken, queue_frames + 1);
-    statvfs_gate.unlock();
+    gate.unlock();
     video.finish(std::chrono::seconds(20));
     EXPECT_EQ(frames_in(folder_ / "v.mp4"), taken);
     EXPECT_EQ(video.dropped(), 10 - taken);
@@ -314,15 +320,12 @@ TEST_F(Outputs, FailedStillKeepsOldFile) {
 
   write_png(folder_ / "s.png", frame_image(1));
   // A write beyond a limit on file sizes fails like one to a full disk.
-  std::signal(SIGXFSZ, SIG_IGN);
-  rlimit before;
-  getrlimit(RLIMIT_FSIZE, &before);
-  const rlimit tiny{100, before.rlim_max};
-  setrlimit(RLIMIT_FSIZE, &tiny);
   cv::Mat noise(kSize, CV_8UC3);
   cv::randu(noise, 0, 255);
-  const std::string message = error_of([&] { write_png(folder_ / "s.png", noise); });
-  setrlimit(RLIMIT_FSIZE, &before);
+  const std::string message = error_of([&] {
+    const test::FileSizeLimit limit(100);
+    write_png(folder_ / "s.png", noise);
+  });
   EXPECT_NE(message.find("s.png: cannot write it: File too large"), std::string::npos) << message;
   EXPECT_EQ(cv::norm(cv::imread((folder_ / "s.png").string()), frame_image(1), cv::NORM_INF), 0);
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 1);

@@ -11,6 +11,7 @@
 #include "common/gl/objects.h"
 #include "tests/support/checked_gl_context.h"
 #include "tests/support/optional_package.h"
+#include "tests/support/process/open_files.h"
 #include "tests/support/virtual_display.h"
 
 namespace fivepipe::render {
@@ -52,14 +53,11 @@ TEST(Window, WithoutADisplayTheErrorNamesIt) {
 }
 
 // GLFW refuses a window without pixels, as it refuses one without a suitable OpenGL.
-TEST(Window, WhatTheDisplayRefusesIsNamedAndLeavesNoOpenFile) {
+TEST(Window, ARefusedWindowIsAnErrorAndLeavesNoOpenFile) {
   const test::VirtualDisplay display;
   if (display.display().empty()) FIVEPIPE_SKIP_WITHOUT_PACKAGE("Xvfb is not installed");
-  const auto open_files = [] {
-    return std::distance(std::filesystem::directory_iterator("/proc/self/fd"), {});
-  };
   { const Window first("fivepipe", 64, 48); }  // libraries keep files open
-  const auto before = open_files();
+  const std::size_t before = test::open_files();
   for (const bool has_pixels : {false, true}) {
     try {
       const Window window("fivepipe", has_pixels ? 64 : 0, 48);
@@ -68,7 +66,7 @@ TEST(Window, WhatTheDisplayRefusesIsNamedAndLeavesNoOpenFile) {
       EXPECT_STREQ(error.what(), "no window: Invalid window size 0x48");
       EXPECT_FALSE(has_pixels);
     }
-    EXPECT_EQ(open_files(), before) << has_pixels;
+    EXPECT_EQ(test::open_files(), before) << has_pixels;
   }
 }
 

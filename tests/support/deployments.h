@@ -1,11 +1,11 @@
 // Deployments for tests with real processes.
 #pragma once
-#include <gtest/gtest.h>
-
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string>
+
+#include "tests/support/text.h"
 
 namespace fivepipe::test {
 
@@ -18,12 +18,6 @@ inline const std::string kKeptDeployment = FIVEPIPE_SOURCE_DIR "/tests/recording
 inline std::string text_of(const std::filesystem::path& path) {
   std::ifstream file(path);
   return {std::istreambuf_iterator<char>(file), {}};
-}
-
-inline std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  const std::size_t at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return at == std::string::npos ? text : text.replace(at, from.size(), to);
 }
 
 // Writes the small deployment to `folder`, with `from` replaced by `to` and with `rig_addition` at

@@ -8,6 +8,8 @@
 #include <fstream>
 #include <sstream>
 
+#include "tests/support/process/stat.h"
+
 namespace fivepipe::test {
 namespace {
 
@@ -21,19 +23,7 @@ std::string file_text(const std::filesystem::path& path) {
   return text.str();
 }
 
-struct Stat {
-  char state = 'X';
-  pid_t parent = 0;
-};
-Stat stat_of(pid_t pid) {
-  const std::string text = file_text("/proc/" + std::to_string(pid) + "/stat");
-  Stat stat;
-  if (const std::size_t name_end = text.rfind(')'); name_end != std::string::npos) {
-    std::istringstream rest(text.substr(name_end + 1));
-    rest >> stat.state >> stat.parent;
-  }
-  return stat;
-}
+Stat stat_of(pid_t pid) { return stat_in("/proc/" + std::to_string(pid) + "/stat"); }
 
 }  // namespace
 

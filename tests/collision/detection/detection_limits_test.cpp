@@ -1,7 +1,6 @@
 // Limits of collision detection that random scenes do not reach: boxes and triangles exactly at a
-// border, the budgets of a triangle's tests, the margins of float, and the default options.
+// border, the budgets of a triangle's tests, and the default options.
 #include <algorithm>
-#include <cmath>
 
 #include "common/collision/detection/box_query.h"
 #include "common/collision/detection/cpu/detection_common.h"
@@ -164,16 +163,10 @@ TEST(MayHoldHull, FindsABallInAnyCellAndNoneBesideTheBox) {
     }
 }
 
-// Float cannot represent pixels in an image of 70,000 columns. Each camera alone sees the first
+// Each camera alone sees the first
 // triangle wholly on object pixels; both see only the second one.
 TEST(CpuDetection, ACameraTooWideForFloatStillLimitsTheHull) {
-  hull::Silhouette wide{{{70'000, 64, 64, 64, 34'999.5, 31.5}, Isometry3d::Identity()},
-                        hull::ObjectPixels(70'000, 64)};
-  for (int v = 0; v < 64; ++v) {
-    wide.pixels.set_run(0, 10, v);
-    wide.pixels.set_run(35'010, 70'000, v);  // x > 10 / 64 at a depth of 1 m
-  }
-  const CollisionHull hull({columns(0, 64), wide});
+  const CollisionHull hull({columns(0, 64), too_wide_for_float({0, 64})});
   const auto triangle_at = [](double x_m) {
     const Vector3d p(x_m, 0, 1);
     return collision::Triangle{p, p + Vector3d(0.02, 0, 0), p + Vector3d(0, 0.02, 0)};
@@ -192,114 +185,6 @@ TEST(CpuDetection, ACameraTooWideForFloatStillLimitsTheHull) {
   const auto found = collision::detect(hull.query, {&free, 1})[0];
   EXPECT_EQ(found.verdict, collision::CollisionVerdict::free);
   EXPECT_TRUE(found.hull_in_box);
-}
-
-// The margins of contact_maps.cpp: at least the errors that its table derives, and at most 5 %
-// more. e is half a unit in the last place of float.
-TEST(ContactMaps, MarginsAreTheDerivedErrors) {
-  constexpr double e = 0x1p-24, kSlack = 1.05, kProjection = 32 * 0x1p-52;
-  Random random(22);
-  for (int scene = 0; scene < 60; ++scene) {
-    const double far_m = scene % 3 == 2 ? 1e6 : 1;
-    const int width = 100 + int(uniform(random, 0, 400)), height = 90;
-    hull::CpuHull::MapCamera camera;
-    camera.camera = random_camera(random, width, height);
-    const Vector3d shift_m = far_m * random_direction(random);
-    camera.camera.camera_from_world = camera.camera.camera_from_world * at(-shift_m);
-    hull::ObjectPixels pixels(width, height);
-    for (int i = 0; i < 3; ++i)
-      pixels.set(int(uniform(random, 0, width)), int(uniform(random, 0, height)));
-    camera.skip_map.assign(pixels);
-    camera.skip_map.make(hull::Quadrant::right_down);
-    const hull::PixelRect bounds = pixels.bounds();
-    const geometry::Pinhole& k = camera.camera.pinhole;
-    Eigen::Matrix3d image;  // to (U, V, W), of pixels that begin at whole numbers
-    image << k.fx_px, 0, k.cx_px + 0.5, 0, k.fy_px, k.cy_px + 0.5, 0, 0, 1;
-    const Isometry3d& pose = camera.camera.camera_from_world;
-    const Eigen::Matrix3d of_world = image * pose.linear();
-    const Vector3d at_world = image * pose.translation();
-    // Sizes of the terms of U, V and W in the world.
-    const auto world_terms = [&](const Vector3d& p, double radius_m) -> Vector3d {
-      return of_world.cwiseAbs() * (p.cwiseAbs() + Vector3d::Constant(radius_m)) +
-             at_world.cwiseAbs();
-    };
-    const auto of_projection = [&](const Vector3d& terms, double image_px) {
-      return kProjection * (std::max(terms.x(), terms.y()) + image_px * terms.z());
-    };
-
-    Isometry3d world_from_tree = at(shift_m + random_in_ball(random, 0.2));
-    world_from_tree.linear() =
-        Eigen::AngleAxisd(uniform(random, 0, 3), random_direction(random)).toRotationMatrix();
-    const double radius_m = uniform(random, 0.05, 0.5);
-    const auto map = collision::object_map(camera, world_from_tree, radius_m);
-    ASSERT_TRUE(map);
-    const double base_u = bounds.u0_px - double(map->begin_u),
-                 base_v = bounds.v0_px - double(map->begin_v);
-    EXPECT_EQ(map->end_u, float(bounds.u1_px - base_u));
-    EXPECT_EQ(map->end_v, float(bounds.v1_px - base_v));
-    Eigen::Matrix3d to_base = Eigen::Matrix3d::Identity();
-    to_base(0, 2) = -base_u, to_base(1, 2) = -base_v;
-    const Eigen::Matrix3d of = to_base * of_world * world_from_tree.linear();
-    const Vector3d from_world = of_world * world_from_tree.translation() + at_world,
-                   at_tree = to_base * from_world,
-                   terms = at_tree.cwiseAbs() + radius_m * of.cwiseAbs().rowwise().sum();
-    for (int row = 0; row < 3; ++row) {
-      EXPECT_NEAR(map->at[row], at_tree[row], 1e-6 * terms[row] + 1e-9 * far_m);
-      for (int axis = 0; axis < 3; ++axis)
-        EXPECT_NEAR(map->of[row][axis], of(row, axis), 1e-6 * terms[row] / radius_m);
-    }
-    const double farthest_px = 0.5 * std::max(bounds.width_px(), bounds.height_px()) + 1,
-                 image_px = std::max(std::abs(base_u), std::abs(base_v)) + farthest_px,
-                 projection =
-                     of_projection(world_terms(world_from_tree.translation(), radius_m), image_px),
-                 w_error_m = 12 * e * terms.z() + projection,
-                 error_px_m = 12 * e * (std::max(terms.x(), terms.y()) + farthest_px * terms.z()) +
-                              projection;
-    EXPECT_EQ(map->eps_px, 1.0f / 64);
-    EXPECT_GE(map->slack_w, w_error_m * (1 - 1e-6));
-    EXPECT_LE(map->slack_w, w_error_m * kSlack);
-    EXPECT_FLOAT_EQ(map->max_behind_w, -2 * map->slack_w);
-    const double per_w_px = 1.0 / 64 - 8 * e * farthest_px;
-    EXPECT_GE(map->min_w * per_w_px, error_px_m * (1 - 1e-6));
-    EXPECT_LE(map->min_w * per_w_px, error_px_m * kSlack);
-
-    const Isometry3d world_from_camera = pose.inverse();
-    std::array<Vector3d, 3> vertices_world_m, uvw;
-    collision::TriangleMap triangle;
-    for (Vector3d& v : vertices_world_m)
-      v = world_from_camera *
-          Vector3d(uniform(random, -0.2, 0.2), uniform(random, -0.2, 0.2), uniform(random, 0.8, 2));
-    if (collision::triangle_map(collision::pixel_from_world(camera.camera), camera.skip_map,
-                                vertices_world_m, 8,
-                                triangle) != collision::ProjectionStatus::in_front)
-      continue;
-    to_base(0, 2) = -(bounds.u0_px - double(triangle.begin_u));
-    to_base(1, 2) = -(bounds.v0_px - double(triangle.begin_v));
-    double nearest_m = 1e9, off_px = 1, on_image_px = 0;
-    Vector3d largest = Vector3d::Zero();
-    for (std::size_t i = 0; i < 3; ++i) {
-      const Vector3d p = of_world * vertices_world_m[i] + at_world;
-      on_image_px = std::max(on_image_px, p.head<2>().cwiseAbs().maxCoeff() / p.z());
-      uvw[i] = to_base * p;
-      off_px = std::max(off_px, uvw[i].head<2>().cwiseAbs().maxCoeff() / uvw[i].z());
-      nearest_m = std::min(nearest_m, p.z());
-      largest = largest.cwiseMax(world_terms(vertices_world_m[i], 0));
-    }
-    const Vector3d sizes =
-        uvw[0].cwiseAbs() + (uvw[1] - uvw[0]).cwiseAbs() + (uvw[2] - uvw[0]).cwiseAbs();
-    const double eps_px = (10 * e * (std::max(sizes.x(), sizes.y()) + off_px * sizes.z()) +
-                           of_projection(largest, on_image_px)) /
-                              nearest_m +
-                          8 * e * off_px;
-    EXPECT_GE(triangle.eps_px, eps_px * (1 - 1e-6)) << scene;
-    EXPECT_LE(triangle.eps_px, eps_px * kSlack) << scene;
-    for (int row = 0; row < 3; ++row) {
-      const double rounding = 1e-6 * sizes[row] + 1e-9 * far_m;
-      EXPECT_NEAR(triangle.at[row], uvw[0][row], rounding);
-      EXPECT_NEAR(8 * triangle.by_a[row], uvw[1][row] - uvw[0][row], rounding);
-      EXPECT_NEAR(8 * triangle.by_b[row], uvw[2][row] - uvw[0][row], rounding);
-    }
-  }
 }
 
 }  // namespace

@@ -102,10 +102,10 @@ TEST(ProximityOfMeshes, BoundsTheDistanceOfLongTriangles) {
   geometry::Mesh mesh;
   std::vector<collision::Triangle> triangles;
   for (std::uint32_t i = 0; i < 150; ++i) {
-    const Vector3d middle = random_in_ball(random, 0.2),
+    const Vector3d center = random_in_ball(random, 0.2),
                    along = uniform(random, 0.1, 0.2) * random_direction(random);
     triangles.push_back(
-        {middle - along, middle - along + random_in_ball(random, 0.01), middle + along});
+        {center - along, center - along + random_in_ball(random, 0.01), center + along});
     std::rotate(triangles.back().begin(), triangles.back().begin() + i % 3, triangles.back().end());
     for (const Vector3d& v : triangles.back()) mesh.vertices_m.push_back(v);
     mesh.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});

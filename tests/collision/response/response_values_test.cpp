@@ -1,15 +1,19 @@
 // Values of the response and of the contact manifold on fixed scenes, and their defaults.
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "common/collision/response/contact_manifold.h"
 #include "common/collision/response/hull_normal.h"
 #include "tests/support/collision/response.h"
+#include "tests/support/not_finite.h"
 
 namespace fivepipe::test {
 namespace {
 
 using Eigen::Vector3d;
+
+constexpr double kReach_m = 0.05;  // a deeper point has no exit
 
 // A virtual ball of points in the hull of two capsules, as seen by five cameras.
 struct PointScene {
@@ -59,31 +63,116 @@ collision::ObjectCollision one_point(const Vector3d& p) {
   return collision;
 }
 
-// The manifold is deterministic, so each of its samples, directions and steps changes these values.
-TEST(ContactManifold, ContactsOfPointsKeepTheirValues) {
-  struct Case {
-    std::size_t contacts, converged;
-    double first_m, depths_m;  // depth of the first contact, sum of all depths
+// Farthest-point sampling (Gonzalez 1985) of points of which no two are equally far.
+std::vector<std::size_t> sampled(const std::vector<Vector3d>& points_m, std::size_t first,
+                                 std::size_t count, double min_m) {
+  std::vector<std::size_t> chosen{first};
+  while (chosen.size() < count) {
+    std::size_t farthest = 0;
+    double farthest_m = 0;
+    for (std::size_t i = 0; i < points_m.size(); ++i) {
+      double nearest_m = kInfinity;
+      for (const std::size_t j : chosen)
+        nearest_m = std::min(nearest_m, (points_m[i] - points_m[j]).norm());
+      if (nearest_m > farthest_m) farthest = i, farthest_m = nearest_m;
+    }
+    if (!(farthest_m > min_m)) break;
+    chosen.push_back(farthest);
+  }
+  return chosen;
+}
+
+// The points of a manifold: the deepest towards `center` of a sample, and of a sample of the
+// points that are nearer to that one than the samples are to each other; then the farthest ones.
+std::vector<Vector3d> contact_points(const PointScene& scene, std::size_t count) {
+  constexpr std::size_t kSamples = 64;
+  std::vector<Vector3d> points;
+  for (const collision::CollisionPoint& p : scene.moved(kOrigin).points)
+    points.push_back(p.p_world_m);
+  const auto depth_m = [&](const Vector3d& p) {
+    const auto exit =
+        collision::exit_outward(scene.hull->query, p, (scene.center - p).normalized(), kReach_m);
+    return exit ? exit->distance_m : kReach_m;
   };
-  const Case cases[] = {
-      {6, 5, 0.01604490929945, 0.01721255256437},   {6, 4, 0.006377261288371, 0.01215618384707},
-      {6, 6, 0.0003398939631213, 0.03006341707948}, {6, 3, 0.01333107573955, 0.0212402056178},
-      {6, 5, 0.007795542887498, 0.008763652976334}, {6, 6, 0.006474700435542, 0.008154963140514},
+  const auto deepest_in = [&](const std::vector<Vector3d>& all, std::size_t first, double min_m) {
+    const auto sample = sampled(all, first, kSamples, min_m);
+    const std::size_t deepest = *std::max_element(
+        sample.begin(), sample.end(),
+        [&](std::size_t a, std::size_t b) { return depth_m(all[a]) < depth_m(all[b]); });
+    double spacing_m = kInfinity;
+    for (const std::size_t i : sample)
+      if (i != sample.back()) spacing_m = std::min(spacing_m, (all[i] - all[sample.back()]).norm());
+    return std::pair(deepest, spacing_m);
   };
+  const double footprint_m = collision::pixel_footprint_m(scene.hull->query, points.front());
+  const auto farther = [&](const Vector3d& a, const Vector3d& b) {
+    return (a - scene.center).norm() < (b - scene.center).norm();
+  };
+  const auto farthest = std::max_element(points.begin(), points.end(), farther);
+  const auto [coarse, spacing_m] =
+      deepest_in(points, std::size_t(farthest - points.begin()), footprint_m);
+  std::vector<Vector3d> near{points[coarse]};
+  for (const Vector3d& p : points)
+    if (p != near[0] && (p - near[0]).norm() <= spacing_m) near.push_back(p);
+  const Vector3d deepest = near[deepest_in(near, 0, footprint_m).first];
+  const auto first = std::find(points.begin(), points.end(), deepest);
+  std::vector<Vector3d> chosen;
+  for (const std::size_t i :
+       sampled(points, std::size_t(first - points.begin()), count, footprint_m))
+    chosen.push_back(points[i]);
+  return chosen;
+}
+
+// Follows the border's normals from the exit towards `center`.
+struct Descent {
+  Vector3d normal;
+  collision::HullExit exit;
+  int steps = 0;
+};
+std::optional<Descent> descent_from(const PointScene& scene, const Vector3d& p) {
+  constexpr int kMaxSteps = 8;
+  constexpr double kMinGain_m = 1e-6;
+  const hull::HullQuery& query = scene.hull->query;
+  const Vector3d towards = (scene.center - p).normalized();
+  const auto first = collision::exit_outward(query, p, towards, kReach_m);
+  if (!first) return std::nullopt;
+  for (Descent descent{towards, *first};;) {
+    const double outside_m = descent.exit.distance_m + descent.exit.error_m;
+    const auto border = hull::limiting_cameras(
+        query, {p + outside_m * descent.normal, -descent.normal}, 0, outside_m);
+    if (!border || descent.steps == kMaxSteps) return descent;
+    Descent next = descent;
+    for (const hull::LimitingCamera& limiting : border->cameras)
+      if (const double less_m = next.exit.distance_m - kMinGain_m; less_m > 0)
+        if (const auto exit = collision::exit_outward(query, p, limiting.normal_world, less_m))
+          next = {limiting.normal_world, *exit, descent.steps + 1};
+    if (next.steps == descent.steps) return descent;
+    descent = next;
+  }
+}
+
+TEST(ContactManifold, ContactsAreSampledPointsAndEndsOfTheirDescents) {
+  constexpr int kContacts = 6;
+  constexpr double kRounding = 1e-9;  // of a unit vector, far below the error of a normal
+  int long_descents = 0;
   for (int number = 0; number < 6; ++number) {
     const PointScene scene(number);
     const auto found = collision::contact_manifold(scene.hull->query, scene.moved(kOrigin),
-                                                   {scene.center, 6, 0.05})
+                                                   {scene.center, kContacts, kReach_m})
                            .contacts;
-    double depths_m = 0;
-    std::size_t converged = 0;
-    for (const collision::Contact& c : found) depths_m += c.depth_m, converged += c.converged;
-    ASSERT_FALSE(found.empty());
-    EXPECT_EQ(found.size(), cases[number].contacts) << number;
-    EXPECT_EQ(converged, cases[number].converged) << number;
-    EXPECT_NEAR(found[0].depth_m, cases[number].first_m, 1e-10) << number;
-    EXPECT_NEAR(depths_m, cases[number].depths_m, 1e-10) << number;
+    const std::vector<Vector3d> expected = contact_points(scene, kContacts);
+    ASSERT_EQ(found.size(), expected.size()) << number;
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      const collision::Contact& c = found[i];
+      EXPECT_EQ(c.on_object.p_world_m, expected[i]) << number << ' ' << i;
+      const auto descent = descent_from(scene, c.on_object.p_world_m);
+      ASSERT_TRUE(descent) << number << ' ' << i;
+      EXPECT_NEAR(c.depth_m, descent->exit.distance_m, c.depth_error_m) << number << ' ' << i;
+      EXPECT_LT((c.normal_world - descent->normal).norm(), kRounding) << number << ' ' << i;
+      long_descents += descent->steps > 1;
+    }
   }
+  EXPECT_GT(long_descents, 10);
 }
 
 // A contact converges if the border's normal is within 0.05 rad of its own.

@@ -298,7 +298,7 @@ TEST(HullSurface, LimitsSeenHullMayBeginAtAnImageBorder) {
   EXPECT_GT(by_the_first, 20);
 }
 
-// Whatever the tile's depths are.
+// The tile's depths have no effect.
 TEST(HullSurface, NoViewAndNoCameraHaveNoSurface) {
   test::Random random(4);
   const auto silhouettes =
@@ -314,17 +314,16 @@ TEST(HullSurface, NoViewAndNoCameraHaveNoSurface) {
   };
   ASSERT_GT(with_surface(scene, view), 30);
   EXPECT_EQ(with_surface(no_camera, view), 0);
-  const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const auto& [near_m, far_m] : {std::pair{0.0, 5.0},
                                       {-1.0, 5.0},
-                                      {nan, 5.0},
-                                      {0.05, nan},
-                                      {0.05, std::numeric_limits<double>::infinity()},
+                                      {test::kNaN, 5.0},
+                                      {0.05, test::kNaN},
+                                      {0.05, test::kInfinity},
                                       {5.0, 0.05},
                                       {5.0, 5.0}})
     EXPECT_EQ(with_surface(scene, {view.camera, near_m, far_m}), 0) << near_m << ", " << far_m;
   View not_finite = view;
-  not_finite.camera.pinhole.cy_px = nan;
+  not_finite.camera.pinhole.cy_px = test::kNaN;
   EXPECT_EQ(with_surface(scene, not_finite), 0);
 }
 

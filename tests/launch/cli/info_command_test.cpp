@@ -66,7 +66,7 @@ TEST_F(RecordingCommands, InfoSuggestsWorkingRecoverCommand) {
   EXPECT_EQ(fivepipe("info --recover " + cut.string() + " --output " + repaired).exit_code, 2)
       << "the output file exists";
   // It neither waits for nor is refused because of its own check that no process writes the file.
-  EXPECT_EQ(shell("timeout 20 " + program + "info --recover " + cut.string()).exit_code, 0);
+  EXPECT_EQ(shell("timeout 60 " + program + "info --recover " + cut.string()).exit_code, 0);
   EXPECT_EQ(content_of(cut), content_of(repaired));
   const Answer again = fivepipe("info --recover " + cut.string());
   EXPECT_EQ(again.exit_code, 0);
@@ -254,7 +254,7 @@ TEST_F(RecordingCommands, APipeIsNotARecording) {
            "info ", "info --recover ", "info --extract " + (folder.path / "out").string() + " ",
            "ls ", "echo HeadPose --from ", "hz HeadPose --from ", "replay ",
            "bench recon_node --from "}) {
-    const Answer answer = shell("timeout 20 " + program + command + pipe.string() + " 2>&1");
+    const Answer answer = shell("timeout 60 " + program + command + pipe.string() + " 2>&1");
     EXPECT_EQ(answer.exit_code, 1) << command << answer.text;
     EXPECT_TRUE(holds(answer, pipe.string()) && holds(answer, "not a regular file"))
         << command << answer.text;

@@ -1,7 +1,6 @@
 // Runs `fivepipe info`, `ls`, `echo` and `hz` as a user does, on small recordings that it writes.
 #pragma once
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 #include <sys/wait.h>
 
 #include <cstdio>
@@ -15,7 +14,6 @@
 #include "common/recording/files/recording_writer.h"
 #include "common/recording/schema/wire_types.h"
 #include "tests/support/recording/mcap_files.h"
-#include "tests/support/sanitizer.h"
 
 namespace fivepipe::launch {
 
@@ -41,16 +39,6 @@ inline const std::string program = FIVEPIPE_BINARY_DIR "/fivepipe ";
 inline Answer fivepipe(const std::string& arguments) {
   return shell("TZ=UTC " + program + arguments + " 2>&1");
 }
-
-// CPU time of all ended children of this process.
-inline double children_cpu_s() {
-  rusage used{};
-  getrusage(RUSAGE_CHILDREN, &used);
-  return double(used.ru_utime.tv_sec + used.ru_stime.tv_sec) +
-         1e-6 * double(used.ru_utime.tv_usec + used.ru_stime.tv_usec);
-}
-// A command that waits sleeps. One that polls instead uses the whole core.
-inline constexpr double kMaxWaitingCpu_s = 0.7 * test::kSlowdown;
 
 inline bool holds(const Answer& answer, const std::string& part) {
   return answer.text.find(part) != std::string::npos;

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/support/test_domain.h"
+#include "tests/support/text.h"
 
 namespace fivepipe::launch {
 namespace {
@@ -197,7 +198,7 @@ TEST_F(RecordingCommands, RecordUsesTheDomainOfItsDeployment) {
   const fs::path deployment = folder.path / "deployment.yaml";
   std::string text = content_of(FIVEPIPE_SOURCE_DIR "/launch/deployments/demo.yaml");
   for (const std::string key : {"rig: ", "scene: "})
-    text.replace(text.find(key) + key.size(), 5, FIVEPIPE_SOURCE_DIR);
+    text = test::replaced(text, key + "../..", key + FIVEPIPE_SOURCE_DIR);
   std::ofstream(deployment) << "domain: " << domain << "\n" << text;
   const Answer answer = fivepipe("record --topics HeadPose --duration 0.1 --deployment " +
                                  deployment.string() + " -o " + (folder.path / "a.mcap").string());

@@ -10,8 +10,9 @@
 #include <string>
 #include <system_error>
 
-#include "tests/launch/supervise/open_files.h"
+#include "tests/support/process/open_files.h"
 #include "tests/support/test_folder.h"
+#include "tests/support/text.h"
 
 using namespace fivepipe;
 using namespace fivepipe::test;
@@ -25,11 +26,10 @@ TEST(NodeClaims, ErrorNamesHolderOfTakenName) {
     FAIL() << "the second claim was granted";
   } catch (const launch::ClaimRefused& taken) {
     const std::string what = taken.what();
-    EXPECT_NE(what.find("'sim'"), std::string::npos) << what;
-    EXPECT_NE(what.find("process " + std::to_string(getpid())), std::string::npos) << what;
-    EXPECT_EQ(what.find("'render'"), std::string::npos) << what;
-    EXPECT_NE(what.find("in domain " + std::to_string(domain) + ", started by process "),
-              std::string::npos)
+    EXPECT_TRUE(contains(what, "'sim'")) << what;
+    EXPECT_TRUE(contains(what, "process " + std::to_string(getpid()))) << what;
+    EXPECT_FALSE(contains(what, "'render'")) << what;
+    EXPECT_TRUE(contains(what, "in domain " + std::to_string(domain) + ", started by process "))
         << what;
     EXPECT_TRUE(what.ends_with("\nStop that deployment or choose another --domain.")) << what;
   }
@@ -104,8 +104,8 @@ TEST_F(FolderClaimTest, ErrorNamesHolderAndFolder) {
       ADD_FAILURE() << "the second claim was granted: " << name;
     } catch (const launch::ClaimRefused& refused) {
       const std::string what = refused.what();
-      EXPECT_NE(what.find("process " + std::to_string(getpid())), std::string::npos) << what;
-      EXPECT_NE(what.find(name.string()), std::string::npos) << what;
+      EXPECT_TRUE(contains(what, "process " + std::to_string(getpid()))) << what;
+      EXPECT_TRUE(contains(what, name.string())) << what;
     }
   fs::remove(link);
 }
@@ -120,7 +120,7 @@ TEST_F(FolderClaimTest, MissingFolderIsNamed) {
     const launch::FolderClaim claim(folder / "missing");
     FAIL();
   } catch (const std::system_error& error) {
-    EXPECT_NE(std::string(error.what()).find("missing"), std::string::npos) << error.what();
+    EXPECT_TRUE(contains(std::string(error.what()), "missing")) << error.what();
   }
 }
 

@@ -97,7 +97,7 @@ TEST(StatusRegistry, KeepsEightProcessesAndAddsTheTotalsOfTheOldestToTheNext) {
   EXPECT_EQ(never.p50_ms + never.p95_ms + never.p99_ms + never.max_ms + double(never.count), 0);
 }
 
-TEST(StatusRegistry, WhatOnlyTheOldestProcessCountedIsKept) {
+TEST(StatusRegistry, KeepsTotalsThatOnlyTheOldestProcessReported) {
   launch::StatusRegistry registry;
   auto oldest = status("sim", 1, 1 * s);
   oldest.topics["topic"] = {1, 2, 3, 4, 5};

@@ -10,8 +10,9 @@
 #include <memory>
 #include <sstream>
 
-#include "tests/launch/supervise/open_files.h"
 #include "tests/launch/supervise/supervisor_fixture.h"
+#include "tests/support/process/open_files.h"
+#include "tests/support/process/stat.h"
 #include "tests/support/sanitizer.h"
 
 using namespace fivepipe;
@@ -217,9 +218,8 @@ TEST_F(SupervisorTest, KillsProcessGroupOfNode) {
   supervisor.stop(0ms);
   // An orphan that no process reaps remains as a zombie, state Z.
   EXPECT_TRUE(step_until(supervisor, [&] {
-    std::ifstream stat("/proc/" + std::to_string(grandchild) + "/stat");
-    std::string pid, name, state;
-    return !(stat >> pid >> name >> state) || state == "Z";
+    const char state = state_in("/proc/" + std::to_string(grandchild) + "/stat");
+    return state == 'X' || state == 'Z';
   }));
 }
 

@@ -1,4 +1,4 @@
-// What a bus knows of writers that other participants have, also if these are many.
+// Discovery of other participants' writers, also of many.
 #include "common/pipeline/bus/discovery.h"
 
 #include <dds/dds.h>
@@ -18,7 +18,7 @@ using namespace std::chrono_literals;
 using Qos = std::unique_ptr<dds_qos_t, void (*)(dds_qos_t*)>;
 using Topic = topics::FrameComposited;
 
-// A participant of this process that knows nothing of fivepipe, unless it states an identity.
+// A plain DDS participant; it states a fivepipe identity if given one.
 class Peer {
  public:
   explicit Peer(const std::string& identity = "") {
@@ -81,7 +81,7 @@ TEST(Discovery, AReaderDescribesAllEarlierWriters) {
   EXPECT_FALSE(reader.writer(1));
 }
 
-// Otherwise a peer that creates writers again and again would fill the memory.
+// The limit bounds the memory that a peer's writers can use.
 TEST(Discovery, Lists1024Writers) {
   Bus bus({test::own_domain()});
   Peer peer;

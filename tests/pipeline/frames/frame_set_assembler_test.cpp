@@ -113,9 +113,11 @@ TEST(FrameSetAssembler, LostCameraRejoins) {
   FrameSetAssembler sets(rig_of(2));
   sets.add(map_of(0, 0));
   EXPECT_EQ(sets.add(map_of(1, 0)).size(), 1u);
+  // Maps of the other camera until this one is lost: more than the 8 that a reader holds.
+  constexpr std::uint64_t kLostAfterFrames = 15;
   std::uint64_t frame = 1;
   while (sets.add(map_of(0, frame)).empty()) ASSERT_LE(++frame, 100u);
-  EXPECT_EQ(frame, 15u);
+  EXPECT_EQ(frame, kLostAfterFrames);
   const auto without = sets.add(map_of(0, frame + 1));
   ASSERT_EQ(without.size(), 1u);
   EXPECT_EQ(without[0].lost_cameras, std::vector<std::string>{"c1"});
@@ -172,7 +174,9 @@ TEST(FrameSetAssembler, MapsOfReturnedAndDisplacedFramesAreLate) {
     EXPECT_EQ(sets.take_drops(), (std::map<std::string, std::uint64_t>{{"late_map", 2}})) << closed;
   }
   const std::uint64_t displaced = 21;
-  for (std::uint64_t i = 0; i <= 12; ++i) {
+  // Incomplete sets that are kept: more than the 8 samples that a reader holds.
+  constexpr std::uint64_t kSets = 12;
+  for (std::uint64_t i = 0; i <= kSets; ++i) {
     EXPECT_TRUE(sets.take_drops().empty()) << i;
     sets.add(map_of(0, displaced + i));
   }

@@ -12,7 +12,7 @@
 namespace fivepipe::messages {
 namespace {
 
-TEST(WireConversions, ATextFitsItsFieldWithItsEnd) {
+TEST(WireConversions, SetTextNeedsRoomForTheTerminator) {
   char field[6] = "other";
   set_text(field, "ab");
   EXPECT_STREQ(field, "ab");

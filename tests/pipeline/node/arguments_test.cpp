@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/text.h"
+
 namespace fivepipe::node {
 namespace {
 
@@ -41,13 +43,13 @@ std::vector<std::string> with(std::vector<std::string> more) {
 }
 
 TEST(NodeArguments, HaveTheValuesOfTheirOptions) {
-  const Parsed least = parsed(kRequired);
-  EXPECT_FALSE(least.exit_code) << least.printed;
-  EXPECT_EQ(least.arguments.deployment, "d.yaml");
-  EXPECT_EQ(least.arguments.node, "simulation");
-  EXPECT_EQ(least.arguments.out, "");
-  EXPECT_EQ(least.arguments.domain, std::nullopt);
-  EXPECT_TRUE(least.arguments.settings.empty());
+  const Parsed required_only = parsed(kRequired);
+  EXPECT_FALSE(required_only.exit_code) << required_only.printed;
+  EXPECT_EQ(required_only.arguments.deployment, "d.yaml");
+  EXPECT_EQ(required_only.arguments.node, "simulation");
+  EXPECT_EQ(required_only.arguments.out, "");
+  EXPECT_EQ(required_only.arguments.domain, std::nullopt);
+  EXPECT_TRUE(required_only.arguments.settings.empty());
   const Parsed all = parsed(with({"--out", "folder", "--domain", "0", "--set", "a=1", "--set",
                                   "path=x=y", "--set", "empty=", "--set", "b=2"}));
   EXPECT_FALSE(all.exit_code) << all.printed;
@@ -63,15 +65,15 @@ TEST(NodeArguments, WrongOnesExitWithTwoAndTheReason) {
     EXPECT_EQ(wrong.exit_code, 2);
     return wrong.printed;
   };
-  EXPECT_NE(reason({"--node", "simulation"}).find("--deployment is required"), std::string::npos);
-  EXPECT_NE(reason({"--deployment", "d.yaml"}).find("--node is required"), std::string::npos);
+  EXPECT_TRUE(test::contains(reason({"--node", "simulation"}), "--deployment is required"));
+  EXPECT_TRUE(test::contains(reason({"--deployment", "d.yaml"}), "--node is required"));
   for (const char* setting : {"novalue", "=x", "="})
     EXPECT_EQ(reason(with({"--set", setting})),
               "sim_node: --set expects KEY=VALUE, got '" + std::string(setting) + "'\n");
-  EXPECT_NE(reason(with({"--set", "a=1", "b=2"})).find("b=2"), std::string::npos)
+  EXPECT_TRUE(test::contains(reason(with({"--set", "a=1", "b=2"})), "b=2"))
       << "one value per option";
-  EXPECT_NE(reason(with({"--domain", "231"})).find("231"), std::string::npos);
-  EXPECT_NE(reason(with({"--domain", "-1"})).find("-1"), std::string::npos);
+  EXPECT_TRUE(test::contains(reason(with({"--domain", "231"})), "231"));
+  EXPECT_TRUE(test::contains(reason(with({"--domain", "-1"})), "-1"));
   EXPECT_FALSE(parsed(with({"--domain", "230"})).exit_code) << "the largest domain";
 }
 
@@ -79,7 +81,7 @@ TEST(NodeArguments, HelpAndVersionExitWithZero) {
   const Parsed help = parsed({"--help"}), version = parsed({"--version"});
   EXPECT_EQ(help.exit_code, 0);
   for (const char* option : {"--deployment", "--node", "--out", "--domain", "--set", "--version"})
-    EXPECT_NE(help.printed.find(option), std::string::npos) << option;
+    EXPECT_TRUE(test::contains(help.printed, option)) << option;
   EXPECT_EQ(version.exit_code, 0);
   EXPECT_EQ(version.printed.find('\n'), version.printed.size() - 1) << version.printed;
 }

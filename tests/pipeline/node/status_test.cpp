@@ -248,7 +248,7 @@ TEST(NodeStatus, LogsTheRenderer) {
 TEST(StageTimer, ReportsItsLifetimeAsALatency) {
   using Clock = std::chrono::steady_clock;
   bus::Bus bus({test::own_domain()});
-  std::chrono::duration<float, std::milli> least{}, most{};
+  std::chrono::duration<float, std::milli> min_ms{}, max_ms{};
   Reported last = reported(bus, [&](NodeStatusReporter& status) {
     const auto before = Clock::now();
     {
@@ -256,13 +256,13 @@ TEST(StageTimer, ReportsItsLifetimeAsALatency) {
       const auto start = Clock::now();
       while (Clock::now() - start < 2ms) {
       }
-      least = Clock::now() - start;
+      min_ms = Clock::now() - start;
     }
-    most = Clock::now() - before;
+    max_ms = Clock::now() - before;
   });
   EXPECT_EQ(last.latencies["stage"].count, 1u);
-  EXPECT_GE(last.latencies["stage"].max_ms, least.count());
-  EXPECT_LE(last.latencies["stage"].max_ms, most.count());
+  EXPECT_GE(last.latencies["stage"].max_ms, min_ms.count());
+  EXPECT_LE(last.latencies["stage"].max_ms, max_ms.count());
 }
 
 TEST(NodeStatus, LogsHowManyLinesItSuppresses) {

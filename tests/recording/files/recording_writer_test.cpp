@@ -1,14 +1,13 @@
 #include "common/recording/files/recording_writer.h"
 
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 #include <unistd.h>
 
-#include <csignal>
 #include <random>
 
 #include "common/recording/files/format.h"
 #include "common/recording/mcap/recover.h"
+#include "tests/support/process/file_size_limit.h"
 #include "tests/support/recording/synthetic_recordings.h"
 
 namespace fivepipe::recording {
@@ -337,18 +336,14 @@ TEST_F(RecordingWriterTest, OverflowIsDroppedCountedAndLeavesASequenceGap) {
 }
 
 TEST_F(RecordingWriterTest, FullDiskStopsWritingAndKeepsEarlierChunks) {
-  std::signal(SIGXFSZ, SIG_IGN);
-  rlimit before{};
-  getrlimit(RLIMIT_FSIZE, &before);
-  rlimit limit = before;
-  limit.rlim_cur = 300'000;
   RecordingWriter writer(path_, "tests",
                          {.compression = mcap::Compression::none, .chunk_bytes = 20'000});
   const mcap::Id channel = writer.add_channel("t", test::kFramedType, test::kFramedIdl, {});
-  setrlimit(RLIMIT_FSIZE, &limit);
-  add(writer, channel, 1000, 1000);
-  writer.finish();
-  setrlimit(RLIMIT_FSIZE, &before);
+  {
+    const test::FileSizeLimit limit(300'000);
+    add(writer, channel, 1000, 1000);
+    writer.finish();
+  }
   EXPECT_FALSE(writer.failure().empty());
   EXPECT_EQ(writer.loss_reason(), writer.failure());
   const TopicCounts counts = writer.counts().at("t");

@@ -5,9 +5,12 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <chrono>
 #include <random>
 #include <system_error>
+#include <thread>
 
+#include "tests/support/process/open_files.h"
 #include "tests/support/recording/mcap_files.h"
 
 namespace fivepipe::mcap {
@@ -113,16 +116,11 @@ TEST(AppendFile, ErrorsNameTheFile) {
   EXPECT_EQ(missing.first, ENOENT);
   EXPECT_EQ(missing.second.find(path.string() + ": cannot be opened for writing"), 0u);
   const AppendFile first = AppendFile::create(path);
-  const auto next_free_descriptor = [] {
-    const int descriptor = open("/dev/null", O_RDONLY);
-    close(descriptor);
-    return descriptor;
-  };
-  const int descriptor = next_free_descriptor();
+  const std::size_t before = test::open_files();
   const auto locked = error_of([&] { AppendFile::create(path); });
   EXPECT_EQ(locked.first, EBUSY);
   EXPECT_EQ(locked.second.find(path.string() + ": another process writes to it"), 0u);
-  EXPECT_EQ(next_free_descriptor(), descriptor) << "the file is still open";
+  EXPECT_EQ(test::open_files(), before) << "the file is still open";
 }
 
 TEST(AppendFile, CreateRemovesTheContentAndReopenTheEndOfAFile) {
@@ -137,9 +135,20 @@ TEST(AppendFile, CreateRemovesTheContentAndReopenTheEndOfAFile) {
   EXPECT_EQ(std::filesystem::file_size(path), 0u);
 }
 
+// Opens the device as soon as no other run of this test has locked it: all processes share the
+// lock.
+AppendFile open_device(const std::filesystem::path& path) {
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+  while (true) try {
+      return AppendFile::create(path);
+    } catch (const std::system_error& error) {
+      if (error.code().value() != EBUSY || std::chrono::steady_clock::now() > deadline) throw;
+    }
+}
+
 // A device takes bytes but cannot be truncated or synchronised.
 TEST(AppendFile, ADeviceNeedsNoSynchronisation) {
-  AppendFile device = AppendFile::create("/dev/zero");
+  AppendFile device = open_device("/dev/zero");
   EXPECT_TRUE(device.append(bytes_of(10, 1)));
   EXPECT_TRUE(device.sync([] { return false; }));
   EXPECT_TRUE(device.append(bytes_of(10, 1)));

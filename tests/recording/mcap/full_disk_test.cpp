@@ -1,31 +1,14 @@
 // MCAP files that cannot be written.
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 
 #include <cerrno>
-#include <csignal>
 #include <system_error>
 
+#include "tests/support/process/file_size_limit.h"
 #include "tests/support/recording/mcap_files.h"
 
 namespace fivepipe::mcap {
 namespace {
-
-// Limits the size of files of this process, which has the effect of a full disk.
-class FileLimit {
- public:
-  explicit FileLimit(std::uint64_t most_bytes) {
-    std::signal(SIGXFSZ, SIG_IGN);
-    getrlimit(RLIMIT_FSIZE, &before_);
-    rlimit limit = before_;
-    limit.rlim_cur = most_bytes;
-    setrlimit(RLIMIT_FSIZE, &limit);
-  }
-  ~FileLimit() { setrlimit(RLIMIT_FSIZE, &before_); }
-
- private:
-  rlimit before_{};
-};
 
 TEST(McapFullDisk, FullDiskKeepsCompleteChunks) {
   const test::TestFolder folder;
@@ -37,7 +20,7 @@ TEST(McapFullDisk, FullDiskKeepsCompleteChunks) {
   FileWriter writer(path, Compression::none, "");
   std::uint32_t written = 0;
   {
-    const FileLimit limit(room_bytes);
+    const test::FileSizeLimit limit(room_bytes);
     try {
       for (;; ++written) {
         builder.add({channel, written, written, written, payload});

@@ -1,4 +1,4 @@
-// The sizes up to which a file is read. A larger one would take too much memory.
+// Size limits of the reader, which bound its memory.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 namespace fivepipe::mcap {
 namespace {
 
-// The text after the place.
+// Returns the message without its location.
 template <class Callable>
 std::string error_of(Callable&& call) {
   try {

@@ -1,4 +1,4 @@
-// What remains of damaged and unfinished files, byte by byte.
+// The exact bytes of repaired files.
 #include <gtest/gtest.h>
 
 #include "common/recording/mcap/format/chunk_records.h"
@@ -15,7 +15,7 @@ class McapRepair : public testing::Test {
   const std::filesystem::path path_ = folder_.path / "a.mcap";
 };
 
-// Of whatever remains of its summary, for each cut and each changed byte of it.
+// For every 7th length and every 3rd changed byte of the summary.
 TEST_F(McapRepair, ARepairedFileEqualsTheFinishedOne) {
   test::Recording recording = test::made_up_recording(3, 2, 4);
   test::write(recording, path_, Compression::none);

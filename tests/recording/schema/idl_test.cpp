@@ -5,6 +5,7 @@
 #include <random>
 
 #include "common/recording/schema/wire_types.h"
+#include "tests/support/text.h"
 
 namespace fivepipe::schema {
 namespace {
@@ -347,14 +348,10 @@ TEST(SchemaIdl, TypesOfOtherModulesAreWrittenScoped) {
   EXPECT_NE(text.find("a::b::Q q;"), std::string::npos) << text;
 }
 
-std::string replaced(std::string text, const std::string& what, const std::string& by) {
-  return text.replace(text.find(what), what.size(), by);
-}
-
 TEST(SchemaIdl, DifferencesAreReportedByField) {
   const Idl now = parse_idl(kTile);
   const auto difference_text = [&](const std::string& what, const std::string& by) {
-    return difference(now, parse_idl(replaced(kTile, what, by)), "a::b::Tile");
+    return difference(now, parse_idl(test::replaced(kTile, what, by)), "a::b::Tile");
   };
   EXPECT_EQ(difference_text("", ""), "");
   EXPECT_EQ(difference_text("unsigned long long", "long"),

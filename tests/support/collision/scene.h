@@ -5,6 +5,7 @@
 
 #include <memory>
 #include <numbers>
+#include <utility>
 
 #include "common/collision/detection/paper/paper_detection.h"
 #include "tests/support/checked_gl_context.h"
@@ -49,6 +50,20 @@ inline std::vector<geometry::Camera> ring(int count, double distance_m, double e
 
 inline hull::Capsule ball(const Eigen::Vector3d& center_m, double radius_m) {
   return {center_m, center_m, radius_m};
+}
+
+// A camera at the origin that looks along z. Pixel 35,000 begins at x = 0, pixel 32 at y = 0, and a
+// pixel is 1/64 m at a depth of 1 m. Float cannot represent pixels in 70,000 columns. In `rows`
+// [begin, end), the pixels with x < -(35,000 - 10) / 64 m and x > 10 / 64 m at this depth are
+// object pixels.
+inline hull::Silhouette too_wide_for_float(std::pair<int, int> rows) {
+  hull::Silhouette wide{{{70'000, 64, 64, 64, 34'999.5, 31.5}, Eigen::Isometry3d::Identity()},
+                        hull::ObjectPixels(70'000, 64)};
+  for (int v = rows.first; v < rows.second; ++v) {
+    wide.pixels.set_run(0, 10, v);
+    wide.pixels.set_run(35'010, 70'000, v);
+  }
+  return wide;
 }
 
 // A forearm and a finger below a ring of cameras, all moved by shift_m. A pixel's footprint is 2.5
