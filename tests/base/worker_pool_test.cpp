@@ -77,7 +77,7 @@ TEST(WorkerPool, WakesEveryThreadAndWaitsForTheLastPiece) {
   }
 }
 
-// Returns true if all threads of the process but the calling one sleep
+// Returns true if all threads of the process but the calling one sleep.
 bool all_others_sleep() {
   for (const auto& thread : std::filesystem::directory_iterator("/proc/self/task")) {
     if (thread.path().filename() == std::to_string(gettid())) continue;

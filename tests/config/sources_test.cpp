@@ -112,7 +112,7 @@ TEST_F(CameraSources, FilesAreCheckedOnTheHostOfTheNode) {
 // One fault is one problem: the rig's cameras are unknown then.
 TEST_F(CameraSources, AreNotCheckedAgainstAnUnusableRig) {
   const std::string text =
-      with_nodes("  - {name: c, program: capture_node, sources: {nobody: synthetic}}\n");
+      with_nodes("  - {name: c, program: capture_node, sources: {absent: synthetic}}\n");
   write("rig.yaml", test::kGoodRig + "colour: red\n");
   EXPECT_THAT(
       problems(text),

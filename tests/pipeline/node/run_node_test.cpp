@@ -80,10 +80,10 @@ TEST(RunNode, ExitCodesAndLogsStateTheFailure) {
   EXPECT_EQ(failed.exit_code, 1);
   EXPECT_TRUE(test::contains(failed.said, " critical out of memory\n")) << failed.said;
   const auto never = [](NodeContext&) { FAIL(); };
-  const Ended unknown = ended("nobody", never), other = ended("rendering", never),
+  const Ended unknown = ended("absent", never), other = ended("rendering", never),
               no_file = ended("simulation", never, "/no/such/deployment.yaml");
   EXPECT_EQ(unknown.exit_code, 2);
-  EXPECT_TRUE(test::contains(unknown.said, "no node named 'nobody'")) << unknown.said;
+  EXPECT_TRUE(test::contains(unknown.said, "no node named 'absent'")) << unknown.said;
   EXPECT_EQ(other.exit_code, 2);
   EXPECT_TRUE(test::contains(other.said, "node 'rendering' is a render_node, not a sim_node"))
       << other.said;
