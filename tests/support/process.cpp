@@ -38,6 +38,8 @@ Program::Program(std::vector<std::string> words, const std::filesystem::path& lo
   keyboard_ = input[1];
   pid_ = fork();
   if (pid_ == 0) {
+    // A shell starts background jobs with SIGINT ignored, which exec() keeps.
+    ::signal(SIGINT, SIG_DFL);
     const int file = open(log_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
     dup2(typed_to ? input[0] : open("/dev/null", O_RDONLY), 0);
     dup2(file, 1);

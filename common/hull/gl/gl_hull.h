@@ -20,7 +20,7 @@ namespace fivepipe::hull {
 inline constexpr std::size_t kMaxGlCameras = 64;
 
 // Requires a current OpenGL 4.5 context from construction to destruction. Changes no OpenGL state
-// except bindings.
+// except bindings; read_back() also sets GL_PACK_ALIGNMENT.
 class GlHull {
  public:
   GlHull();  // throws GlError
