@@ -89,8 +89,9 @@ endfunction()
 
 # fivepipe_test(NAME [ALONE | ALWAYS_ALONE] [NUMERIC] source... LINK library...): a GoogleTest
 # program. ctest runs each of its tests. ALONE is for programs whose tests measure times or rates,
-# or need all cores for a whole pipeline: ctest then runs no other test at the same time. Under the sanitizers,
-# which slow the tests too much to measure, ALONE has no effect, and a test may take longer.
+# or need all cores for a whole pipeline: ctest then runs no other test at the same time. Under the
+# sanitizers, which slow the tests too much to measure, ALONE has no effect, and a test may take
+# longer.
 # ALWAYS_ALONE has its effect there, too: it is for programs that load the machine for seconds.
 # NUMERIC is for programs that compute for long: they are optimised under the sanitizers, too.
 function(fivepipe_test name)

@@ -24,7 +24,7 @@ struct Result {
   std::size_t colliding = 0, points = 0;  // triangles and points that the method returned
   std::map<std::string, double> counts;   // the method's own
   std::string name() const;               // "paper10/curtain720/400/1"
-  double triangles_per_s() const;         // all triangles of the scene, by the best own time
+  double triangles_per_s() const;         // all triangles of the scene, by the median own time
   double contacting_per_s() const;        // only the triangles that cross the hull
 };
 

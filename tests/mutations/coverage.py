@@ -45,6 +45,11 @@ def _text(data, at):
     return data[at + 4 : at + 3 + length].decode(), at + 4 + length
 
 
+def stamp_of(file):
+    """Of the compilation; None if the file is gone."""
+    return file.read_bytes()[8:12] if file.is_file() else None
+
+
 def functions_of(gcno):
     """{ident: (source, first line, last line)} of an object file."""
     data = gcno.read_bytes()
@@ -75,7 +80,8 @@ def executed_in(gcda):
 
 class Coverage:
     """Programs by source (relative to `root`) and line, from `counters`/PROGRAM/**/*.gcda. Only
-    programs that ended have a file `ended` in their folder."""
+    programs that ended have a file `ended` in their folder. A program of which one object file was
+    compiled anew since its run counts as one that executes everything."""
 
     def __init__(self, counters=COUNTERS, root=sandbox.FOLDER):
         self.functions = defaultdict(lambda: defaultdict(set))  # source, lines -> programs
@@ -85,6 +91,9 @@ class Coverage:
         for folder in folders:
             for gcda in folder.rglob("*.gcda"):
                 gcno = pathlib.Path("/", gcda.relative_to(folder)).with_suffix(".gcno")
+                if stamp_of(gcda) != stamp_of(gcno):
+                    self.unknown.add(folder.name)
+                    continue
                 if gcno not in known:
                     known[gcno] = functions_of(gcno)
                 ran = executed_in(gcda)

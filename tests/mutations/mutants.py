@@ -278,8 +278,9 @@ def sources_by_stratum(root=ROOT):
 
 
 def draw(seed, root=ROOT, taken=()):
-    """Yields mutants without end, one per stratum and round, in an order that only the seed and the
-    sources determine. `taken`: (file, text) of mutants that must not be drawn again."""
+    """Yields mutants until no module has an unused one: one per stratum and round, in an order that
+    only the seed and the sources determine. `taken`: (file, text) of mutants that must not be drawn
+    again."""
     strata = sources_by_stratum(root)
     taken = set(taken)
     rngs = {name: random.Random(f"{seed} {name}") for name in strata}

@@ -181,6 +181,11 @@ int main() {
             found = coverage.Coverage(counters, folder)
             executed = {line for line in range(1, 14) if found.programs("a.cpp", line)}
             self.assertEqual(found.programs("a.cpp", 5), {"a_test", "killed_test"})
+            # Another compilation may have other functions.
+            gcno = folder / "a.gcno"
+            gcno.write_bytes(gcno.read_bytes()[:8] + b"\0\0\0\0" + gcno.read_bytes()[12:])
+            self.assertEqual(coverage.Coverage(counters, folder).unknown,
+                             {"a_test", "killed_test"})
         self.assertEqual(executed, {4, 5, 6, 8, 11, 12, 13})
 
 

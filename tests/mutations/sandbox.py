@@ -4,12 +4,14 @@ The checkout itself is never changed, so that an interrupted run leaves nothing 
 """
 
 import contextlib
+import fcntl
 import hashlib
 import json
 import os
 import pathlib
 import re
 import shutil
+import signal
 import subprocess
 import time
 from dataclasses import dataclass
@@ -21,7 +23,9 @@ BINARY = FOLDER / "build" / "release"
 # A mutant of a header that almost every source includes takes minutes to build.
 MAX_COMPILATIONS = 25
 # These start processes of the product.
-PROCESS_TESTS = re.compile(r"^(pipeline|launch|hostile_peer|(capture|recon|sim|render)_node_)")
+PROCESS_TESTS = re.compile(
+    r"^(pipeline|launch|hostile_peer|idle_nodes|(capture|recon|sim|render)_node_)"
+)
 
 
 class DoesNotCompile(Exception):
@@ -42,8 +46,20 @@ class Failure:
     test: str  # a GoogleTest filter, or a regular expression for ctest if `program` is "ctest"
 
 
+def lock():
+    """Ends this program if another one works on the copy, and would test this one's mutants."""
+    FOLDER.parent.mkdir(parents=True, exist_ok=True)
+    lock.file = open(FOLDER.with_suffix(".lock"), "w")  # is released when this program ends
+    try:
+        fcntl.flock(lock.file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise SystemExit(
+            f"mutations: another mutation test uses {FOLDER}; wait for its end") from None
+
+
 def sync():
     """Copies the files that git tracks or would track, and removes those that are gone."""
+    lock()
     listing = subprocess.run(
         ["git", "ls-files", "-co", "--exclude-standard", "-z"], cwd=ROOT, check=True,
         capture_output=True, text=True,
@@ -90,6 +106,13 @@ def build(*targets):
     result = ninja("-j", str(os.cpu_count()), *targets)
     if result.returncode:
         raise DoesNotCompile(result.stdout[-4000:])
+
+
+def build_without_mutant(*targets):
+    try:
+        build(*targets)
+    except DoesNotCompile as error:
+        raise SystemExit(f"mutations: the copy does not build without a mutant:\n{error}") from None
 
 
 class Tests:
@@ -154,7 +177,8 @@ def run(program, test_filter, timeout_s):
         )
         return test_filter if result.returncode else None
     command = [BINARY / "bin" / program, "--gtest_fail_fast", f"--gtest_filter={test_filter}"]
-    # In its own process group, so that a hanging test ends together with its children.
+    # In its own process group, so that a test that hangs or crashes ends together with its children
+    # (those of `fivepipe up` end with it).
     process = subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace",
         env=environment(), start_new_session=True, cwd=BINARY,
@@ -162,14 +186,21 @@ def run(program, test_filter, timeout_s):
     try:
         output, _ = process.communicate(timeout=timeout_s)
     except subprocess.TimeoutExpired:
-        os.killpg(process.pid, 9)
+        os.killpg(process.pid, signal.SIGKILL)
         output, _ = process.communicate()
+    with contextlib.suppress(ProcessLookupError):
+        os.killpg(process.pid, signal.SIGKILL)
     if process.returncode == 0:
-        # No test matches the filter: the name in the list of mutants is wrong.
-        if "[==========] Running 0 tests" in output:
-            raise SystemExit(f"mutations: {program} has no test {test_filter}")
         return None
     return failed_test(output) or test_filter
+
+
+def has_test(program, test):
+    listing = subprocess.run(
+        [BINARY / "bin" / program, "--gtest_list_tests", f"--gtest_filter={test}"], cwd=BINARY,
+        capture_output=True, text=True, check=True, env=environment(),
+    ).stdout
+    return "\n  " in listing
 
 
 def failed_test(output):

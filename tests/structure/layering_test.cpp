@@ -32,13 +32,13 @@ struct Source {
 const std::vector<std::string> kProduction = {
     "common", "capture_node", "recon_node", "sim_node", "render_node", "launch", "benchmarks"};
 
-std::vector<Source> sources_in(const std::vector<std::string>& tops) {
+std::vector<Source> sources_in(const std::vector<std::string>& tops,
+                               const std::set<std::string>& extensions = {".h", ".cpp"}) {
   static const std::regex include("^\\s*#include\\s+[<\"]([^>\"]+)[>\"].*");
   std::vector<Source> sources;
   for (const std::string& top : tops)
     for (const auto& entry : fs::recursive_directory_iterator(kRoot / top)) {
-      const std::string extension = entry.path().extension();
-      if (extension != ".h" && extension != ".cpp") continue;
+      if (!entry.is_regular_file() || !extensions.contains(entry.path().extension())) continue;
       Source source;
       source.path = fs::relative(entry.path(), kRoot);
       source.folder = fs::path(source.path).parent_path();
@@ -263,8 +263,9 @@ TEST(Sizes, ProductionFilesHaveAtMost400Lines) {
 
 TEST(Sizes, LinesHaveAtMost100Columns) {
   std::vector<std::string> tops = kProduction;
-  tops.push_back("tests");
-  for (const Source& source : sources_in(tops))
+  tops.insert(tops.end(), {"tests", "cmake"});
+  // Programs without an extension are scripts.
+  for (const Source& source : sources_in(tops, {".h", ".cpp", ".cmake", ".py", ".sh", ""}))
     for (std::size_t i = 0; i < source.lines.size(); ++i) {
       // Columns are characters: bytes that continue a UTF-8 character do not count.
       const auto columns = std::ranges::count_if(
