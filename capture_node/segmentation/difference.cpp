@@ -15,8 +15,8 @@ struct Bits16 {
   std::uint64_t differs, darker;
 };
 
-// Returns the bits of 16 pixels; four of them make one 64-pixel word. OpenCV replaces the vectors
-// by arrays on a machine without SIMD.
+// Returns the bits of 16 pixels; four of them make one 64-pixel word. For a target without SIMD,
+// OpenCV emulates the vectors by arrays.
 Bits16 sixteen_pixels(const std::uint8_t* bgr, const RowTables& tables, int u) {
   cv::v_uint8x16 channel[3];
   cv::v_load_deinterleave(bgr + 3 * u, channel[0], channel[1], channel[2]);

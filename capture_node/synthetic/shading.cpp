@@ -80,7 +80,8 @@ float lamp_visibility_past(const hull::Capsule& capsule, const Vector3f& p_world
   const float s_of_lines =
       denominator > 0 ? std::clamp((b * f - c * e) / denominator, 0.0f, 1.0f) : 0.0f;
   const float t = e > 0 ? std::clamp((b * s_of_lines + f) / e, 0.0f, 1.0f) : 0.0f;
-  // Equals s_of_lines unless t was clamped.
+  // The point of the segment to the lamp that is nearest to the capsule at t. It is not that at
+  // s_of_lines if t was clamped or the capsule is a sphere.
   const float s = std::clamp((b * t - c) / aa, 0.0f, 1.0f);
   const float clearance = (r + s * d1 - t * d2).norm() - float(capsule.radius_m);
   // Without this minimum, the width would be zero at points at which the capsule touches the table.

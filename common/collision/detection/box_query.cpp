@@ -9,6 +9,7 @@ namespace {
 // Bound of the rounding error of a projection in double [px]: below 1e-11 for images of 1e4 px.
 constexpr double kProjectionRounding_px = 1e-6;
 
+// False for an empty rectangle: its masks have no common bit, or no word is between them.
 bool any_object_pixel(const hull::ObjectPixels& pixels, const hull::PixelRect& rect) {
   const int first = rect.u0_px >> 6, last = (rect.u1_px - 1) >> 6;
   const std::uint64_t first_mask = ~std::uint64_t(0) << (rect.u0_px & 63),

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <stdexcept>
+#include <thread>
 
 #include "common/pipeline/messages/wire_conversions.h"
 #include "tests/support/captured_log.h"
@@ -158,6 +159,14 @@ TEST_F(InFlightTrackerTest, NamesTheOldestFrameOfAStalledNode) {
   tracker.expect(group(7, 2, 0));
   EXPECT_EQ(tracker.stalled(1), "node 'S' has not handled frame 7 in -3 s");
   EXPECT_EQ(tracker.stalled(2), "");
+}
+
+TEST_F(InFlightTrackerTest, AFurtherFrameDoesNotProlongTheWaitForAStalledNode) {
+  InFlightTracker tracker = this->tracker(50ms);
+  tracker.expect(group(7, 2, 0));
+  std::this_thread::sleep_for(60ms);
+  tracker.expect(group(8, 2, 0));
+  EXPECT_NE(tracker.stalled(1), "");
 }
 
 // Nodes publish traces, at a cost, only while a reader exists.
