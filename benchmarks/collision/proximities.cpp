@@ -168,7 +168,7 @@ std::string ProximityResult::name() const {
   return fmt::format("{}/{}/{}/{}", method, scene, setting, threads);
 }
 double ProximityResult::ms_per_1000() const {
-  return points ? 1000 * base::percentile(ms, 0) / double(points) : 0;
+  return points ? 1000 * base::percentile(ms, 0.5) / double(points) : 0;
 }
 
 std::vector<ProximityResult> measure_proximity(int max_threads, bool quick) {

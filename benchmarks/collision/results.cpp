@@ -179,7 +179,7 @@ bool plot(const std::vector<Result>& results, const std::filesystem::path& file)
                            r.threads)]
             .push_back(
                 {median_ms(r.own_ms), std::max(kMinDrawn_mm, 1000 * r.wrong.deepest_missed_m)});
-    plots.add(fmt::format("set title '{}'; set xlabel 'ms (best, without the maps)'; set ylabel "
+    plots.add(fmt::format("set title '{}'; set xlabel 'ms (median, without the maps)'; set ylabel "
                           "'deepest missed, mm (none: 0.01)'; set logscale xy; "
                           "set yrange [0.008:]; set key outside right\n",
                           scene),

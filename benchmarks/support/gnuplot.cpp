@@ -15,8 +15,10 @@ void Plots::add(const std::string& settings, const Series& series) {
   ++plots_;
   std::vector<std::string> lines;
   for (const auto& [name, points] : series) {
-    lines.push_back(fmt::format("'{}' index {} with linespoints pt 7 title '{}'",
-                                beside(".dat").filename().string(), index_++, name));
+    // gnuplot repeats its colours after eight series; another symbol tells the next eight apart.
+    const int symbol = lines.size() < 8 ? 7 : 9;  // a filled circle, a filled triangle
+    lines.push_back(fmt::format("'{}' index {} with linespoints pt {} title '{}'",
+                                beside(".dat").filename().string(), index_++, symbol, name));
     blocks_ << "# " << name << '\n';
     std::vector<PlotPoint> sorted = points;
     std::sort(sorted.begin(), sorted.end(),
