@@ -38,6 +38,11 @@ void count_new(node::NodeStatusReporter& status, const SimulationCounters& now,
   count_increase("contacts_unrecovered", now.unrecovered, reported.unrecovered);
   count_increase("contacts_still_colliding", now.still_colliding, reported.still_colliding);
   count_increase("objects_respawned", now.respawned, reported.respawned);
+  count_increase("cloth_contacts", now.cloth.contacts, reported.cloth.contacts);
+  count_increase("cloth_unrecovered", now.cloth.unrecovered, reported.cloth.unrecovered);
+  count_increase("cloth_still_colliding", now.cloth.still_colliding,
+                 reported.cloth.still_colliding);
+  count_increase("cloths_reset", now.cloth.reset, reported.cloth.reset);
   count_increase("backward_stamps", now.backward_stamps, reported.backward_stamps);
   count_increase("milliseconds_skipped", std::uint64_t(1e3 * now.skipped_s),
                  std::uint64_t(1e3 * reported.skipped_s));

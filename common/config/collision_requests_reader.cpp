@@ -18,7 +18,6 @@ constexpr Range kWindow{3, 240};
 // Minimum ratio of tolerance to cap: the cost of a search grows with its inverse.
 constexpr double kMinToleranceFraction = 1e-3;
 constexpr Range kSpeed_m_s{0.01, 1000};
-constexpr Range kAnyDirection{-1e6, 1e6};
 
 ResponseRequests read_response(YamlMap map) {
   ResponseRequests requests;

@@ -96,6 +96,10 @@ std::map<std::string, CameraSource> read_sources(YamlMap& map, const Rig& rig, P
 
 SyntheticWorld read_synthetic_world(YamlMap map) {
   SyntheticWorld world;
+  world.actor = map.choice<SyntheticActor>("actor",
+                                           {{"hand_with_pipe", SyntheticActor::hand_with_pipe},
+                                            {"parting_hands", SyntheticActor::parting_hands}},
+                                           world.actor);
   world.seed = std::uint64_t(map.integer64("seed", kCount, std::int64_t(world.seed)));
   world.period_s = map.number("period_s", {0.1, 3600}, world.period_s);
   world.noise_sigma_levels = map.number("noise_sigma_levels", kLevels, world.noise_sigma_levels);

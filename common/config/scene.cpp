@@ -4,6 +4,7 @@
 
 #include <map>
 
+#include "common/config/cloth_reader.h"
 #include "common/config/collision_requests_reader.h"
 #include "common/config/mesh/mesh_file.h"
 #include "common/config/read_files.h"
@@ -95,16 +96,22 @@ Eigen::Isometry3d read_placement(YamlMap& map) {
 // Rejects keys without effect, and combinations that cannot work.
 void check_behaviour(YamlMap& map, const SceneObject& object) {
   const bool is_curtain = std::holds_alternative<CurtainShape>(object.shape),
-             is_dynamic = object.motion == Motion::dynamic;
+             is_mesh = std::holds_alternative<MeshShape>(object.shape),
+             is_dynamic = object.motion == Motion::dynamic,
+             is_cloth = object.motion == Motion::cloth;
   if (is_curtain && is_dynamic)
-    map.problem_at(
-        "motion",
-        "motion dynamic is for rigid objects; a curtain hangs from its upper edge and moves as "
-        "cloth: remove motion");
-  if (!is_curtain && !is_dynamic && object.reaction == Reaction::bounce)
-    map.problem_at(
-        "reaction",
-        "reaction bounce needs motion dynamic: a fixed object cannot move out of the hull");
+    map.problem_at("motion",
+                   "motion dynamic is for rigid objects: a curtain moves with motion cloth");
+  if (is_cloth && !is_curtain && !is_mesh)
+    map.problem_at("motion", "motion cloth needs a curtain or a mesh");
+  if (!is_dynamic && object.reaction == Reaction::bounce)
+    map.problem_at("reaction", "reaction bounce needs motion dynamic: only a rigid object bounces");
+  if (!is_cloth && object.reaction == Reaction::yield)
+    map.problem_at("reaction", "reaction yield needs motion cloth: only cloth yields to the hull");
+  if (!is_cloth && map.has("cloth"))
+    map.problem_at("cloth", "cloth has no effect without motion cloth");
+  if (is_cloth && object.requests.first_contact)
+    map.problem_at("report", "first_contact needs a rigid object: a cloth has no single pose");
   for (const std::string key : {"mass_kg", "restitution"})
     if (!is_dynamic && map.has(key))
       map.problem_at(key, key + " has no effect without motion dynamic");
@@ -117,14 +124,24 @@ void check_behaviour(YamlMap& map, const SceneObject& object) {
 SceneObject read_object(YamlMap map) {
   SceneObject object;
   object.name = map.name("name", {}, kMaxObjectNameLength);
+  const std::size_t problems_before_shape = map.problem_count();
   object.shape = read_shape(map);
+  const bool has_shape = map.problem_count() == problems_before_shape;
   object.world_from_object = read_placement(map);
   object.motion = map.choice<Motion>(
-      "motion", {{"fixed", Motion::fixed}, {"dynamic", Motion::dynamic}}, Motion::fixed);
-  object.reaction = map.choice<Reaction>(
-      "reaction",
-      {{"none", Reaction::none}, {"highlight", Reaction::highlight}, {"bounce", Reaction::bounce}},
-      Reaction::highlight);
+      "motion", {{"fixed", Motion::fixed}, {"dynamic", Motion::dynamic}, {"cloth", Motion::cloth}},
+      Motion::fixed);
+  const bool is_cloth = object.motion == Motion::cloth;
+  object.reaction = map.choice<Reaction>("reaction",
+                                         {{"none", Reaction::none},
+                                          {"highlight", Reaction::highlight},
+                                          {"bounce", Reaction::bounce},
+                                          {"yield", Reaction::yield}},
+                                         is_cloth ? Reaction::yield : Reaction::highlight);
+  if (is_cloth && map.has("cloth"))
+    object.cloth = read_cloth(map.map("cloth"), has_shape ? mesh_of(object) : geometry::Mesh());
+  else if (is_cloth)
+    object.cloth.emplace();
   object.mass_kg = map.number("mass_kg", {0, 1e6, true}, object.mass_kg);
   object.restitution = map.number("restitution", kUnitRange, object.restitution);
   object.colour_rgb = map.rgb("colour_rgb", object.colour_rgb);

@@ -8,6 +8,7 @@
 #include <variant>
 #include <vector>
 
+#include "common/config/cloth_settings.h"
 #include "common/config/collision_requests.h"
 #include "common/geometry/mesh.h"
 
@@ -21,7 +22,7 @@ struct SphereShape {
   double radius_m;
   int subdivisions = 2;  // of an icosahedron: 20 * 4^subdivisions triangles
 };
-// Hangs from its upper edge; simulated as cloth if it reacts.
+// A folded sheet: geometry::curtain_mesh().
 struct CurtainShape {
   double width_m, height_m;
   int columns, rows;                // of cells, two triangles each
@@ -34,11 +35,11 @@ struct MeshShape {
 };
 using Shape = std::variant<BoxShape, SphereShape, CurtainShape, MeshShape>;
 
-// fixed: does not move; dynamic: a rigid body under gravity.
-enum class Motion { fixed, dynamic };
+// fixed: does not move; dynamic: a rigid body under gravity; cloth: deforms under gravity.
+enum class Motion { fixed, dynamic, cloth };
 // Reaction of an object to the hull. none: no collision query; highlight: drawn red while it
-// collides; bounce: moved out of the hull and reflected.
-enum class Reaction { none, highlight, bounce };
+// collides; bounce: moved out of the hull and reflected; yield: a cloth that leaves the hull.
+enum class Reaction { none, highlight, bounce, yield };
 enum class Pattern { plain, checker };
 
 struct SceneObject {
@@ -48,6 +49,7 @@ struct SceneObject {
   Motion motion = Motion::fixed;
   Reaction reaction = Reaction::highlight;
   double mass_kg = 1.0, restitution = 0.5;             // dynamic objects only
+  std::optional<ClothSettings> cloth = {};             // cloth only
   std::array<double, 3> colour_rgb = {0.8, 0.8, 0.8};  // 0 to 1, sRGB
   Pattern pattern = Pattern::plain;
   double pattern_size_m = 0.1;          // edge of a checker square

@@ -1,4 +1,4 @@
-// Data of the scene's objects that a simulation does not change: meshes, sizes and roles.
+// Meshes, sizes and roles of the scene's objects. A simulation changes only the meshes of cloths.
 #pragma once
 #include <vector>
 
@@ -8,7 +8,7 @@
 namespace fivepipe::sim {
 
 struct ObjectModel {
-  collision::Bvh bvh;  // of the object's mesh, in the object's frame
+  collision::Bvh bvh;  // of the object's mesh, in the object's frame; see Simulation
   double radius_m;     // of the smallest ball that has the box's centre and contains the mesh
   double flatness_m;   // how far triangles lie below the surface that they approximate
 };

@@ -1,5 +1,6 @@
 #include "sim_node/objects/rigid_bodies.h"
 
+#include <BulletCollision/CollisionShapes/btEmptyShape.h>
 #include <btBulletDynamicsCommon.h>
 
 #include <cassert>
@@ -54,6 +55,10 @@ void make_shape(const config::SceneObject& object, Body& body) {
   }
   const geometry::Mesh mesh = config::mesh_of(object);
   body.object_from_body.translation() = geometry::bounds_m(mesh).center();
+  if (object.motion == config::Motion::cloth) {
+    body.shape = std::make_unique<btEmptyShape>();
+    return;
+  }
   const auto vertex = [&](std::size_t i) {
     return bt(Eigen::Vector3d(mesh.vertices_m[i] - body.object_from_body.translation()));
   };
@@ -108,7 +113,8 @@ struct RigidBodies::World {
   std::vector<Body> bodies;
 
   ~World() {
-    for (Body& body : bodies) dynamics.removeRigidBody(body.body.get());
+    for (Body& body : bodies)
+      if (body.body->isInWorld()) dynamics.removeRigidBody(body.body.get());
   }
 };
 
@@ -119,7 +125,8 @@ RigidBodies::RigidBodies(const config::Scene& scene) : world_(std::make_unique<W
   world_->bodies.reserve(scene.objects.size());
   for (const config::SceneObject& object : scene.objects) {
     world_->bodies.push_back(body_of(object));
-    world_->dynamics.addRigidBody(world_->bodies.back().body.get());
+    if (object.motion != config::Motion::cloth)
+      world_->dynamics.addRigidBody(world_->bodies.back().body.get());
   }
 }
 

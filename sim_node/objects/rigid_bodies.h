@@ -9,7 +9,8 @@ namespace fivepipe::sim {
 
 // Identifies objects by their index in scene.objects. Boxes and spheres are exact. A fixed mesh or
 // curtain is represented by its triangles, a dynamic one by its convex hull; both are 1 mm thicker.
-// A contact has the dynamic object's restitution, or the product of both.
+// A contact has the dynamic object's restitution, or the product of both. A cloth takes no part and
+// keeps its start pose.
 class RigidBodies {
  public:
   explicit RigidBodies(const config::Scene& scene);

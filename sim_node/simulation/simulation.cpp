@@ -1,5 +1,6 @@
 #include "sim_node/simulation/simulation.h"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -32,13 +33,18 @@ Simulation::Simulation(const config::Scene& scene, const config::SimConfig& conf
       contact_(scene_, config_, models_, bodies_, hull_),
       proximity_(scene_, models_, bodies_, config.step_s),
       respawn_bounds_m_(models_.start_bounds_m.min().array() - kLost_m,
-                        models_.start_bounds_m.max().array() + kLost_m) {}
+                        models_.start_bounds_m.max().array() + kLost_m) {
+  if (std::any_of(scene_.objects.begin(), scene_.objects.end(),
+                  [](const auto& object) { return object.motion == config::Motion::cloth; }))
+    cloths_.emplace(scene_);
+}
 
 void Simulation::reset() {
   bodies_ = RigidBodies(scene_);
   contact_.reset();
   if (hull_.history()) hull_.history()->forget_poses();
   proximity_.reset_warmth();
+  if (cloths_) cloths_->reset();
 }
 
 void Simulation::advance_to(double time_s, std::span<const hull::Silhouette> silhouettes) {
@@ -54,15 +60,24 @@ void Simulation::advance_to(double time_s) {
 }
 
 void Simulation::advance(double time_s, bool is_new_hull) {
-  for (std::uint64_t steps = clock_.advance_to(time_s); steps > 0; --steps) step();
+  for (std::uint64_t steps = clock_.advance_to(time_s); steps > 0; --steps) step(steps);
+  refit_cloths();
   report(is_new_hull);
 }
 
-void Simulation::step() {
+void Simulation::step(std::uint64_t steps_left) {
   bodies_.step(config_.step_s);
   ++steps_;
   respawn_lost_objects();
   contact_.after_step();
+  if (cloths_) cloths_->step(config_.step_s, steps_left, hull_);
+}
+
+// Reports and proximity read the cloths' shapes from their trees.
+void Simulation::refit_cloths() {
+  if (!cloths_) return;
+  for (std::size_t i = 0; i < cloths_->objects().size(); ++i)
+    models_.objects[cloths_->objects()[i]].bvh.refit(cloths_->vertices_object_m(i));
 }
 
 void Simulation::respawn_lost_objects() {
@@ -94,6 +109,9 @@ std::vector<ObjectState> Simulation::states() const {
                       bodies_.velocity_m_s(i),
                       {},
                       proximity_.warmth(i)});
+  if (cloths_)
+    for (std::size_t i = 0; i < cloths_->objects().size(); ++i)
+      states[cloths_->objects()[i]].vertices_m = cloths_->vertices_object_m(i);
   return states;
 }
 
@@ -107,6 +125,7 @@ SimulationCounters Simulation::counters() const {
           .unrecovered = contact_.counters().unrecovered,
           .still_colliding = contact_.counters().still_colliding,
           .respawned = respawned_,
+          .cloth = cloths_ ? cloths_->counters() : ClothCounters{},
           .backward_stamps = clock_.counters().backward_stamps,
           .skipped_s = clock_.counters().skipped_s,
           .detection = hull_.counts()};

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/config/deployment.h"
+#include "sim_node/cloth/cloth_objects.h"
 #include "sim_node/simulation/collision_reports.h"
 #include "sim_node/simulation/simulation_clock.h"
 
@@ -26,6 +27,7 @@ struct SimulationCounters {
   std::uint64_t unrecovered = 0;
   std::uint64_t still_colliding = 0;
   std::uint64_t respawned = 0;        // objects that left the scene or had a non-finite pose
+  ClothCounters cloth;
   std::uint64_t backward_stamps = 0;  // see SimulationClock::Counters for these two
   double skipped_s = 0;
   collision::DetectorCounts detection;  // summed over all queries
@@ -66,7 +68,9 @@ class Simulation {
 
  private:
   void advance(double time_s, bool is_new_hull);
-  void step();
+  // steps_left: steps until the time of the hull, at least 1, this one included.
+  void step(std::uint64_t steps_left);
+  void refit_cloths();
   void respawn_lost_objects();
   void report(bool is_new_hull);
 
@@ -78,6 +82,7 @@ class Simulation {
   SimulationClock clock_;
   RigidContact contact_;
   ProximityFields proximity_;
+  std::optional<ClothObjects> cloths_;  // present if the scene has a cloth
   Eigen::AlignedBox3d respawn_bounds_m_;  // respawns dynamic objects outside
   std::uint64_t steps_ = 0, respawned_ = 0;
   std::vector<CollisionReport> reports_;

@@ -68,6 +68,35 @@ TEST(SyntheticWorld, MovesAtMost1500MmPerSecondInsideItsBox) {
   EXPECT_NEAR(reached.max().z(), 0.40, 0.03);
 }
 
+TEST(SyntheticWorld, TwoHandsReachInPartAndReturn) {
+  config::SyntheticWorld world;
+  world.actor = config::SyntheticActor::parting_hands;
+  const std::size_t hand = synthetic_parts(world, 0).size() / 2;
+  double nearest_m = 1, farthest_m = 0, deepest_m = -1;
+  for (double t_s = 0; t_s < world.period_s; t_s += 0.01) {
+    const std::vector<SyntheticPart> parts = synthetic_parts(world, t_s);
+    ASSERT_EQ(parts.size(), 2 * hand);
+    for (std::size_t i = 0; i < hand; ++i) {
+      const hull::Capsule &right = parts[i].capsule, &left = parts[hand + i].capsule;
+      EXPECT_EQ(left.a_world_m, right.a_world_m.cwiseProduct(Eigen::Vector3d(-1, 1, 1)));
+      EXPECT_EQ(left.b_world_m, right.b_world_m.cwiseProduct(Eigen::Vector3d(-1, 1, 1)));
+      EXPECT_EQ(left.radius_m, right.radius_m);
+      deepest_m = std::max(deepest_m, right.b_world_m.y());
+    }
+    nearest_m = std::min(nearest_m, parts[0].capsule.a_world_m.x());
+    farthest_m = std::max(farthest_m, parts[0].capsule.a_world_m.x());
+    const std::vector<SyntheticPart> next = synthetic_parts(world, t_s + 0.001);
+    for (std::size_t i = 0; i < parts.size(); ++i)
+      EXPECT_LT((next[i].capsule.a_world_m - parts[i].capsule.a_world_m).norm(), 1.5e-3)
+          << "a part jumps, or is faster than 1.5 m/s";
+  }
+  EXPECT_NEAR(nearest_m, 0.022, 0.002);
+  EXPECT_NEAR(farthest_m, 0.215, 0.002);
+  EXPECT_NEAR(deepest_m, 0.144, 0.002);  // the middle fingers' tips, beyond the curtain at 0.06
+  EXPECT_EQ(synthetic_parts(world, 1.0)[0].capsule.a_world_m,
+            synthetic_parts(world, 1.0 + 2 * world.period_s)[0].capsule.a_world_m);
+}
+
 TEST(SyntheticWorld, HasThePipeOfThePaper) {
   for (const SyntheticPart& part : synthetic_parts({}, 1.3))
     if (part.material == Material::pipe) {

@@ -85,6 +85,10 @@ objects:
     curtain: {width_m: LOW, height_m: LOW, columns: LOW, rows: LOW, fold_depth_m: LOW,
               fold_count: LOW}
     position_m: [0, 0, 0]
+    motion: cloth
+    cloth: {density_kg_m2: LOW, stretch_compliance_m_n: LOW, compression_compliance_m_n: LOW,
+            shear_compliance_m_n: LOW, bending_compliance_1_nm: LOW, damping_s: LOW,
+            air_drag_1_s: LOW, thickness_m: LOW, friction: LOW}
 )";
 
 TEST_F(Limits, EachNumberOfADeploymentHasItsRange) {
@@ -146,7 +150,14 @@ TEST_F(Limits, EachNumberOfASceneHasItsRange) {
           "height_m must be greater than 0 and at most 10000, is -1e9",
           "columns must be from 1 to 1000, is -1e9", "rows must be from 1 to 1000, is -1e9",
           "fold_depth_m must be from 0 to 10, is -1e9",
-          "fold_count must be from 0 to 1000, is -1e9"));
+          "fold_count must be from 0 to 1000, is -1e9",
+          "density_kg_m2 must be from 0.001 to 100, is -1e9",
+          "stretch_compliance_m_n must be from 0 to 1000000000, is -1e9",
+          "compression_compliance_m_n must be from 0 to 1000000000, is -1e9",
+          "shear_compliance_m_n must be from 0 to 1000000000, is -1e9",
+          "bending_compliance_1_nm must be from 0 to 1000000000, is -1e9",
+          "damping_s must be from 0 to 10, is -1e9", "air_drag_1_s must be from 0 to 1000, is -1e9",
+          "thickness_m must be from 0 to 0.1, is -1e9", "friction must be from 0 to 10, is -1e9"));
   EXPECT_TRUE(test::contains(
       scene_problems(test::kGoodScene + "    report: {response: {v_rec: [0, 1, -2e6]}}\n"),
       "v_rec[2] must be from -1000000 to 1000000, is -2e6"));
@@ -276,6 +287,7 @@ objects:
   - name: curtain
     curtain: {width_m: 1, height_m: 2, columns: 3, rows: 4}
     position_m: [0, 0, 0]
+    motion: cloth
 )");
   EXPECT_EQ(s.gravity_m_s2, 9.80665);
   EXPECT_EQ(s.light_world_m, Eigen::Vector3d(0, 0, 3));
@@ -316,6 +328,19 @@ objects:
   EXPECT_EQ(mesh_of(s.objects[1]).triangles.size(), 20u * 16);
   EXPECT_EQ(geometry::bounds_m(mesh_of(s.objects[2])).sizes(), Eigen::Vector3d(1, 0, 2))
       << "a curtain without folds";
+  const ClothSettings& cloth = *s.objects[2].cloth;
+  EXPECT_EQ(s.objects[2].reaction, Reaction::yield);
+  EXPECT_EQ(cloth.density_kg_m2, 0.2);
+  EXPECT_EQ(cloth.stretch_compliance_m_n, 1e-5);
+  EXPECT_EQ(cloth.compression_compliance_m_n, 1.0);
+  EXPECT_EQ(cloth.shear_compliance_m_n, 1e-3);
+  EXPECT_EQ(cloth.bending_compliance_1_nm, 5e4);
+  EXPECT_EQ(cloth.damping_s, 1e-3);
+  EXPECT_EQ(cloth.air_drag_1_s, 1);
+  EXPECT_EQ(cloth.thickness_m, 0.002);
+  EXPECT_EQ(cloth.friction, 0.3);
+  EXPECT_FALSE(cloth.v_rec_world);
+  EXPECT_TRUE(cloth.pins.empty());
 }
 
 TEST_F(Limits, EachRequestAloneNeedsAReaction) {

@@ -79,7 +79,21 @@ objects:
   - name: curtain
     curtain: {width_m: 0.6, height_m: 0.4, columns: 20, rows: 18, fold_depth_m: 0.01, fold_count: 3}
     position_m: [0, 0, 1]
-    reaction: bounce
+    motion: cloth
+    cloth:
+      density_kg_m2: 0.5
+      stretch_compliance_m_n: 0.01
+      compression_compliance_m_n: 0.02
+      shear_compliance_m_n: 0.03
+      bending_compliance_1_nm: 40
+      damping_s: 0.05
+      air_drag_1_s: 0.06
+      thickness_m: 0.007
+      friction: 0.8
+      v_rec: [0, 2, 0]
+      pins:
+        - {from_m: [1, 0.1, 0.1], to_m: [-1, -0.1, -0.01], slides_along: [3, 0, 0]}
+        - {from_m: [-1, -0.1, -0.5], to_m: [-0.29, 0.1, 0]}
 )");
   EXPECT_EQ(scene.name, "all");
   EXPECT_EQ(scene.gravity_m_s2, 1.62);
@@ -108,6 +122,87 @@ objects:
 
   EXPECT_EQ(std::get<CurtainShape>(curtain.shape).fold_count, 3);
   EXPECT_EQ(mesh_of(curtain).triangles.size(), 720u) << "the paper's curtain";
+  EXPECT_EQ(curtain.motion, Motion::cloth);
+  EXPECT_EQ(curtain.reaction, Reaction::yield);
+  ASSERT_TRUE(curtain.cloth);
+  EXPECT_EQ(curtain.cloth->density_kg_m2, 0.5);
+  EXPECT_EQ(curtain.cloth->stretch_compliance_m_n, 0.01);
+  EXPECT_EQ(curtain.cloth->compression_compliance_m_n, 0.02);
+  EXPECT_EQ(curtain.cloth->shear_compliance_m_n, 0.03);
+  EXPECT_EQ(curtain.cloth->bending_compliance_1_nm, 40);
+  EXPECT_EQ(curtain.cloth->damping_s, 0.05);
+  EXPECT_EQ(curtain.cloth->air_drag_1_s, 0.06);
+  EXPECT_EQ(curtain.cloth->thickness_m, 0.007);
+  EXPECT_EQ(curtain.cloth->friction, 0.8);
+  EXPECT_EQ(curtain.cloth->v_rec_world, Eigen::Vector3d(0, 2, 0));
+  ASSERT_EQ(curtain.cloth->pins.size(), 2u);
+  EXPECT_EQ(curtain.cloth->pins[0].box_m.min(), Eigen::Vector3d(-1, -0.1, -0.01));
+  EXPECT_EQ(curtain.cloth->pins[0].box_m.max(), Eigen::Vector3d(1, 0.1, 0.1));
+  EXPECT_EQ(curtain.cloth->pins[0].slides_along, Eigen::Vector3d(3, 0, 0));
+  EXPECT_FALSE(curtain.cloth->pins[1].slides_along);
+}
+
+TEST_F(SceneFile, RejectsImpossibleCloth) {
+  write("line.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 2 0 0\nf 1 2 3\nf 1 2 4\n");
+  EXPECT_THAT(
+      problems(R"(
+name: bad
+objects:
+  - name: a
+    curtain: {width_m: 0.6, height_m: 0.4, columns: 20, rows: 18}
+    position_m: [0, 0, 1]
+    motion: cloth
+    cloth:
+      v_rec: [0, 0, 0]
+      pins:
+        - {from_m: [-0.3, 0, 0.9], to_m: [0.3, 0, 1]}
+        - {from_m: [-0.3, 0, 0], to_m: [0.3, 0, 0], slides_along: [0, 0, 0]}
+  - name: b
+    mesh: {file: line.obj, unit: m}
+    position_m: [0, 0, 1]
+    motion: cloth
+    cloth: {}
+  - name: c
+    box: {size_m: [1, 1, 1]}
+    position_m: [0, 0, 1]
+    motion: cloth
+  - name: d
+    box: {size_m: [1, 1, 1]}
+    position_m: [0, 0, 1]
+    reaction: yield
+    cloth: {}
+  - name: e
+    curtain: {width_m: 0.6, height_m: 0.4, columns: 20, rows: 18}
+    position_m: [0, 0, 1]
+    motion: cloth
+    reaction: bounce
+    report: {first_contact: true}
+history: {}
+)"),
+      ElementsAre(
+          "scene.yaml:8:14: v_rec must not be zero: it is a direction",
+          "scene.yaml:10:11: the pin holds no vertex: from_m and to_m are in the object's frame, "
+          "in "
+          "which the cloth extends from [-0.3, 0, -0.4] to [0.3, 0, 0]",
+          "scene.yaml:11:67: slides_along must not be zero: it is a direction",
+          "scene.yaml:16:12: triangle 1 of the cloth has no area: its corners [0, 0, 0] m, ... are "
+          "on a line; remove it from the mesh",
+          "scene.yaml:20:13: motion cloth needs a curtain or a mesh",
+          "scene.yaml:24:15: reaction yield needs motion cloth: only cloth yields to the hull",
+          "scene.yaml:25:12: cloth has no effect without motion cloth",
+          "scene.yaml:30:15: reaction bounce needs motion dynamic: only a rigid object bounces",
+          "scene.yaml:31:13: first_contact needs a rigid object: a cloth has no single pose"));
+}
+
+TEST_F(SceneFile, ClothHasAtMost64Pins) {
+  std::string pins;
+  for (int i = 0; i < 65; ++i) pins += "        - {from_m: [-1, -1, -1], to_m: [1, 1, 1]}\n";
+  EXPECT_THAT(problems("name: s\nobjects:\n  - name: a\n    curtain: {width_m: 1, height_m: 1, "
+                       "columns: 2, rows: 2}\n    position_m: [0, 0, 1]\n    motion: cloth\n"
+                       "    cloth:\n      pins:\n" +
+                       pins),
+              ElementsAre("scene.yaml:9:9: pins has 65 boxes, at most 64 are possible: one box may "
+                          "hold many vertices"));
 }
 
 TEST_F(SceneFile, RotatesAboutXThenYThenZ) {
@@ -364,18 +459,18 @@ objects:
                   "scene.yaml:10:24: radius_m must be greater than 0 and at most 10000, is 0",
                   "scene.yaml:10:41: subdivisions must be from 0 to 6, is 9",
                   "scene.yaml:11:17: position_m must be a list of 3, is a list of 2",
-                  "scene.yaml:12:13: motion must be one of fixed, dynamic; is \"floating\"",
+                  "scene.yaml:12:13: motion must be one of fixed, dynamic, cloth; is \"floating\"",
                   "scene.yaml:13:5: unknown key colur_rgb: did you mean colour_rgb?",
                   "scene.yaml:14:5: the object has no shape: set box, sphere, curtain or mesh",
                   "scene.yaml:14:11: object name b is already used in line 9",
                   "scene.yaml:18:13: box and sphere are both set: an object has one shape",
                   "scene.yaml:21:49: columns must be from 1 to 1000, is 0",
                   "scene.yaml:21:58: rows must be a whole number, is 2.5",
-                  "scene.yaml:23:13: motion dynamic is for rigid objects; a curtain hangs from its "
-                  "upper edge and moves as cloth: remove motion",
+                  "scene.yaml:23:13: motion dynamic is for rigid objects: a curtain moves with "
+                  "motion cloth",
                   "scene.yaml:25:23: size_m[1] must be greater than 0 and at most 10000, is 0",
-                  "scene.yaml:27:15: reaction bounce needs motion dynamic: a fixed object cannot "
-                  "move out of the hull",
+                  "scene.yaml:27:15: reaction bounce needs motion dynamic: only a rigid object "
+                  "bounces",
                   "scene.yaml:28:14: mass_kg has no effect without motion dynamic",
                   "scene.yaml:29:21: pattern_size_m has no effect on a plain object"));
 }

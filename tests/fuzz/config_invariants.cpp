@@ -100,6 +100,28 @@ std::string broken_requests(const SceneObject& object) {
   return "";
 }
 
+std::string broken_cloth(const SceneObject& object) {
+  if (object.cloth.has_value() != (object.motion == Motion::cloth)) return "cloth without motion";
+  if (!object.cloth) return "";
+  const ClothSettings& cloth = *object.cloth;
+  if (!is_in(cloth.density_kg_m2, 1e-3, 100)) return "density_kg_m2";
+  for (const double compliance : {cloth.stretch_compliance_m_n, cloth.compression_compliance_m_n,
+                                  cloth.shear_compliance_m_n, cloth.bending_compliance_1_nm})
+    if (!is_in(compliance, 0, 1e9)) return "a compliance of a cloth";
+  if (!is_in(cloth.damping_s, 0, 10) || !is_in(cloth.air_drag_1_s, 0, 1000) ||
+      !is_in(cloth.thickness_m, 0, 0.1) || !is_in(cloth.friction, 0, 10))
+    return "a number of a cloth";
+  if (const auto& v = cloth.v_rec_world; v && !(v->allFinite() && v->norm() > 0))
+    return "v_rec of a cloth";
+  for (const ClothPin& pin : cloth.pins) {
+    if (!pin.box_m.min().allFinite() || !pin.box_m.max().allFinite() || pin.box_m.isEmpty())
+      return "the box of a pin";
+    if (const auto& v = pin.slides_along; v && !(v->allFinite() && v->norm() > 0))
+      return "slides_along of a pin";
+  }
+  return "";
+}
+
 std::string broken_object(const SceneObject& object) {
   if (!is_name(object.name, 64)) return "the name of an object";
   if (!is_rigid(object.world_from_object)) return "the pose of an object is not rigid";
@@ -108,6 +130,7 @@ std::string broken_object(const SceneObject& object) {
   if (!is_colour(object.colour_rgb)) return "colour_rgb of an object";
   if (!is_positive(object.pattern_size_m, 1e4)) return "pattern_size_m";
   if (std::string broken = broken_shape(object.shape); !broken.empty()) return broken;
+  if (std::string broken = broken_cloth(object); !broken.empty()) return broken;
   if (triangle_count(object.shape) <= double(kMaxTriangles))
     if (std::string broken = broken_invariant(mesh_of(object)); !broken.empty()) return broken;
   return broken_requests(object);

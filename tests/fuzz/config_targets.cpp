@@ -119,10 +119,12 @@ const std::vector<std::string>& rigs() {
 }
 
 const std::vector<std::string>& scenes() {
-  static const std::vector<std::string> texts = {
-      kEveryRequest, source_file("scenes/demo/scene.yaml"),
-      source_file("scenes/seated4cam/scene.yaml"), source_file("scenes/warm_plate/scene.yaml"),
-      source_file("tests/recordings/scene.yaml")};
+  static const std::vector<std::string> texts = {kEveryRequest,
+                                                 source_file("scenes/demo/scene.yaml"),
+                                                 source_file("scenes/seated4cam/scene.yaml"),
+                                                 source_file("scenes/warm_plate/scene.yaml"),
+                                                 source_file("scenes/curtain/scene.yaml"),
+                                                 source_file("tests/recordings/scene.yaml")};
   return texts;
 }
 
@@ -137,9 +139,11 @@ std::string with_local_files(std::string text) {
 
 const std::vector<std::string>& deployments() {
   static const std::vector<std::string> texts = {
-      kEveryNodeKey, with_local_files(source_file("launch/deployments/demo.yaml")),
+      kEveryNodeKey,
+      with_local_files(source_file("launch/deployments/demo.yaml")),
       with_local_files(source_file("launch/deployments/paper.yaml")),
       with_local_files(source_file("launch/deployments/warm_plate.yaml")),
+      with_local_files(source_file("launch/deployments/curtain.yaml")),
       with_local_files(source_file("launch/deployments/seated4cam.yaml"))};
   return texts;
 }

@@ -227,6 +227,52 @@ TEST_F(Pipeline, SimulationIsPausedAndResumedFromTheCommandLine) {
   EXPECT_TRUE(ball_moves_within(kUntilCommandActs + 5));
 }
 
+// The share of the image that shows the sky behind the window, which alone is blue.
+double sky_share(const cv::Mat& bgr) {
+  int sky = 0;
+  for (int v = 0; v < bgr.rows; ++v)
+    for (int u = 0; u < bgr.cols; ++u) {
+      const cv::Vec3b c = bgr.at<cv::Vec3b>(v, u);
+      sky += c[0] > 150 && c[0] > 1.2 * c[2];
+    }
+  return double(sky) / double(bgr.total());
+}
+
+// The paper's figure 4: two hands part the curtain, and the view through the window opens.
+TEST_F(Pipeline, HandsPartTheCurtainBeforeTheWindow) {
+  const std::string file =
+      changed_deployment(out_ / "files", "scenes/demo/scene.yaml", "scenes/curtain/scene.yaml");
+  std::string text = text_of(file);
+  text = replaced(text, "synthetic: {", "synthetic: {actor: parting_hands, ");
+  std::ofstream(file) << text;
+  auto states = bus_.reader<bus::topics::VirtualState>();
+  Deployed deployed(file, domain_, out_, {"--duration", "9"});  // two periods of the hands
+  const auto has_both_panels = [&] {
+    for (const auto& sample : states.take())
+      if (sample.valid()) {
+        const auto objects = messages::span_of(sample->objects);
+        return std::count_if(objects.begin(), objects.end(), [](const auto& object) {
+                 return object.vertices_m._length == 3 * 11 * 19;
+               }) == 2;
+      }
+    return false;
+  };
+  EXPECT_TRUE(eventually(bus_, kStart, has_both_panels)) << log();
+  ASSERT_EQ(deployed.wait_for_end(kStart), 0) << log();
+  const auto report = nlohmann::json::parse(std::ifstream(out_ / "report.json"));
+  EXPECT_GT(report["nodes"]["simulation"]["counts"]["cloth_contacts"].get<int>(), 0);
+  cv::VideoCapture video((out_ / "composite.mp4").string());
+  double least = 1, most = 0;
+  for (cv::Mat image; video.read(image);) {
+    least = std::min(least, sky_share(image));
+    most = std::max(most, sky_share(image));
+  }
+  std::printf("the sky in the window: %.1f %% of the image, then %.1f %%\n", 100 * least,
+              100 * most);
+  EXPECT_LT(least, 0.01);
+  EXPECT_GT(most, 0.06);
+}
+
 // The messages of a running pipeline have warmth, proximity, contacts, the response with the names
 // of the cameras, and the hull's components, each only if the scene requests it.
 TEST_F(Pipeline, CollisionResultsHoldRequestedOutputs) {

@@ -13,6 +13,7 @@ struct Range {
 };
 inline constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 inline constexpr Range kAny{-kUnbounded, kUnbounded};
+inline constexpr Range kAnyDirection{-1e6, 1e6};  // of each component
 inline constexpr Range kUnitRange{0, 1};
 // One degree in radians.
 inline constexpr double kDegree_rad = std::numbers::pi / 180;

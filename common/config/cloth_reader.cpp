@@ -1,0 +1,92 @@
+#include "common/config/cloth_reader.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace fivepipe::config {
+namespace {
+
+constexpr Range kDensity_kg_m2{1e-3, 100};
+constexpr Range kCompliance{0, 1e9};
+constexpr Range kDamping_s{0, 10};
+constexpr Range kAirDrag_1_s{0, 1000};
+constexpr Range kThickness_m{0, 0.1};
+constexpr Range kFriction{0, 10};
+constexpr std::size_t kMaxPins = 64;
+
+std::optional<Eigen::Vector3d> read_direction(YamlMap& map, const std::string& key) {
+  if (!map.has(key)) return {};
+  const Eigen::Vector3d direction = map.vector3(key, kAnyDirection);
+  if (direction.norm() > 0) return direction;
+  map.problem_at(key, key + " must not be zero: it is a direction");
+  return {};
+}
+
+ClothPin read_pin(YamlMap map, const geometry::Mesh& mesh) {
+  const Eigen::Vector3d from_m = map.vector3("from_m", kAny), to_m = map.vector3("to_m", kAny);
+  ClothPin pin{{from_m.cwiseMin(to_m), from_m.cwiseMax(to_m)}, read_direction(map, "slides_along")};
+  map.finish();
+  const bool holds_a_vertex =
+      std::any_of(mesh.vertices_m.begin(), mesh.vertices_m.end(),
+                  [&](const Eigen::Vector3d& p) { return pin.box_m.contains(p); });
+  if (!holds_a_vertex && !mesh.vertices_m.empty()) {
+    // Adding 0 turns -0 into 0.
+    const Eigen::AlignedBox3d bounds_m =
+        geometry::bounds_m(mesh).translated(Eigen::Vector3d::Zero());
+    map.problem(fmt::format(
+        "the pin holds no vertex: from_m and to_m are in the object's frame, in which the cloth "
+        "extends from [{:.6g}, {:.6g}, {:.6g}] to [{:.6g}, {:.6g}, {:.6g}]",
+        bounds_m.min().x(), bounds_m.min().y(), bounds_m.min().z(), bounds_m.max().x(),
+        bounds_m.max().y(), bounds_m.max().z()));
+  }
+  return pin;
+}
+
+void check_areas(const YamlMap& map, const geometry::Mesh& mesh) {
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    const auto& [a, b, c] = mesh.triangles[i];
+    const Eigen::Vector3d &p = mesh.vertices_m[a], &q = mesh.vertices_m[b], &r = mesh.vertices_m[c];
+    const double longest_sq =
+        std::max({(q - p).squaredNorm(), (r - q).squaredNorm(), (p - r).squaredNorm()});
+    if ((q - p).cross(r - p).norm() > kMinClothShape * longest_sq) continue;
+    map.problem(
+        fmt::format("triangle {} of the cloth has no area: its corners [{:.6g}, {:.6g}, "
+                    "{:.6g}] m, ... are on a line; remove it from the mesh",
+                    i, p.x(), p.y(), p.z()));
+    return;  // one is enough to find the mesh's error
+  }
+}
+
+}  // namespace
+
+ClothSettings read_cloth(YamlMap map, const geometry::Mesh& mesh) {
+  ClothSettings cloth;
+  const auto number = [&](const char* key, Range range, double& value) {
+    value = map.number(key, range, value);
+  };
+  number("density_kg_m2", kDensity_kg_m2, cloth.density_kg_m2);
+  number("stretch_compliance_m_n", kCompliance, cloth.stretch_compliance_m_n);
+  number("compression_compliance_m_n", kCompliance, cloth.compression_compliance_m_n);
+  number("shear_compliance_m_n", kCompliance, cloth.shear_compliance_m_n);
+  number("bending_compliance_1_nm", kCompliance, cloth.bending_compliance_1_nm);
+  number("damping_s", kDamping_s, cloth.damping_s);
+  number("air_drag_1_s", kAirDrag_1_s, cloth.air_drag_1_s);
+  number("thickness_m", kThickness_m, cloth.thickness_m);
+  number("friction", kFriction, cloth.friction);
+  cloth.v_rec_world = read_direction(map, "v_rec");
+  if (map.has("pins")) {
+    const std::vector<YamlMap> pins = map.maps("pins");
+    if (pins.size() > kMaxPins)
+      map.problem_at("pins", fmt::format("pins has {} boxes, at most {} are possible: one box may "
+                                         "hold many vertices",
+                                         pins.size(), kMaxPins));
+    else
+      for (const YamlMap& pin : pins) cloth.pins.push_back(read_pin(pin, mesh));
+  }
+  map.finish();
+  check_areas(map, mesh);
+  return cloth;
+}
+
+}  // namespace fivepipe::config

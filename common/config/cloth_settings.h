@@ -1,0 +1,44 @@
+// Settings of a scene object that moves as cloth.
+#pragma once
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <optional>
+#include <vector>
+
+namespace fivepipe::config {
+
+// Fixes the vertices that are in a box at the start.
+struct ClothPin {
+  Eigen::AlignedBox3d box_m;  // object frame; its faces belong to it
+  // Direction along which the vertices may slide, object frame, of any length; absent: none.
+  std::optional<Eigen::Vector3d> slides_along = {};
+};
+
+struct ClothSettings {
+  double density_kg_m2 = 0.2;  // of a light curtain
+  // Compliances are the inverse of stiffness, 0 is rigid. In-plane energy per area is
+  // strain^2 / (2 compliance); bending energy per area is curvature^2 / (2 compliance).
+  double stretch_compliance_m_n = 1e-5;
+  // Instead of stretch_compliance_m_n along a fibre that is compressed. Wrinkles that are finer than
+  // the mesh make a cloth soft: a strip of length l buckles at pi^2 / (l^2 bending compliance), for
+  // the defaults and 5 cm at 0.08 N/m.
+  double compression_compliance_m_n = 1.0;
+  double shear_compliance_m_n = 1e-3;
+  double bending_compliance_1_nm = 5e4;
+  // The stress of a strain rate is this time times the rate times the stiffness.
+  double damping_s = 1e-3;
+  // Deceleration of every vertex by air, divided by its velocity.
+  double air_drag_1_s = 1.0;
+  // Distance that the cloth keeps from the hull.
+  double thickness_m = 0.002;
+  double friction = 0.3;  // Coulomb coefficient against the hull
+  // Direction in which vertices leave the hull, world frame, of any length (paper, section 4.5).
+  // Absent: the hull's normal where the cloth entered it.
+  std::optional<Eigen::Vector3d> v_rec_world = {};
+  std::vector<ClothPin> pins = {};
+};
+
+// A triangle whose height is a smaller fraction of its longest side has no usable normal.
+inline constexpr double kMinClothShape = 1e-6;
+
+}  // namespace fivepipe::config

@@ -1,0 +1,85 @@
+// The motion of a cloth by extended position-based dynamics (Macklin, Müller and Chentanez, "XPBD",
+// 2016) in small substeps of one iteration each (Macklin et al., "Small Steps in Physics
+// Simulation", 2019).
+//
+// The hull moves the cloth through contacts. A contact places a point of the cloth; the part of the
+// motion that only corrects a penetration carries no velocity. The velocity towards the hull is
+// then removed, and Coulomb friction acts on the velocity along it.
+#pragma once
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "sim_node/cloth/cloth_model.h"
+
+namespace fivepipe::sim {
+
+// A point of the cloth that must be on the outer side of a plane: normal . p >= offset_m.
+struct ClothContact {
+  std::uint32_t triangle;   // index in the mesh
+  Eigen::Vector3d weights;  // barycentric: the point is the weighted sum of the corners
+  Eigen::Vector3d normal_world;
+  double offset_m;
+  // Velocity of the hull's surface.
+  Eigen::Vector3d velocity_world_m_s = Eigen::Vector3d::Zero();
+};
+
+// Deterministic: the same calls give the same bits.
+class Cloth {
+ public:
+  // `mesh` gives the triangles to which contacts refer; the arguments are those of cloth_model().
+  Cloth(const geometry::Mesh& mesh, const Eigen::Isometry3d& world_from_object,
+        const config::ClothSettings& settings);
+
+  // Advances by step_s > 0 in equal substeps of at most kMaxClothSubstep_s. By the end of the step
+  // the contacts' points have moved `share` (0 to 1) of the way to their planes, at constant speed.
+  // A vertex faster than max_speed_m_s is slowed to it.
+  void step(double step_s, const Eigen::Vector3d& gravity_world_m_s2,
+            std::span<const ClothContact> contacts, double share, double max_speed_m_s);
+  // Moves the contacts' points to their planes at once, without velocity.
+  void project(std::span<const ClothContact> contacts);
+  // Returns to the start, at rest.
+  void reset();
+
+  const std::vector<Eigen::Vector3d>& vertices_world_m() const { return p_; }
+  const std::vector<Eigen::Vector3d>& velocities_world_m_s() const { return v_; }
+  // [J]; of the vertices that can move.
+  double kinetic_energy_j() const;
+  const ClothModel& model() const { return model_; }
+
+ private:
+  struct Placed {  // a contact during a step
+    const ClothContact* contact;
+    double start_m;  // normal . p at the start of the step
+    bool touches;    // the last place() moved the point
+  };
+  void substep(double substep_s, const Eigen::Vector3d& gravity_world_m_s2,
+               std::span<Placed> contacts, double progress, double max_speed_m_s);
+  void project_triangle(const ClothTriangle& triangle, double substep_s);
+  void project_hinge(const ClothHinge& hinge, double substep_s);
+  void project_tether(const ClothTether& tether, double longest_m);
+  // Projects a constraint whose energy is value^2 / (2 compliance) by one XPBD iteration.
+  template <std::size_t N>
+  void project(const std::array<std::uint32_t, N>& vertices,
+               const std::array<Eigen::Vector3d, N>& gradient, double value, double compliance,
+               double substep_s);
+  // Moves the contact's point to normal . p >= offset_m without velocity; returns whether it moved.
+  bool place(const ClothContact& contact, double offset_m);
+  // Removes the point's velocity towards the hull, and by friction that along it.
+  void slow(const ClothContact& contact);
+  // The change of a contact point's position (or velocity) by `change` along a unit direction,
+  // distributed over the corners by their masses.
+  void push(const ClothContact& contact, const Eigen::Vector3d& direction, double change,
+            std::span<std::vector<Eigen::Vector3d>* const> of);
+  Eigen::Vector3d at(const ClothContact& contact, const std::vector<Eigen::Vector3d>& of) const;
+
+  config::ClothSettings settings_;
+  ClothModel model_;
+  std::vector<std::array<std::uint32_t, 3>> mesh_triangles_;
+  std::vector<Eigen::Vector3d> p_, before_, v_;
+};
+
+// Short enough that a substep's free fall, 0.01 mm, is below the resolution of any map.
+inline constexpr double kMaxClothSubstep_s = 1.0 / 960;
+
+}  // namespace fivepipe::sim

@@ -1,0 +1,122 @@
+#include "sim_node/cloth/cloth_contact.h"
+
+#include <algorithm>
+
+#include "common/collision/response/recovery.h"
+
+namespace fivepipe::sim {
+namespace {
+
+using collision::CollisionPoint;
+
+// Each point costs a ray. Neighbouring points of a triangle leave the hull together.
+constexpr std::size_t kMaxPointsPerTriangle = 8;
+
+Eigen::Vector3d normal_of(const std::array<std::uint32_t, 3>& triangle,
+                          const std::vector<Eigen::Vector3d>& vertices_m) {
+  const auto& [a, b, c] = triangle;
+  return (vertices_m[b] - vertices_m[a]).cross(vertices_m[c] - vertices_m[a]).normalized();
+}
+
+// Barycentric coordinates of the point of the triangle's plane that is nearest to p.
+Eigen::Vector3d weights_of(const Eigen::Vector3d& p_m, const std::array<std::uint32_t, 3>& triangle,
+                           const std::vector<Eigen::Vector3d>& vertices_m) {
+  const Eigen::Vector3d &a = vertices_m[triangle[0]], e1 = vertices_m[triangle[1]] - a,
+                        e2 = vertices_m[triangle[2]] - a, normal = e1.cross(e2), p = p_m - a;
+  const double square = normal.squaredNorm();
+  if (!(square > 0)) return Eigen::Vector3d::Constant(1.0 / 3);  // a triangle folded to a line
+  const double second = p.cross(e2).dot(normal) / square, third = e1.cross(p).dot(normal) / square;
+  return {1 - second - third, second, third};
+}
+
+// Keeps at most kMaxPointsPerTriangle points of each triangle, evenly. Points are sorted by
+// triangle.
+std::vector<CollisionPoint> thinned(std::span<const CollisionPoint> points) {
+  std::vector<CollisionPoint> kept;
+  for (std::size_t begin = 0, end; begin < points.size(); begin = end) {
+    end = begin;
+    while (end < points.size() && points[end].triangle == points[begin].triangle) ++end;
+    const std::size_t stride = (end - begin + kMaxPointsPerTriangle - 1) / kMaxPointsPerTriangle;
+    for (std::size_t i = begin; i < end; i += stride) kept.push_back(points[i]);
+  }
+  return kept;
+}
+
+}  // namespace
+
+ClothHullContact::ClothHullContact(const geometry::Mesh& mesh,
+                                   const config::ClothSettings& settings)
+    : settings_(settings),
+      tree_(mesh),
+      shifted_world_m_(mesh.vertices_m.size()),
+      sides_(mesh.triangles.size()) {
+  if (settings_.v_rec_world) settings_.v_rec_world->normalize();
+}
+
+void ClothHullContact::reset() { std::fill(sides_.begin(), sides_.end(), Side{}); }
+
+std::vector<ClothContact> ClothHullContact::find(const Cloth& cloth, CurrentHull& hull) {
+  shift(cloth);
+  tree_.refit(shifted_world_m_);
+  const collision::DetectionObject object{&tree_, Eigen::Isometry3d::Identity(), tree_.origin_m()};
+  const collision::ObjectCollision& collision = hull.detect({&object, 1}).front();
+  std::vector<ClothContact> contacts;
+  deepest_m_ = 0;
+  forget_idle_sides();
+  for (const CollisionPoint& point : thinned(collision.points)) {
+    const std::array<std::uint32_t, 3>& triangle = tree_.mesh().triangles[point.triangle];
+    const Eigen::Vector3d normal = direction(point.triangle, cloth, point.p_world_m, *hull.query());
+    const auto exit =
+        collision::exit_outward(*hull.query(), point.p_world_m, normal, kMaxClothExit_m);
+    if (!exit) {
+      ++without_exit_;
+      continue;
+    }
+    deepest_m_ = std::max(deepest_m_, exit->distance_m);
+    const Eigen::Vector3d weights = weights_of(point.p_world_m, triangle, shifted_world_m_);
+    contacts.push_back({point.triangle, weights, normal,
+                        normal.dot(point.p_world_m) + exit->distance_m + settings_.thickness_m});
+  }
+  return contacts;
+}
+
+void ClothHullContact::shift(const Cloth& cloth) {
+  const std::vector<Eigen::Vector3d>& vertices_m = cloth.vertices_world_m();
+  if (settings_.v_rec_world) {
+    for (std::size_t i = 0; i < vertices_m.size(); ++i)
+      shifted_world_m_[i] = vertices_m[i] - settings_.thickness_m * *settings_.v_rec_world;
+    return;
+  }
+  shifted_world_m_.assign(vertices_m.size(), Eigen::Vector3d::Zero());
+  for (std::size_t t = 0; t < sides_.size(); ++t)
+    if (sides_[t].sign != 0)
+      for (const std::uint32_t vertex : tree_.mesh().triangles[t])
+        shifted_world_m_[vertex] -=
+            double(sides_[t].sign) * normal_of(tree_.mesh().triangles[t], vertices_m);
+  for (std::size_t i = 0; i < vertices_m.size(); ++i)
+    shifted_world_m_[i] = vertices_m[i] + settings_.thickness_m * shifted_world_m_[i].normalized();
+}
+
+void ClothHullContact::forget_idle_sides() {
+  for (Side& side : sides_)
+    if (side.sign != 0 && ++side.finds_without_contact > kSideFinds) side = {};
+}
+
+Eigen::Vector3d ClothHullContact::direction(std::uint32_t triangle, const Cloth& cloth,
+                                            const Eigen::Vector3d& p_world_m,
+                                            const hull::HullQuery& query) {
+  if (settings_.v_rec_world) return *settings_.v_rec_world;
+  const Eigen::Vector3d normal =
+      normal_of(tree_.mesh().triangles[triangle], cloth.vertices_world_m());
+  Side& side = sides_[triangle];
+  side.finds_without_contact = 0;
+  if (side.sign == 0) {
+    const auto along = collision::exit_outward(query, p_world_m, normal, kMaxClothExit_m),
+               against = collision::exit_outward(query, p_world_m, -normal, kMaxClothExit_m);
+    const bool leaves_against = against && (!along || against->distance_m < along->distance_m);
+    side.sign = leaves_against ? -1 : 1;
+  }
+  return double(side.sign) * normal;
+}
+
+}  // namespace fivepipe::sim

@@ -1,0 +1,61 @@
+// Contact of a cloth with the hull: which points of the cloth are in the hull, and where each
+// leaves it (paper, section 4.5).
+//
+// The tested surface is the cloth, shifted towards the hull by its thickness. A cloth that rests on
+// the hull therefore stays in contact.
+//
+// A point leaves the hull along V_rec of the scene. Without one it leaves along the normal of its
+// triangle, on the side where the hull ends sooner, and the triangle keeps its side while it stays
+// in contact.
+#pragma once
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "common/collision/detection/bvh.h"
+#include "sim_node/cloth/cloth.h"
+#include "sim_node/hull/current_hull.h"
+
+namespace fivepipe::sim {
+
+class ClothHullContact {
+ public:
+  // The arguments are those of Cloth.
+  ClothHullContact(const geometry::Mesh& mesh, const config::ClothSettings& settings);
+
+  // Returns the contacts of the cloth's present shape with the hull, by ascending triangle. Each
+  // has the offset at which its point has left the hull. Requires hull.query().
+  std::vector<ClothContact> find(const Cloth& cloth, CurrentHull& hull);
+  // Distance by which the deepest point of the last find() has to move [m]; 0 without contacts.
+  double deepest_m() const { return deepest_m_; }
+  // Forgets the triangles' sides.
+  void reset();
+  // Number of collision points without an exit within kMaxClothExit_m since the previous call.
+  std::uint64_t take_without_exit() { return std::exchange(without_exit_, 0); }
+
+ private:
+  void shift(const Cloth& cloth);
+  void forget_idle_sides();
+  Eigen::Vector3d direction(std::uint32_t triangle, const Cloth& cloth,
+                            const Eigen::Vector3d& p_world_m, const hull::HullQuery& query);
+
+  config::ClothSettings settings_;
+  collision::Bvh tree_;  // of the shifted cloth, in the world frame
+  std::vector<Eigen::Vector3d> shifted_world_m_;
+  // The side on which a triangle leaves the hull without V_rec: +1 along its normal, -1 against it,
+  // 0: not in contact. It is kept for kSideFinds calls of find() without contact.
+  struct Side {
+    std::int8_t sign = 0;
+    std::uint8_t finds_without_contact = 0;
+  };
+  std::vector<Side> sides_;  // by triangle
+  double deepest_m_ = 0;
+  std::uint64_t without_exit_ = 0;
+};
+
+// A tenth of a second at 240 steps per second.
+inline constexpr int kSideFinds = 24;
+// The hull may be this thick along V_rec: more than a forearm and less than a body.
+inline constexpr double kMaxClothExit_m = 0.3;
+
+}  // namespace fivepipe::sim

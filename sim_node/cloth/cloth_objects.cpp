@@ -1,0 +1,88 @@
+#include "sim_node/cloth/cloth_objects.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace fivepipe::sim {
+namespace {
+
+// The hull's speed is remembered for about a second: as long as air of the default drag lets the
+// cloth keep it.
+constexpr double kForgetSpeed_1_s = 1.0;
+
+}  // namespace
+
+ClothObjects::ClothObjects(const config::Scene& scene)
+    : gravity_world_m_s2_(0, 0, -scene.gravity_m_s2) {
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const config::SceneObject& object = scene.objects[i];
+    if (object.motion != config::Motion::cloth) continue;
+    const geometry::Mesh mesh = config::mesh_of(object);
+    Cloth cloth(mesh, object.world_from_object, *object.cloth);
+    Eigen::AlignedBox3d bounds_m;
+    for (const Eigen::Vector3d& p : cloth.vertices_world_m()) bounds_m.extend(p);
+    const double free_fall_m_s = std::sqrt(2 * scene.gravity_m_s2 * bounds_m.diagonal().norm());
+    objects_.push_back(i);
+    cloths_.push_back(
+        {std::move(cloth),
+         ClothHullContact(mesh, *object.cloth),
+         object.world_from_object.inverse(),
+         {bounds_m.min().array() - kLostCloth_m, bounds_m.max().array() + kLostCloth_m},
+         free_fall_m_s,
+         object.reaction == config::Reaction::yield});
+  }
+}
+
+void ClothObjects::step(double step_s, std::uint64_t steps_left, CurrentHull& hull) {
+  for (OneCloth& one : cloths_) step(one, step_s, steps_left, hull);
+}
+
+void ClothObjects::step(OneCloth& one, double step_s, std::uint64_t steps_left, CurrentHull& hull) {
+  const bool touchable = one.leaves_hull && hull.query();
+  std::vector<ClothContact> contacts;
+  if (touchable) contacts = one.contact.find(one.cloth, hull);
+  counters_.contacts += !contacts.empty();
+  one.hull_speed_m_s /= 1 + kForgetSpeed_1_s * step_s;
+  if (!contacts.empty())
+    one.hull_speed_m_s =
+        std::max(one.hull_speed_m_s, one.contact.deepest_m() / (double(steps_left) * step_s));
+  one.cloth.step(step_s, gravity_world_m_s2_, contacts, 1 / double(steps_left),
+                 one.hull_speed_m_s + one.free_fall_m_s);
+  if (touchable && steps_left == 1) project(one, hull);
+  counters_.unrecovered += one.contact.take_without_exit();
+  const std::vector<Eigen::Vector3d>& vertices_m = one.cloth.vertices_world_m();
+  // A coordinate that is not a number is not in the box either.
+  if (std::all_of(vertices_m.begin(), vertices_m.end(), [&](const Eigen::Vector3d& p) {
+        return p.allFinite() && one.bounds_world_m.contains(p);
+      }))
+    return;
+  one.cloth.reset();
+  one.contact.reset();
+  ++counters_.reset;
+}
+
+void ClothObjects::project(OneCloth& one, CurrentHull& hull) {
+  for (int i = 0; i < kMaxClothProjections; ++i) {
+    const std::vector<ClothContact> contacts = one.contact.find(one.cloth, hull);
+    if (!(one.contact.deepest_m() > kClothIndifferent_m)) return;
+    one.cloth.project(contacts);
+  }
+  ++counters_.still_colliding;
+}
+
+void ClothObjects::reset() {
+  for (OneCloth& one : cloths_) {
+    one.cloth.reset();
+    one.contact.reset();
+    one.hull_speed_m_s = 0;
+  }
+}
+
+std::vector<Eigen::Vector3d> ClothObjects::vertices_object_m(std::size_t i) const {
+  std::vector<Eigen::Vector3d> vertices_m;
+  for (const Eigen::Vector3d& p : cloths_[i].cloth.vertices_world_m())
+    vertices_m.push_back(cloths_[i].object_from_world * p);
+  return vertices_m;
+}
+
+}  // namespace fivepipe::sim

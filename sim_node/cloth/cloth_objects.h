@@ -1,0 +1,68 @@
+// The scene's cloths: their motion, and their contact with the hull.
+//
+// A frame of the maps may move the hull by several centimetres at once. The steps that follow a
+// new hull divide the way out of it evenly, so that the cloth moves at the hull's speed; after the
+// last of them, the cloth is projected until it has left the hull.
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "common/config/scene.h"
+#include "sim_node/cloth/cloth.h"
+#include "sim_node/cloth/cloth_contact.h"
+
+namespace fivepipe::sim {
+
+// Totals since construction.
+struct ClothCounters {
+  std::uint64_t contacts = 0;         // one per cloth and step that finds a contact
+  std::uint64_t unrecovered = 0;      // collision points without an exit
+  std::uint64_t still_colliding = 0;  // one per cloth and projection that ends in the hull
+  std::uint64_t reset = 0;            // cloths with a vertex that was not finite or left the scene
+};
+
+class ClothObjects {
+ public:
+  // Throws std::invalid_argument if a cloth's mesh or pins are invalid: see cloth_model().
+  explicit ClothObjects(const config::Scene& scene);
+
+  // Advances all cloths by step_s > 0. steps_left: the steps until the time of the hull, at least
+  // 1, this one included.
+  void step(double step_s, std::uint64_t steps_left, CurrentHull& hull);
+  void reset();  // returns to the start, at rest
+
+  // Indices in the scene, ascending.
+  const std::vector<std::size_t>& objects() const { return objects_; }
+  // By position in objects(); in the frame of the object's start [m].
+  std::vector<Eigen::Vector3d> vertices_object_m(std::size_t i) const;
+  const Cloth& cloth(std::size_t i) const { return cloths_[i].cloth; }
+  const ClothCounters& counters() const { return counters_; }
+
+ private:
+  struct OneCloth {
+    Cloth cloth;
+    ClothHullContact contact;
+    Eigen::Isometry3d object_from_world;
+    Eigen::AlignedBox3d bounds_world_m;  // of the start, kLostCloth_m larger
+    double free_fall_m_s;                // speed after a fall by the cloth's size
+    bool leaves_hull;
+    // Speed of the hull, estimated from the cloth's depth in it.
+    double hull_speed_m_s = 0;
+  };
+  void step(OneCloth& one, double step_s, std::uint64_t steps_left, CurrentHull& hull);
+  void project(OneCloth& one, CurrentHull& hull);
+
+  Eigen::Vector3d gravity_world_m_s2_;
+  std::vector<std::size_t> objects_;
+  std::vector<OneCloth> cloths_;
+  ClothCounters counters_;
+};
+
+// A cloth with a vertex this far outside the box of its start returns to it.
+inline constexpr double kLostCloth_m = 3.0;
+// A cloth that is at most this deep in the hull has left it: a tenth of the maps' pixels at the
+// working distance.
+inline constexpr double kClothIndifferent_m = 0.3e-3;
+inline constexpr int kMaxClothProjections = 16;
+
+}  // namespace fivepipe::sim

@@ -1,0 +1,260 @@
+// Contact of a cloth with the hull: the paper's curtain (section 4.5).
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "common/hull/oracle/analytic.h"
+#include "sim_node/simulation/simulation.h"
+#include "tests/support/sim_scene.h"
+
+namespace fivepipe::sim {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kPixel_m = 0.002;  // of test::seen()
+
+config::SceneObject panel(const std::string& name, double x_m, const Vector3d& v_rec) {
+  config::SceneObject object{.name = name,
+                             .shape = config::CurtainShape{0.32, 0.5, 10, 18, 0.012, 3},
+                             .world_from_object = test::at({x_m, 0, 0.25}),
+                             .motion = config::Motion::cloth,
+                             .reaction = config::Reaction::yield,
+                             .cloth = config::ClothSettings{}};
+  object.cloth->v_rec_world = v_rec;
+  object.cloth->pins = {{{Vector3d(-1, -1, -1e-6), Vector3d(1, 1, 1e-6)}, Vector3d(1, 0, 0)}};
+  return object;
+}
+
+// Four fingers, 2 cm thick, that point along +y, and the arm behind them.
+std::vector<hull::Capsule> hand(double x_m, double y_m, double outward) {
+  std::vector<hull::Capsule> parts;
+  for (const double z_m : {-0.033, -0.011, 0.011, 0.033})
+    parts.push_back({{x_m, y_m - 0.09, z_m}, {x_m, y_m, z_m}, 0.01});
+  parts.push_back({{x_m, y_m - 0.16, 0}, {x_m, y_m - 0.10, 0}, 0.03});
+  parts.push_back({{x_m, y_m - 0.16, 0}, {x_m + 0.1 * outward, y_m - 0.30, -0.03}, 0.033});
+  return parts;
+}
+
+// Two hands reach in between the panels, and part them at up to speed_m_s.
+std::vector<hull::Capsule> parting_hands(double t_s, double speed_m_s) {
+  constexpr double kReach_s = 0.6, kWay_m = 0.15;
+  const double y_m = std::min(0.05, -0.1 + 0.3 * t_s),
+               turn = std::clamp((t_s - kReach_s) * 2 * speed_m_s / kWay_m, 0.0, M_PI),
+               x_m = 0.017 + 0.5 * kWay_m * (1 - std::cos(turn));
+  std::vector<hull::Capsule> parts = hand(x_m, y_m, 1);
+  for (const hull::Capsule& left : hand(-x_m, y_m, -1)) parts.push_back(left);
+  return parts;
+}
+
+std::vector<hull::Silhouette> seen_by_three(const std::vector<hull::Capsule>& real) {
+  return test::silhouettes_of(real, test::ring(3, 1.5, 0.5, 350, 0.7));
+}
+
+// How far the hull reaches beyond a point of the cloth along V_rec: the definition of hull.h, on
+// points 0.2 mm apart.
+double behind_m(const std::vector<hull::Silhouette>& silhouettes, const Vector3d& p_m,
+                const Vector3d& v_rec) {
+  double behind_m = 0;
+  while (hull::in_hull(silhouettes, p_m + behind_m * v_rec)) behind_m += 0.2e-3;
+  return behind_m;
+}
+
+// The largest over the points of a state's triangles that are 2 mm apart.
+double deepest_behind_m(const ObjectState& state, const geometry::Mesh& mesh,
+                        const std::vector<hull::Silhouette>& silhouettes, const Vector3d& v_rec) {
+  double deepest_m = 0;
+  for (const auto& [a, b, c] : mesh.triangles) {
+    constexpr int kParts = 16;  // the triangles' sides are up to 4 cm
+    for (int i = 0; i <= kParts; ++i)
+      for (int j = 0; i + j <= kParts; ++j) {
+        const double s = double(i) / kParts, t = double(j) / kParts;
+        const Vector3d p =
+            state.world_from_object * Vector3d((1 - s - t) * state.vertices_m[a] +
+                                               s * state.vertices_m[b] + t * state.vertices_m[c]);
+        deepest_m = std::max(deepest_m, behind_m(silhouettes, p, v_rec));
+      }
+  }
+  return deepest_m;
+}
+
+config::Scene two_panels() {
+  return test::scene_of({panel("left", -0.165, {-1, 0, 0}), panel("right", 0.165, {1, 0, 0})});
+}
+
+struct Parting {
+  std::vector<double> deepest_m;  // per frame, over both panels
+  double fastest_m_s = 0;         // largest change of a vertex's place between two frames, per time
+};
+
+Parting part(double speed_m_s) {
+  const config::Scene scene = two_panels();
+  Simulation simulation(scene, {});
+  Parting result;
+  std::vector<ObjectState> before;
+  for (int frame = 0; frame < 60; ++frame) {
+    const double t_s = frame * test::kFrame_s;
+    const std::vector<hull::Silhouette> silhouettes = seen_by_three(parting_hands(t_s, speed_m_s));
+    simulation.advance_to(t_s, silhouettes);
+    const std::vector<ObjectState> states = simulation.states();
+    double deepest_m = 0;
+    for (std::size_t i = 0; i < states.size(); ++i) {
+      deepest_m =
+          std::max(deepest_m, deepest_behind_m(states[i], config::mesh_of(scene.objects[i]),
+                                               silhouettes, *scene.objects[i].cloth->v_rec_world));
+      for (std::size_t v = 0; v < states[i].vertices_m.size() && !before.empty(); ++v)
+        result.fastest_m_s =
+            std::max(result.fastest_m_s,
+                     (states[i].vertices_m[v] - before[i].vertices_m[v]).norm() / test::kFrame_s);
+    }
+    result.deepest_m.push_back(deepest_m);
+    before = states;
+  }
+  std::sort(result.deepest_m.begin(), result.deepest_m.end());
+  return result;
+}
+
+TEST(ClothInHull, HandsPartTheCurtainAndStayBeforeIt) {
+  for (const double speed_m_s : {0.3, 1.0}) {
+    const Parting parting = part(speed_m_s);
+    const double p99_m = parting.deepest_m[std::size_t(0.99 * double(parting.deepest_m.size()))];
+    std::printf(
+        "hands at %.1f m/s: deepest behind the cloth p50 %.2f, p99 %.2f mm; fastest %.2f m/s\n",
+        speed_m_s, 1e3 * parting.deepest_m[parting.deepest_m.size() / 2], 1e3 * p99_m,
+        parting.fastest_m_s);
+    EXPECT_LT(p99_m, 2e-3) << speed_m_s << " m/s";
+    // 1.5 times the hand, and a fall by half the panel's height.
+    EXPECT_LT(parting.fastest_m_s, 1.5 * speed_m_s + std::sqrt(2 * 9.80665 * 0.25))
+        << speed_m_s << " m/s";
+  }
+}
+
+TEST(ClothInHull, TheCurtainOpens) {
+  const config::Scene scene = two_panels();
+  Simulation simulation(scene, {});
+  std::vector<hull::Silhouette> silhouettes;
+  for (int frame = 0; frame < 60; ++frame) {
+    silhouettes = seen_by_three(parting_hands(frame * test::kFrame_s, 0.5));
+    simulation.advance_to(frame * test::kFrame_s, silhouettes);
+  }
+  // At the height of the hands, the gap between the panels is as wide as the hands are apart.
+  double left_m = -1, right_m = 1;
+  const std::vector<ObjectState> states = simulation.states();
+  for (std::size_t i = 0; i < 2; ++i)
+    for (const Vector3d& v : states[i].vertices_m) {
+      const Vector3d p = states[i].world_from_object * v;
+      if (std::abs(p.z()) > 0.03) continue;
+      if (i == 0) left_m = std::max(left_m, p.x());
+      if (i == 1) right_m = std::min(right_m, p.x());
+    }
+  EXPECT_LT(left_m, -0.15);
+  EXPECT_GT(right_m, 0.15);
+}
+
+TEST(ClothInHull, WithoutReactionTheHandsPassThrough) {
+  config::Scene scene = two_panels();
+  for (config::SceneObject& object : scene.objects) object.reaction = config::Reaction::none;
+  Simulation simulation(scene, {}), alone(scene, {});
+  for (int frame = 0; frame < 40; ++frame) {
+    const double t_s = frame * test::kFrame_s;
+    const auto silhouettes = seen_by_three(parting_hands(t_s, 1));
+    simulation.advance_to(t_s, silhouettes);
+    alone.advance_to(t_s);
+  }
+  for (std::size_t i = 0; i < 2; ++i)
+    EXPECT_EQ(simulation.states()[i].vertices_m, alone.states()[i].vertices_m);
+}
+
+// A sheet without V_rec falls on a ball and stays there.
+TEST(ClothInHull, ASheetLiesOnABall) {
+  config::SceneObject sheet{.name = "sheet",
+                            .shape = config::CurtainShape{0.3, 0.3, 14, 14, 0, 0},
+                            .world_from_object = test::at({0, 0.15, 0.14}) *
+                                                 Eigen::AngleAxisd(-0.5 * M_PI, Vector3d::UnitX()),
+                            .motion = config::Motion::cloth,
+                            .reaction = config::Reaction::yield,
+                            .cloth = config::ClothSettings{.friction = 0.8}};
+  const config::Scene scene = test::scene_of({sheet});
+  Simulation simulation(scene, {});
+  const auto silhouettes = test::seen({test::ball({0, 0, 0}, 0.1)});
+  for (int frame = 0; frame < 150; ++frame)
+    simulation.advance_to(frame * test::kFrame_s, silhouettes);
+  const ObjectState state = simulation.states()[0];
+  double highest_m = -1;
+  for (const Vector3d& v : state.vertices_m)
+    highest_m = std::max(highest_m, (state.world_from_object * v).z());
+  // The hull of five cameras is higher than the ball by less than a pixel's diagonal.
+  EXPECT_GT(highest_m, 0.1);
+  EXPECT_LT(highest_m, 0.1 + scene.objects[0].cloth->thickness_m + 5 * kPixel_m);
+}
+
+TEST(ClothInHull, AHullThatAppearsInsideIsLeftWithinAFrame) {
+  const config::Scene scene = two_panels();
+  Simulation simulation(scene, {});
+  const auto nothing = seen_by_three({});
+  simulation.advance_to(0, nothing);
+  simulation.advance_to(test::kFrame_s, nothing);
+  const auto block = seen_by_three({test::ball({0.1, 0, -0.05}, 0.05)});
+  simulation.advance_to(2 * test::kFrame_s, block);
+  EXPECT_LT(
+      deepest_behind_m(simulation.states()[1], config::mesh_of(scene.objects[1]), block, {1, 0, 0}),
+      2e-3);
+  EXPECT_GT(simulation.counters().cloth.contacts, 0u);
+}
+
+TEST(ClothInHull, PauseAndResetHoldForCloth) {
+  Simulation simulation(two_panels(), {});
+  const std::vector<Vector3d> start = simulation.states()[0].vertices_m;
+  for (int frame = 0; frame < 30; ++frame) simulation.advance_to(frame * test::kFrame_s);
+  const std::vector<Vector3d> moved = simulation.states()[0].vertices_m;
+  EXPECT_NE(moved, start);
+  simulation.pause();
+  simulation.advance_to(11);  // ten seconds are not simulated
+  simulation.resume();
+  EXPECT_EQ(simulation.states()[0].vertices_m, moved);
+  simulation.reset();
+  EXPECT_EQ(simulation.states()[0].vertices_m, start);
+}
+
+TEST(ClothInHull, ResultsAreTheSameBitsWithAnyNumberOfThreads) {
+  Simulation one(two_panels(), {.threads = 1}), three(two_panels(), {.threads = 3});
+  for (int frame = 0; frame < 36; ++frame) {
+    const double t_s = frame * test::kFrame_s;
+    const auto silhouettes = seen_by_three(parting_hands(t_s, 1));
+    one.advance_to(t_s, silhouettes);
+    three.advance_to(t_s, silhouettes);
+  }
+  for (std::size_t i = 0; i < 2; ++i)
+    EXPECT_EQ(one.states()[i].vertices_m, three.states()[i].vertices_m);
+}
+
+TEST(ClothInHull, AReactingClothIsReportedWithItsPresentShape) {
+  config::Scene scene = two_panels();
+  for (config::SceneObject& object : scene.objects) {
+    object.reaction = config::Reaction::highlight;
+    object.requests.triangles = true;
+  }
+  Simulation simulation(scene, {});
+  // The panels have fallen free of the ball, which is where they were at the start.
+  for (config::SceneObject& object : scene.objects) object.cloth->pins.clear();
+  Simulation fallen(scene, {});
+  const auto ball = seen_by_three({test::ball({0.1, 0, 0.1}, 0.03)});
+  for (int frame = 0; frame < 20; ++frame) {
+    simulation.advance_to(frame * test::kFrame_s, ball);
+    fallen.advance_to(frame * test::kFrame_s, ball);
+  }
+  EXPECT_TRUE(simulation.collisions()[1].collision.colliding());
+  EXPECT_FALSE(fallen.collisions()[1].collision.colliding());
+}
+
+TEST(ClothInHull, ALostClothReturnsToItsStart) {
+  config::Scene scene = two_panels();
+  for (config::SceneObject& object : scene.objects) object.cloth->pins.clear();
+  Simulation simulation(scene, {});
+  for (int frame = 0; frame < 90; ++frame) simulation.advance_to(frame * test::kFrame_s);
+  EXPECT_GT(simulation.counters().cloth.reset, 0u);
+  for (const Vector3d& v : simulation.states()[0].vertices_m) EXPECT_LT(v.norm(), 5.0);
+}
+
+}  // namespace
+}  // namespace fivepipe::sim
