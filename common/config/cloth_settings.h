@@ -19,9 +19,9 @@ struct ClothSettings {
   // Compliances are the inverse of stiffness, 0 is rigid. In-plane energy per area is
   // strain^2 / (2 compliance); bending energy per area is curvature^2 / (2 compliance).
   double stretch_compliance_m_n = 1e-5;
-  // Instead of stretch_compliance_m_n along a fibre that is compressed. Wrinkles that are finer than
-  // the mesh make a cloth soft: a strip of length l buckles at pi^2 / (l^2 bending compliance), for
-  // the defaults and 5 cm at 0.08 N/m.
+  // Instead of stretch_compliance_m_n along a compressed fibre. Wrinkles that are finer than the
+  // mesh make a cloth soft: a strip of length l buckles at pi^2 / (l^2 bending compliance), which
+  // is 0.08 N/m for 5 cm and the defaults.
   double compression_compliance_m_n = 1.0;
   double shear_compliance_m_n = 1e-3;
   double bending_compliance_1_nm = 5e4;

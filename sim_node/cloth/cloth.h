@@ -1,6 +1,5 @@
-// The motion of a cloth by extended position-based dynamics (Macklin, Müller and Chentanez, "XPBD",
-// 2016) in small substeps of one iteration each (Macklin et al., "Small Steps in Physics
-// Simulation", 2019).
+// The motion of a cloth by extended position-based dynamics (Macklin et al., "XPBD", 2016) in small
+// substeps of one iteration each (Macklin et al., "Small Steps in Physics Simulation", 2019).
 //
 // The hull moves the cloth through contacts. A contact places a point of the cloth; the part of the
 // motion that only corrects a penetration carries no velocity. The velocity towards the hull is

@@ -9,8 +9,8 @@
 //            angle between the triangles' normals. An edge is as stiff as in Grinspun et al.,
 //            "Discrete Shells", 2003: 3 |edge|^2 / area of both triangles.
 //   tether   per free vertex: not farther from its nearest pin than along the mesh at rest (Kim,
-//            Chentanez and Müller, "Long Range Attachments", 2012). Carries the weight of a hanging
-//            cloth without many iterations.
+//            Chentanez and Mueller, "Long Range Attachments", 2012). Carries the weight of a
+//            hanging cloth without many iterations.
 #pragma once
 #include <Eigen/Core>
 #include <Eigen/Geometry>

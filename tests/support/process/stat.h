@@ -4,7 +4,6 @@
 
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <sstream>
 #include <string>
 
@@ -16,10 +15,12 @@ struct Stat {
 };
 
 // Reads the file `stat` of a process or a thread, proc(5). The name before the state may contain
-// spaces and parentheses.
+// spaces and parentheses. A process may end while its file is read: operator<< then stops, where an
+// iterator would throw.
 inline Stat stat_in(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  const std::string text(std::istreambuf_iterator<char>(in), {});
+  std::ostringstream content;
+  content << std::ifstream(file).rdbuf();
+  const std::string text = content.str();
   Stat stat;
   if (const std::size_t name_end = text.rfind(')'); name_end != std::string::npos)
     std::istringstream(text.substr(name_end + 1)) >> stat.state >> stat.parent;
