@@ -129,6 +129,29 @@ TEST(ClothInHull, HandsPartTheCurtainAndStayBeforeIt) {
   }
 }
 
+// The limit on the speed follows the hull, so that it does not hold back what the hands drag along.
+TEST(ClothInHull, WithoutGravityTheClothFollowsTheHands) {
+  config::Scene scene = two_panels();
+  scene.gravity_m_s2 = 0;
+  ClothObjects cloths(scene);
+  CurrentHull hull(scene, {}, true, {});
+  constexpr int kSteps = 8;
+  constexpr double kSpeed_m_s = 1.0;
+  double fastest_m_s = 0;
+  std::vector<hull::Silhouette> silhouettes;
+  for (int frame = 0; frame < 30; ++frame) {
+    silhouettes = seen_by_three(parting_hands(frame * test::kFrame_s, kSpeed_m_s));
+    hull.set(frame * test::kFrame_s, silhouettes);
+    for (int left = kSteps; left > 0; --left) {
+      cloths.step(test::kFrame_s / kSteps, std::uint64_t(left), hull);
+      for (const Vector3d& v : cloths.cloth(0).velocities_world_m_s())
+        fastest_m_s = std::max(fastest_m_s, v.norm());
+    }
+  }
+  EXPECT_GT(fastest_m_s, 0.5 * kSpeed_m_s);
+  EXPECT_LT(fastest_m_s, 1.5 * kSpeed_m_s);
+}
+
 TEST(ClothInHull, TheCurtainOpens) {
   const config::Scene scene = two_panels();
   Simulation simulation(scene, {});

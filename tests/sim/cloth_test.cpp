@@ -137,6 +137,7 @@ TEST(ClothModel, TethersAreAsLongAsTheWayAlongTheMesh) {
   const ClothModel model =
       cloth_model(geometry::curtain_mesh(0.4, 0.6, 10, 12, 0, 0), Isometry3d::Identity(), settings);
   EXPECT_EQ(model.tethers.size(), 11u * 12u);
+  EXPECT_NEAR(model.longest_tether_m, 0.6, 1e-12);
   for (const ClothTether& tether : model.tethers) {
     const Vector3d& p = model.start_world_m[tether.vertex];
     EXPECT_NEAR(tether.length_m, -p.z(), 1e-12);  // straight up
@@ -207,10 +208,15 @@ TEST(Cloth, DoesNotGainEnergyAsAPendulum) {
     return sum_j;
   };
   const double start_j = energy_j(), fall_j = 0.2 * 0.4 * 0.6 * 9.80665 * 0.6;
+  double most_kinetic_j = 0;
   for (int i = 0; i < 10 * 240; ++i) {
     cloth.step(kStep_s, kGravity_m_s2, {}, 1, kNoLimit_m_s);
     ASSERT_LT(energy_j(), start_j + 0.01 * fall_j) << "step " << i;
+    most_kinetic_j = std::max(most_kinetic_j, cloth.kinetic_energy_j());
   }
+  // Its centre falls by up to half its height, and it keeps most of that in the first swing.
+  EXPECT_GT(most_kinetic_j, 0.3 * fall_j);
+  EXPECT_LT(most_kinetic_j, 0.51 * fall_j);
 }
 
 TEST(Cloth, RestsInTheSamePlaceAtEveryStepLength) {
