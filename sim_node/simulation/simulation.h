@@ -26,7 +26,7 @@ struct SimulationCounters {
   std::uint64_t contacts = 0;  // see RigidContact::Counters for these three
   std::uint64_t unrecovered = 0;
   std::uint64_t still_colliding = 0;
-  std::uint64_t respawned = 0;        // objects that left the scene or had a non-finite pose
+  std::uint64_t respawned = 0;  // objects that left the scene or had a non-finite pose
   ClothCounters cloth;
   std::uint64_t backward_stamps = 0;  // see SimulationClock::Counters for these two
   double skipped_s = 0;
@@ -82,7 +82,7 @@ class Simulation {
   SimulationClock clock_;
   RigidContact contact_;
   ProximityFields proximity_;
-  std::optional<ClothObjects> cloths_;  // present if the scene has a cloth
+  std::optional<ClothObjects> cloths_;    // present if the scene has a cloth
   Eigen::AlignedBox3d respawn_bounds_m_;  // respawns dynamic objects outside
   std::uint64_t steps_ = 0, respawned_ = 0;
   std::vector<CollisionReport> reports_;
