@@ -24,13 +24,14 @@ std::optional<Eigen::Vector3d> read_direction(YamlMap& map, const std::string& k
 }
 
 ClothPin read_pin(YamlMap map, const geometry::Mesh& mesh) {
+  const std::size_t problems_before = map.problem_count();
   const Eigen::Vector3d from_m = map.vector3("from_m", kAny), to_m = map.vector3("to_m", kAny);
   ClothPin pin{{from_m.cwiseMin(to_m), from_m.cwiseMax(to_m)}, read_direction(map, "slides_along")};
   map.finish();
   const bool holds_a_vertex =
       std::any_of(mesh.vertices_m.begin(), mesh.vertices_m.end(),
                   [&](const Eigen::Vector3d& p) { return pin.box_m.contains(p); });
-  if (!holds_a_vertex && !mesh.vertices_m.empty()) {
+  if (!holds_a_vertex && !mesh.vertices_m.empty() && map.problem_count() == problems_before) {
     // Adding 0 turns -0 into 0.
     const Eigen::AlignedBox3d bounds_m =
         geometry::bounds_m(mesh).translated(Eigen::Vector3d::Zero());
@@ -43,22 +44,31 @@ ClothPin read_pin(YamlMap map, const geometry::Mesh& mesh) {
   return pin;
 }
 
-void check_areas(const YamlMap& map, const geometry::Mesh& mesh) {
+}  // namespace
+
+bool check_cloth_mesh(const YamlMap& object, const std::string& key, const geometry::Mesh& mesh) {
+  if (mesh.triangles.size() > kMaxClothTriangles) {
+    object.problem_at(key, fmt::format("the cloth has {} triangles, at most {} can be simulated: "
+                                       "use a coarser mesh",
+                                       mesh.triangles.size(), kMaxClothTriangles));
+    return false;
+  }
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     const auto& [a, b, c] = mesh.triangles[i];
     const Eigen::Vector3d &p = mesh.vertices_m[a], &q = mesh.vertices_m[b], &r = mesh.vertices_m[c];
     const double longest_sq =
         std::max({(q - p).squaredNorm(), (r - q).squaredNorm(), (p - r).squaredNorm()});
     if ((q - p).cross(r - p).norm() > kMinClothShape * longest_sq) continue;
-    map.problem(
-        fmt::format("triangle {} of the cloth has no area: its corners [{:.6g}, {:.6g}, "
-                    "{:.6g}] m, ... are on a line; remove it from the mesh",
-                    i, p.x(), p.y(), p.z()));
-    return;  // one is enough to find the mesh's error
+    // One is enough to find the mesh's error.
+    object.problem_at(
+        key, fmt::format("triangle {} of the cloth has no area: its corners are [{:.6g}, "
+                         "{:.6g}, {:.6g}], [{:.6g}, {:.6g}, {:.6g}] and [{:.6g}, "
+                         "{:.6g}, {:.6g}] m; remove it from the mesh",
+                         i, p.x(), p.y(), p.z(), q.x(), q.y(), q.z(), r.x(), r.y(), r.z()));
+    return false;
   }
+  return true;
 }
-
-}  // namespace
 
 ClothSettings read_cloth(YamlMap map, const geometry::Mesh& mesh) {
   ClothSettings cloth;
@@ -85,7 +95,6 @@ ClothSettings read_cloth(YamlMap map, const geometry::Mesh& mesh) {
       for (const YamlMap& pin : pins) cloth.pins.push_back(read_pin(pin, mesh));
   }
   map.finish();
-  check_areas(map, mesh);
   return cloth;
 }
 

@@ -6,8 +6,11 @@
 
 namespace fivepipe::config {
 
-// `mesh`: the object's mesh, in its frame. Reports pins that contain no vertex, and a mesh with a
-// triangle without area.
+// Reports a mesh that cannot be simulated as cloth, at the key of the object: more than
+// kMaxClothTriangles triangles, or one without area. Returns whether it can.
+bool check_cloth_mesh(const YamlMap& object, const std::string& key, const geometry::Mesh& mesh);
+
+// `mesh`: the object's mesh, in its frame. Reports pins that contain no vertex.
 ClothSettings read_cloth(YamlMap map, const geometry::Mesh& mesh);
 
 }  // namespace fivepipe::config

@@ -93,6 +93,18 @@ Eigen::Isometry3d read_placement(YamlMap& map) {
          Eigen::AngleAxisd(angles_rad.x(), Eigen::Vector3d::UnitX());
 }
 
+// has_shape: the shape was read without a problem.
+ClothSettings read_cloth_of(YamlMap& map, const SceneObject& object, bool has_shape) {
+  const bool is_curtain = std::holds_alternative<CurtainShape>(object.shape),
+             is_mesh = std::holds_alternative<MeshShape>(object.shape);
+  geometry::Mesh mesh;
+  if (has_shape && (is_curtain || is_mesh)) {
+    mesh = mesh_of(object);
+    if (!check_cloth_mesh(map, is_curtain ? "curtain" : "mesh", mesh)) mesh = {};
+  }
+  return map.has("cloth") ? read_cloth(map.map("cloth"), mesh) : ClothSettings();
+}
+
 // Rejects keys without effect, and combinations that cannot work.
 void check_behaviour(YamlMap& map, const SceneObject& object) {
   const bool is_curtain = std::holds_alternative<CurtainShape>(object.shape),
@@ -138,10 +150,7 @@ SceneObject read_object(YamlMap map) {
                                           {"bounce", Reaction::bounce},
                                           {"yield", Reaction::yield}},
                                          is_cloth ? Reaction::yield : Reaction::highlight);
-  if (is_cloth && map.has("cloth"))
-    object.cloth = read_cloth(map.map("cloth"), has_shape ? mesh_of(object) : geometry::Mesh());
-  else if (is_cloth)
-    object.cloth.emplace();
+  if (is_cloth) object.cloth = read_cloth_of(map, object, has_shape);
   object.mass_kg = map.number("mass_kg", {0, 1e6, true}, object.mass_kg);
   object.restitution = map.number("restitution", kUnitRange, object.restitution);
   object.colour_rgb = map.rgb("colour_rgb", object.colour_rgb);

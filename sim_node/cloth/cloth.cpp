@@ -7,6 +7,10 @@
 namespace fivepipe::sim {
 namespace {
 
+// A point that a corner would have to move this many times as far for is held by the other corners,
+// which are fixed. With equal masses a corner moves at most 1.21 times as far as the point.
+constexpr double kMaxCornerMove = 2;
+
 // The part of a displacement that the vertex can follow; the vertex must not be fixed.
 Eigen::Vector3d followed(const ClothVertex& vertex, const Eigen::Vector3d& displacement) {
   const Eigen::Vector3d& slide = vertex.slides_along_world;
@@ -48,8 +52,10 @@ void Cloth::step(double step_s, const Eigen::Vector3d& gravity_world_m_s2,
     substep(step_s / substeps, gravity_world_m_s2, placed, share * i / substeps, max_speed_m_s);
 }
 
-void Cloth::project(std::span<const ClothContact> contacts) {
-  for (const ClothContact& contact : contacts) place(contact, contact.offset_m);
+bool Cloth::project(std::span<const ClothContact> contacts) {
+  bool moved = false;
+  for (const ClothContact& contact : contacts) moved |= place(contact, contact.offset_m);
+  return moved;
 }
 
 void Cloth::substep(double substep_s, const Eigen::Vector3d& gravity_world_m_s2,
@@ -152,7 +158,7 @@ Eigen::Vector3d Cloth::at(const ClothContact& contact,
   return contact.weights.x() * of[i] + contact.weights.y() * of[j] + contact.weights.z() * of[k];
 }
 
-void Cloth::push(const ClothContact& contact, const Eigen::Vector3d& direction, double change,
+bool Cloth::push(const ClothContact& contact, const Eigen::Vector3d& direction, double change,
                  std::span<std::vector<Eigen::Vector3d>* const> of) {
   const auto& vertices = mesh_triangles_[contact.triangle];
   std::array<Eigen::Vector3d, 3> move;
@@ -163,18 +169,21 @@ void Cloth::push(const ClothContact& contact, const Eigen::Vector3d& direction, 
     move[k] = weight * vertex.inverse_mass_1_kg * followed(vertex, direction);
     sum += weight * direction.dot(move[k]);
   }
-  if (!(sum > 0)) return;  // the corners are fixed, or slide across the direction only
+  if (!(sum > 0)) return false;  // the corners are fixed, or slide across the direction only
+  double largest = 0;
+  for (const Eigen::Vector3d& of_corner : move) largest = std::max(largest, of_corner.norm());
+  if (largest > kMaxCornerMove * sum) return false;  // fixed corners hold the point
   for (std::size_t k = 0; k < 3; ++k)
     for (std::vector<Eigen::Vector3d>* vectors : of)
       (*vectors)[vertices[k]] += change / sum * move[k];
+  return true;
 }
 
 bool Cloth::place(const ClothContact& contact, double offset_m) {
   const double missing_m = offset_m - contact.normal_world.dot(at(contact, p_));
   if (!(missing_m > 0)) return false;
-  push(contact, contact.normal_world, missing_m,
-       std::array<std::vector<Eigen::Vector3d>*, 2>{&p_, &before_});
-  return true;
+  return push(contact, contact.normal_world, missing_m,
+              std::array<std::vector<Eigen::Vector3d>*, 2>{&p_, &before_});
 }
 
 void Cloth::slow(const ClothContact& contact) {

@@ -15,9 +15,9 @@ namespace fivepipe::sim {
 
 // A point of the cloth that must be on the outer side of a plane: normal . p >= offset_m.
 struct ClothContact {
-  std::uint32_t triangle;   // index in the mesh
-  Eigen::Vector3d weights;  // barycentric: the point is the weighted sum of the corners
-  Eigen::Vector3d normal_world;
+  std::uint32_t triangle;        // index in the mesh
+  Eigen::Vector3d weights;       // barycentric: the point is the weighted sum of the corners
+  Eigen::Vector3d normal_world;  // unit
   double offset_m;
   // Velocity of the hull's surface.
   Eigen::Vector3d velocity_world_m_s = Eigen::Vector3d::Zero();
@@ -35,8 +35,9 @@ class Cloth {
   // A vertex faster than max_speed_m_s is slowed to it.
   void step(double step_s, const Eigen::Vector3d& gravity_world_m_s2,
             std::span<const ClothContact> contacts, double share, double max_speed_m_s);
-  // Moves the contacts' points to their planes at once, without velocity.
-  void project(std::span<const ClothContact> contacts);
+  // Moves the contacts' points to their planes at once, without velocity. Returns whether any
+  // moved: none does if their corners are fixed.
+  bool project(std::span<const ClothContact> contacts);
   // Returns to the start, at rest.
   void reset();
 
@@ -62,13 +63,14 @@ class Cloth {
   void project(const std::array<std::uint32_t, N>& vertices,
                const std::array<Eigen::Vector3d, N>& gradient, double value, double compliance,
                double substep_s);
-  // Moves the contact's point to normal . p >= offset_m without velocity; returns whether it moved.
+  // Moves the contact's point to normal . p >= offset_m without velocity, unless its corners are
+  // fixed; returns whether it moved.
   bool place(const ClothContact& contact, double offset_m);
   // Removes the point's velocity towards the hull, and by friction that along it.
   void slow(const ClothContact& contact);
-  // The change of a contact point's position (or velocity) by `change` along a unit direction,
-  // distributed over the corners by their masses.
-  void push(const ClothContact& contact, const Eigen::Vector3d& direction, double change,
+  // Changes a contact point's position (or velocity) by `change` along a unit direction,
+  // distributed over the corners by their masses. Returns false if no corner can follow.
+  bool push(const ClothContact& contact, const Eigen::Vector3d& direction, double change,
             std::span<std::vector<Eigen::Vector3d>* const> of);
   Eigen::Vector3d at(const ClothContact& contact, const std::vector<Eigen::Vector3d>& of) const;
 

@@ -65,17 +65,18 @@ std::vector<ClothContact> ClothHullContact::find(const Cloth& cloth, CurrentHull
   forget_idle_sides();
   for (const CollisionPoint& point : thinned(collision.points)) {
     const std::array<std::uint32_t, 3>& triangle = tree_.mesh().triangles[point.triangle];
-    const Eigen::Vector3d normal = direction(point.triangle, cloth, point.p_world_m, *hull.query());
+    const auto normal = direction(point.triangle, cloth, point.p_world_m, *hull.query());
     const auto exit =
-        collision::exit_outward(*hull.query(), point.p_world_m, normal, kMaxClothExit_m);
+        normal ? collision::exit_outward(*hull.query(), point.p_world_m, *normal, kMaxClothExit_m)
+               : std::nullopt;
     if (!exit) {
       ++without_exit_;
       continue;
     }
     deepest_m_ = std::max(deepest_m_, exit->distance_m);
     const Eigen::Vector3d weights = weights_of(point.p_world_m, triangle, shifted_world_m_);
-    contacts.push_back({point.triangle, weights, normal,
-                        normal.dot(point.p_world_m) + exit->distance_m + settings_.thickness_m});
+    contacts.push_back({point.triangle, weights, *normal,
+                        normal->dot(point.p_world_m) + exit->distance_m + settings_.thickness_m});
   }
   return contacts;
 }
@@ -102,17 +103,20 @@ void ClothHullContact::forget_idle_sides() {
     if (side.sign != 0 && ++side.finds_without_contact > kSideFinds) side = {};
 }
 
-Eigen::Vector3d ClothHullContact::direction(std::uint32_t triangle, const Cloth& cloth,
-                                            const Eigen::Vector3d& p_world_m,
-                                            const hull::HullQuery& query) {
+std::optional<Eigen::Vector3d> ClothHullContact::direction(std::uint32_t triangle,
+                                                           const Cloth& cloth,
+                                                           const Eigen::Vector3d& p_world_m,
+                                                           const hull::HullQuery& query) {
   if (settings_.v_rec_world) return *settings_.v_rec_world;
   const Eigen::Vector3d normal =
       normal_of(tree_.mesh().triangles[triangle], cloth.vertices_world_m());
+  if (!(normal.squaredNorm() > 0)) return {};  // a triangle folded to a line
   Side& side = sides_[triangle];
   side.finds_without_contact = 0;
   if (side.sign == 0) {
     const auto along = collision::exit_outward(query, p_world_m, normal, kMaxClothExit_m),
                against = collision::exit_outward(query, p_world_m, -normal, kMaxClothExit_m);
+    if (!along && !against) return {};
     const bool leaves_against = against && (!along || against->distance_m < along->distance_m);
     side.sign = leaves_against ? -1 : 1;
   }

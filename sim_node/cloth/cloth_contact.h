@@ -9,6 +9,7 @@
 // in contact.
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -36,8 +37,10 @@ class ClothHullContact {
  private:
   void shift(const Cloth& cloth);
   void forget_idle_sides();
-  Eigen::Vector3d direction(std::uint32_t triangle, const Cloth& cloth,
-                            const Eigen::Vector3d& p_world_m, const hull::HullQuery& query);
+  // Returns nullopt if the triangle has no normal, or if the hull ends on neither side.
+  std::optional<Eigen::Vector3d> direction(std::uint32_t triangle, const Cloth& cloth,
+                                           const Eigen::Vector3d& p_world_m,
+                                           const hull::HullQuery& query);
 
   config::ClothSettings settings_;
   collision::Bvh tree_;  // of the shifted cloth, in the world frame

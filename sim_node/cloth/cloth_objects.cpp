@@ -48,34 +48,37 @@ void ClothObjects::step(OneCloth& one, double step_s, std::uint64_t steps_left, 
         std::max(one.hull_speed_m_s, one.contact.deepest_m() / (double(steps_left) * step_s));
   one.cloth.step(step_s, gravity_world_m_s2_, contacts, 1 / double(steps_left),
                  one.hull_speed_m_s + one.free_fall_m_s);
-  if (touchable && steps_left == 1) project(one, hull);
   counters_.unrecovered += one.contact.take_without_exit();
   const std::vector<Eigen::Vector3d>& vertices_m = one.cloth.vertices_world_m();
-  // A coordinate that is not a number is not in the box either.
-  if (std::all_of(vertices_m.begin(), vertices_m.end(), [&](const Eigen::Vector3d& p) {
+  if (!std::all_of(vertices_m.begin(), vertices_m.end(), [&](const Eigen::Vector3d& p) {
         return p.allFinite() && one.bounds_world_m.contains(p);
-      }))
-    return;
-  one.cloth.reset();
-  one.contact.reset();
-  ++counters_.reset;
+      })) {
+    reset(one);
+    ++counters_.reset;
+  } else if (touchable && steps_left == 1) {
+    project(one, hull);
+  }
 }
 
+// Moves only finite vertices, by at most kMaxClothExit_m each time.
 void ClothObjects::project(OneCloth& one, CurrentHull& hull) {
   for (int i = 0; i < kMaxClothProjections; ++i) {
     const std::vector<ClothContact> contacts = one.contact.find(one.cloth, hull);
+    one.contact.take_without_exit();  // step() has counted them
     if (!(one.contact.deepest_m() > kClothIndifferent_m)) return;
-    one.cloth.project(contacts);
+    if (!one.cloth.project(contacts)) break;  // the rest is fixed
   }
   ++counters_.still_colliding;
 }
 
 void ClothObjects::reset() {
-  for (OneCloth& one : cloths_) {
-    one.cloth.reset();
-    one.contact.reset();
-    one.hull_speed_m_s = 0;
-  }
+  for (OneCloth& one : cloths_) reset(one);
+}
+
+void ClothObjects::reset(OneCloth& one) {
+  one.cloth.reset();
+  one.contact.reset();
+  one.hull_speed_m_s = 0;
 }
 
 std::vector<Eigen::Vector3d> ClothObjects::vertices_object_m(std::size_t i) const {

@@ -51,6 +51,7 @@ class ClothObjects {
   };
   void step(OneCloth& one, double step_s, std::uint64_t steps_left, CurrentHull& hull);
   void project(OneCloth& one, CurrentHull& hull);
+  static void reset(OneCloth& one);
 
   Eigen::Vector3d gravity_world_m_s2_;
   std::vector<std::size_t> objects_;

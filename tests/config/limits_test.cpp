@@ -343,6 +343,18 @@ objects:
   EXPECT_TRUE(cloth.pins.empty());
 }
 
+TEST_F(Limits, AClothHasAtMost100000Triangles) {
+  const auto problems_of = [&](const std::string& cells) {
+    return texts_of(
+        scene_problems("name: s\nobjects:\n  - name: a\n    curtain: {width_m: 1, height_m: 1, " +
+                       cells + "}\n    position_m: [0, 0, 1]\n    motion: cloth\n"));
+  };
+  EXPECT_THAT(problems_of("columns: 250, rows: 200"), ElementsAre());
+  EXPECT_THAT(problems_of("columns: 1000, rows: 51"),
+              ElementsAre("the cloth has 102000 triangles, at most 100000 can be simulated: use a "
+                          "coarser mesh"));
+}
+
 TEST_F(Limits, EachRequestAloneNeedsAReaction) {
   const auto problems_of_report = [&](const std::string& report) {
     return texts_of(scene_problems(test::kGoodScene + "    reaction: none\n    report: {" + report +

@@ -161,7 +161,6 @@ objects:
     mesh: {file: line.obj, unit: m}
     position_m: [0, 0, 1]
     motion: cloth
-    cloth: {}
   - name: c
     box: {size_m: [1, 1, 1]}
     position_m: [0, 0, 1]
@@ -185,13 +184,14 @@ history: {}
           "in "
           "which the cloth extends from [-0.3, 0, -0.4] to [0.3, 0, 0]",
           "scene.yaml:11:67: slides_along must not be zero: it is a direction",
-          "scene.yaml:16:12: triangle 1 of the cloth has no area: its corners [0, 0, 0] m, ... are "
-          "on a line; remove it from the mesh",
-          "scene.yaml:20:13: motion cloth needs a curtain or a mesh",
-          "scene.yaml:24:15: reaction yield needs motion cloth: only cloth yields to the hull",
-          "scene.yaml:25:12: cloth has no effect without motion cloth",
-          "scene.yaml:30:15: reaction bounce needs motion dynamic: only a rigid object bounces",
-          "scene.yaml:31:13: first_contact needs a rigid object: a cloth has no single pose"));
+          "scene.yaml:13:11: triangle 1 of the cloth has no area: its corners are [0, 0, 0], [1, "
+          "0, "
+          "0] and [2, 0, 0] m; remove it from the mesh",
+          "scene.yaml:19:13: motion cloth needs a curtain or a mesh",
+          "scene.yaml:23:15: reaction yield needs motion cloth: only cloth yields to the hull",
+          "scene.yaml:24:12: cloth has no effect without motion cloth",
+          "scene.yaml:29:15: reaction bounce needs motion dynamic: only a rigid object bounces",
+          "scene.yaml:30:13: first_contact needs a rigid object: a cloth has no single pose"));
 }
 
 TEST_F(SceneFile, ClothHasAtMost64Pins) {

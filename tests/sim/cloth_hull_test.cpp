@@ -162,14 +162,17 @@ TEST(ClothInHull, TheCurtainOpens) {
   }
   // At the height of the hands, the gap between the panels is as wide as the hands are apart.
   double left_m = -1, right_m = 1;
+  std::array<int, 2> seen = {0, 0};
   const std::vector<ObjectState> states = simulation.states();
   for (std::size_t i = 0; i < 2; ++i)
     for (const Vector3d& v : states[i].vertices_m) {
       const Vector3d p = states[i].world_from_object * v;
       if (std::abs(p.z()) > 0.03) continue;
+      ++seen[i];
       if (i == 0) left_m = std::max(left_m, p.x());
       if (i == 1) right_m = std::min(right_m, p.x());
     }
+  EXPECT_GT(std::min(seen[0], seen[1]), 10);
   EXPECT_LT(left_m, -0.15);
   EXPECT_GT(right_m, 0.15);
 }
@@ -223,6 +226,19 @@ TEST(ClothInHull, AHullThatAppearsInsideIsLeftWithinAFrame) {
       deepest_behind_m(simulation.states()[1], config::mesh_of(scene.objects[1]), block, {1, 0, 0}),
       2e-3);
   EXPECT_GT(simulation.counters().cloth.contacts, 0u);
+}
+
+// The upper edge cannot leave the hull: the contacts there move nothing, and the search ends.
+TEST(ClothInHull, AHandOnTheRailIsCountedAndHarmsNothing) {
+  config::Scene scene = two_panels();
+  for (config::SceneObject& object : scene.objects) object.cloth->pins[0].slides_along.reset();
+  Simulation simulation(scene, {});
+  const auto hand_on_rail = seen_by_three({test::ball({0.15, 0, 0.25}, 0.03)});
+  for (int frame = 0; frame < 10; ++frame)
+    simulation.advance_to(frame * test::kFrame_s, hand_on_rail);
+  EXPECT_GT(simulation.counters().cloth.still_colliding, 0u);
+  EXPECT_EQ(simulation.counters().cloth.reset, 0u);
+  for (const Vector3d& v : simulation.states()[1].vertices_m) EXPECT_TRUE(v.allFinite());
 }
 
 TEST(ClothInHull, PauseAndResetHoldForCloth) {
