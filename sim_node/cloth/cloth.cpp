@@ -107,10 +107,10 @@ void Cloth::project(const std::array<std::uint32_t, N>& vertices,
 }
 
 void Cloth::project_triangle(const ClothTriangle& triangle, double substep_s) {
-  const auto& [i, j, k] = triangle.vertices;
+  const std::array<std::uint32_t, 3>& v = triangle.vertices;
   Eigen::Matrix<double, 3, 2> edges, fibres;
   const auto set_fibres = [&] {
-    edges << p_[j] - p_[i], p_[k] - p_[i];
+    edges << p_[v[1]] - p_[v[0]], p_[v[2]] - p_[v[0]];
     fibres = edges * triangle.fibres_from_edges;
   };
   for (int fibre = 0; fibre < 2; ++fibre) {
