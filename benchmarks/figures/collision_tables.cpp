@@ -225,8 +225,9 @@ std::string brute_force_text(const Results& results) {
     if (with_maps.back().first < 1) faster += (faster.empty() ? "" : ", ") + scene;
   }
   return fmt::format(
-      "Brute force with 10x10 samples takes {} the time of cpu's verdict, and misses what is "
-      "between its samples. With the preparation of the maps it takes {} the time, and is faster "
+      "Brute force with 10x10 samples takes {} the time of cpu's verdict, and misses "
+      "parts between its samples. With the preparation of the maps it takes {} the time, and is "
+      "faster "
       "in: {}.",
       range_text(alone), range_text(with_maps), faster.empty() ? "no scene" : faster);
 }

@@ -15,7 +15,7 @@ void Plots::add(const std::string& settings, const Series& series) {
   ++plots_;
   std::vector<std::string> lines;
   for (const auto& [name, points] : series) {
-    // gnuplot repeats its colours after eight series; another symbol tells the next eight apart.
+    // gnuplot repeats its colours after eight series. The next eight have another symbol.
     const int symbol = lines.size() < 8 ? 7 : 9;  // a filled circle, a filled triangle
     lines.push_back(fmt::format("'{}' index {} with linespoints pt {} title '{}'",
                                 beside(".dat").filename().string(), index_++, symbol, name));

@@ -29,17 +29,17 @@ Vector3d palm_world_m(double turn) {
           std::lerp(a.z_m, b.z_m, smooth)};
 }
 
-// A right hand whose fingers point along +y, palm towards +x and thumb up. The origin is the centre
-// of the palm. An average hand, with the fingers together.
+// A right hand whose fingers point along +y, palm towards +x and thumb down. The origin is the
+// centre of the palm. An average hand, with the fingers together.
 std::vector<SyntheticPart> flat_hand() {
   constexpr double kFlatKnuckle_y_m = 0.044, kFlatWrist_y_m = -0.046;
   struct FlatFinger {
     double z_m, radius_m, length_m;
   };
-  constexpr FlatFinger kFlatFingers[] = {{0.031, 0.0090, 0.070},
-                                         {0.011, 0.0095, 0.080},
-                                         {-0.010, 0.0090, 0.074},
-                                         {-0.029, 0.0080, 0.058}};
+  constexpr FlatFinger kFlatFingers[] = {{-0.031, 0.0090, 0.070},
+                                         {-0.011, 0.0095, 0.080},
+                                         {0.010, 0.0090, 0.074},
+                                         {0.029, 0.0080, 0.058}};
   std::vector<SyntheticPart> parts;
   for (const FlatFinger& finger : kFlatFingers) {
     const Vector3d knuckle(0, kFlatKnuckle_y_m, finger.z_m),
@@ -50,10 +50,10 @@ std::vector<SyntheticPart> flat_hand() {
     parts.push_back({{knuckle, joint, finger.radius_m}, Material::skin});
     parts.push_back({{joint, tip, 0.92 * finger.radius_m}, Material::skin});
   }
-  const Vector3d ball(0.010, -0.016, 0.026), thumb(0.016, 0.020, 0.052);
-  parts.push_back({{{0.006, -0.030, 0.012}, ball, 0.014}, Material::skin});
+  const Vector3d ball(0.010, -0.016, -0.026), thumb(0.016, 0.020, -0.052);
+  parts.push_back({{{0.006, -0.030, -0.012}, ball, 0.014}, Material::skin});
   parts.push_back({{ball, thumb, 0.0115}, Material::skin});
-  parts.push_back({{thumb, {0.018, 0.048, 0.058}, 0.0095}, Material::skin});
+  parts.push_back({{thumb, {0.018, 0.048, -0.058}, 0.0095}, Material::skin});
   return parts;
 }
 

@@ -30,13 +30,13 @@ struct V4l2Source {
 // The type of a camera.
 using CameraSource = std::variant<SyntheticSource, VideoSource, V4l2Source>;
 
-// What the person does that synthetic cameras see: capture_node/synthetic/world.h.
+// The actions of the person that synthetic cameras see: capture_node/synthetic/world.h.
 enum class SyntheticActor { hand_with_pipe, parting_hands };
 
 // The real objects that synthetic cameras see. They repeat their motion exactly.
 struct SyntheticWorld {
   SyntheticActor actor = SyntheticActor::hand_with_pipe;
-  std::uint64_t seed = 1;           // of textures, noise and the fingers' phase
+  std::uint64_t seed = 1;           // of textures and noise; hand_with_pipe: of the fingers' phase
   double period_s = 4.0;            // of the motion
   double noise_sigma_levels = 2.0;  // sensor noise, grey levels of 255
   bool cast_shadow = true;

@@ -15,18 +15,10 @@ constexpr Range kThickness_m{0, 0.1};
 constexpr Range kFriction{0, 10};
 constexpr std::size_t kMaxPins = 64;
 
-std::optional<Eigen::Vector3d> read_direction(YamlMap& map, const std::string& key) {
-  if (!map.has(key)) return {};
-  const Eigen::Vector3d direction = map.vector3(key, kAnyDirection);
-  if (direction.norm() > 0) return direction;
-  map.problem_at(key, key + " must not be zero: it is a direction");
-  return {};
-}
-
 ClothPin read_pin(YamlMap map, const geometry::Mesh& mesh) {
   const std::size_t problems_before = map.problem_count();
   const Eigen::Vector3d from_m = map.vector3("from_m", kAny), to_m = map.vector3("to_m", kAny);
-  ClothPin pin{{from_m.cwiseMin(to_m), from_m.cwiseMax(to_m)}, read_direction(map, "slides_along")};
+  ClothPin pin{{from_m.cwiseMin(to_m), from_m.cwiseMax(to_m)}, map.direction("slides_along")};
   map.finish();
   const bool holds_a_vertex =
       std::any_of(mesh.vertices_m.begin(), mesh.vertices_m.end(),
@@ -84,7 +76,7 @@ ClothSettings read_cloth(YamlMap map, const geometry::Mesh& mesh) {
   number("air_drag_1_s", kAirDrag_1_s, cloth.air_drag_1_s);
   number("thickness_m", kThickness_m, cloth.thickness_m);
   number("friction", kFriction, cloth.friction);
-  cloth.v_rec_world = read_direction(map, "v_rec");
+  cloth.v_rec_world = map.direction("v_rec");
   if (map.has("pins")) {
     const std::vector<YamlMap> pins = map.maps("pins");
     if (pins.size() > kMaxPins)

@@ -29,13 +29,7 @@ ResponseRequests read_response(YamlMap map) {
   requests.height_m = map.number("height_m", kHeight_m, requests.height_m);
   requests.apex_angle_rad =
       kDegree_rad * map.number("apex_angle_deg", kAngle_deg, requests.apex_angle_rad / kDegree_rad);
-  if (map.has("v_rec")) {
-    requests.v_rec_world = map.vector3("v_rec", kAnyDirection);
-    if (!(requests.v_rec_world->norm() > 0))
-      map.problem_at(
-          "v_rec",
-          "v_rec must not be zero: it is the direction in which the object leaves the hull");
-  }
+  requests.v_rec_world = map.direction("v_rec");
   requests.four_points = map.flag("four_point_normal", requests.four_points);
   requests.closed_form = map.flag("closed_form_normal", requests.closed_form);
   requests.local_minimum_translation =

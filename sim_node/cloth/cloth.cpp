@@ -18,8 +18,8 @@ Eigen::Vector3d followed(const ClothVertex& vertex, const Eigen::Vector3d& displ
   return slide.dot(displacement) * slide;
 }
 
-// Change of (F_u, F_v) . coefficients by the position of a triangle's corners: that of corner 0 is
-// minus the sum of the others.
+// The derivative of (F_u, F_v) * fibre by each corner of a triangle, a multiple of the identity
+// [1/m]: that by corner 0 is minus the sum of the others.
 std::array<double, 3> by_corner(const ClothTriangle& triangle, const Eigen::Vector2d& fibre) {
   const Eigen::Vector2d others = triangle.fibres_from_edges * fibre;
   return {-others.sum(), others.x(), others.y()};
@@ -69,7 +69,8 @@ void Cloth::substep(double substep_s, const Eigen::Vector3d& gravity_world_m_s2,
   }
   for (const ClothTriangle& triangle : model_.triangles) project_triangle(triangle, substep_s);
   for (const ClothHinge& hinge : model_.hinges) project_hinge(hinge, substep_s);
-  // The strain at the top of a strip that hangs by its own weight; no part of it is strained more.
+  // The strain at the top of a strip that hangs by its own weight. The tethers keep a cloth that is
+  // pulled harder, or hangs from few vertices, at this strain.
   const double hanging_strain = settings_.stretch_compliance_m_n * settings_.density_kg_m2 *
                                 gravity_world_m_s2.norm() * model_.longest_tether_m;
   for (const ClothTether& tether : model_.tethers)
@@ -101,7 +102,7 @@ void Cloth::project(const std::array<std::uint32_t, N>& vertices,
   }
   const double gamma = settings_.damping_s / substep_s;
   const double scale = (1 + gamma) * sum + compliance / (substep_s * substep_s);
-  if (!(scale > 0)) return;  // all vertices are fixed
+  if (!(scale > 0)) return;  // no vertex can follow the gradient
   const double multiplier = -(value + gamma * change) / scale;
   for (std::size_t k = 0; k < N; ++k) p_[vertices[k]] += multiplier * move[k];
 }
@@ -189,23 +190,14 @@ bool Cloth::place(const ClothContact& contact, double offset_m) {
 void Cloth::slow(const ClothContact& contact) {
   const std::array<std::vector<Eigen::Vector3d>*, 1> velocity = {&v_};
   const Eigen::Vector3d& normal = contact.normal_world;
-  const double approach_m_s = -normal.dot(at(contact, v_) - contact.velocity_world_m_s);
+  const double approach_m_s = -normal.dot(at(contact, v_));
   if (!(approach_m_s > 0)) return;
   push(contact, normal, approach_m_s, velocity);
-  const Eigen::Vector3d relative = at(contact, v_) - contact.velocity_world_m_s,
-                        tangential = relative - normal.dot(relative) * normal;
+  const Eigen::Vector3d v = at(contact, v_), tangential = v - normal.dot(v) * normal;
   const double speed_m_s = tangential.norm();
   if (!(speed_m_s > 0)) return;
   push(contact, -tangential / speed_m_s, std::min(speed_m_s, settings_.friction * approach_m_s),
        velocity);
-}
-
-double Cloth::kinetic_energy_j() const {
-  double energy_j = 0;
-  for (std::size_t i = 0; i < v_.size(); ++i)
-    if (const double inverse_mass = model_.vertices[i].inverse_mass_1_kg; inverse_mass > 0)
-      energy_j += 0.5 * v_[i].squaredNorm() / inverse_mass;
-  return energy_j;
 }
 
 }  // namespace fivepipe::sim

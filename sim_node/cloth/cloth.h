@@ -3,7 +3,7 @@
 //
 // The hull moves the cloth through contacts. A contact places a point of the cloth; the part of the
 // motion that only corrects a penetration carries no velocity. The velocity towards the hull is
-// then removed, and Coulomb friction acts on the velocity along it.
+// then removed, and Coulomb friction acts on the velocity along it, as if the hull were at rest.
 #pragma once
 #include <Eigen/Core>
 #include <span>
@@ -19,8 +19,6 @@ struct ClothContact {
   Eigen::Vector3d weights;       // barycentric: the point is the weighted sum of the corners
   Eigen::Vector3d normal_world;  // unit
   double offset_m;
-  // Velocity of the hull's surface.
-  Eigen::Vector3d velocity_world_m_s = Eigen::Vector3d::Zero();
 };
 
 // Deterministic: the same calls give the same bits.
@@ -41,10 +39,9 @@ class Cloth {
   // Returns to the start, at rest.
   void reset();
 
+  // One per vertex of the mesh; valid until the next step(), project() or reset().
   const std::vector<Eigen::Vector3d>& vertices_world_m() const { return p_; }
   const std::vector<Eigen::Vector3d>& velocities_world_m_s() const { return v_; }
-  // [J]; of the vertices that can move.
-  double kinetic_energy_j() const;
   const ClothModel& model() const { return model_; }
 
  private:

@@ -25,7 +25,8 @@ class ClothHullContact {
   ClothHullContact(const geometry::Mesh& mesh, const config::ClothSettings& settings);
 
   // Returns the contacts of the cloth's present shape with the hull, by ascending triangle. Each
-  // has the offset at which its point has left the hull. Requires hull.query().
+  // has the offset at which its point has left the hull. Requires hull.query(). Invalidates the
+  // results of hull.detect().
   std::vector<ClothContact> find(const Cloth& cloth, CurrentHull& hull);
   // Distance by which the deepest point of the last find() has to move [m]; 0 without contacts.
   double deepest_m() const { return deepest_m_; }
@@ -56,7 +57,8 @@ class ClothHullContact {
   std::uint64_t without_exit_ = 0;
 };
 
-// A tenth of a second at 240 steps per second.
+// More than a step and the projections after it (kMaxClothProjections) call it, so that a triangle
+// keeps its side over a frame without contact.
 inline constexpr int kSideFinds = 24;
 // The hull may be this thick along V_rec: more than a forearm and less than a body.
 inline constexpr double kMaxClothExit_m = 0.3;

@@ -16,8 +16,8 @@ using Edge = std::pair<std::uint32_t, std::uint32_t>;  // ascending
 
 Edge edge(std::uint32_t a, std::uint32_t b) { return std::minmax(a, b); }
 
-// Of the three axes, at least one is shorter by no more than this factor when projected into a
-// plane: the squares of the three projections add up to 2.
+// In any plane, the projection of at least one of the three axes is longer than this: the squares
+// of the three lengths add up to 2.
 constexpr double kMinProjection = 0.5;
 
 // The axes of the mesh's box, longest first.
@@ -65,7 +65,7 @@ std::vector<ClothHinge> hinges(const geometry::Mesh& mesh) {
   }
   std::vector<ClothHinge> result;
   for (const auto& [e, corners] : opposite)
-    for (std::size_t i = 1; i < corners.size(); ++i) {  // several only where sheets meet
+    for (std::size_t i = 1; i < corners.size(); ++i) {  // several if three triangles share the edge
       ClothHinge hinge{{e.first, e.second, corners[i - 1], corners[i]}, 0, 0};
       std::array<Eigen::Vector3d, 4> p;
       for (std::size_t k = 0; k < 4; ++k) p[k] = mesh.vertices_m[hinge.vertices[k]];
@@ -73,7 +73,7 @@ std::vector<ClothHinge> hinges(const geometry::Mesh& mesh) {
       const double areas_m2 =
           0.5 * (along.cross(p[2] - p[0]).norm() + along.cross(p[3] - p[0]).norm());
       hinge.rest_bend = bend(p)->value;
-      hinge.shape = areas_m2 / (3 * along.squaredNorm());
+      hinge.shape = areas_m2 / along.squaredNorm();
       result.push_back(hinge);
     }
   return result;

@@ -6,8 +6,8 @@
 //            F is the deformation gradient in the fibres' frame (Baraff and Witkin, "Large Steps in
 //            Cloth Simulation", 1998, section 4.2).
 //   bending  per edge with two triangles: 2 sin(theta / 2) keeps its value at rest; theta is the
-//            angle between the triangles' normals. An edge is as stiff as in Grinspun et al.,
-//            "Discrete Shells", 2003: 3 |edge|^2 / area of both triangles.
+//            angle between the triangles' normals (Grinspun et al., "Discrete Shells", 2003). The
+//            stiffness |edge|^2 / area of both triangles gives a cylinder the energy of a plate.
 //   tether   per free vertex: not farther from its nearest pin than along the mesh at rest (Kim,
 //            Chentanez and Mueller, "Long Range Attachments", 2012). Carries the weight of a
 //            hanging cloth without many iterations.
@@ -35,7 +35,7 @@ struct ClothHinge {
   // The edge's vertices, then the opposite ones of its two triangles.
   std::array<std::uint32_t, 4> vertices;
   double rest_bend;  // 2 sin(theta / 2)
-  double shape;      // area of both triangles / (3 |edge|^2)
+  double shape;      // area of both triangles / |edge|^2
 };
 
 struct ClothTether {
@@ -61,8 +61,9 @@ struct ClothModel {
 };
 
 // Makes the model of a mesh at rest, in its object's frame. Fibres run along the longest axis of
-// the mesh's box where a triangle is not too steep against it. Throws std::invalid_argument if a
-// triangle has no area or a pin's box contains no vertex (read_scene() reports both).
+// the mesh's box; in a triangle that is steep against it, along the next longest one. Throws
+// std::invalid_argument if a triangle has no area or a pin's box contains no vertex (read_scene()
+// reports both).
 ClothModel cloth_model(const geometry::Mesh& mesh, const Eigen::Isometry3d& world_from_object,
                        const config::ClothSettings& settings);
 

@@ -6,8 +6,8 @@
 namespace fivepipe::sim {
 namespace {
 
-// The hull's speed is remembered for about a second: as long as air of the default drag lets the
-// cloth keep it.
+// The estimate of the hull's speed decays with a time constant of 1 s, as the cloth's velocity does
+// by the default air drag.
 constexpr double kForgetSpeed_1_s = 1.0;
 
 }  // namespace
@@ -64,8 +64,11 @@ void ClothObjects::step(OneCloth& one, double step_s, std::uint64_t steps_left, 
 void ClothObjects::project(OneCloth& one, CurrentHull& hull) {
   for (int i = 0; i < kMaxClothProjections; ++i) {
     const std::vector<ClothContact> contacts = one.contact.find(one.cloth, hull);
-    one.contact.take_without_exit();  // step() has counted them
-    if (!(one.contact.deepest_m() > kClothIndifferent_m)) return;
+    const bool has_exits = one.contact.take_without_exit() == 0;  // step() has counted the others
+    if (!(one.contact.deepest_m() > kClothIndifferent_m)) {
+      counters_.still_colliding += !has_exits;
+      return;
+    }
     if (!one.cloth.project(contacts)) break;  // the rest is fixed
   }
   ++counters_.still_colliding;

@@ -1,8 +1,8 @@
 // The scene's cloths: their motion, and their contact with the hull.
 //
 // A frame of the maps may move the hull by several centimetres at once. The steps that follow a
-// new hull divide the way out of it evenly, so that the cloth moves at the hull's speed; after the
-// last of them, the cloth is projected until it has left the hull.
+// new hull divide the way out of it evenly, so that the cloth moves at the hull's speed. After the
+// last step, at most kMaxClothProjections projections move the rest of the cloth out.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -26,8 +26,8 @@ class ClothObjects {
   // Throws std::invalid_argument if a cloth's mesh or pins are invalid: see cloth_model().
   explicit ClothObjects(const config::Scene& scene);
 
-  // Advances all cloths by step_s > 0. steps_left: the steps until the time of the hull, at least
-  // 1, this one included.
+  // Advances all cloths by step_s > 0. steps_left: the steps up to the time of the next report, at
+  // least 1, this one included.
   void step(double step_s, std::uint64_t steps_left, CurrentHull& hull);
   void reset();  // returns to the start, at rest
 

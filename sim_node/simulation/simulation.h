@@ -68,7 +68,7 @@ class Simulation {
 
  private:
   void advance(double time_s, bool is_new_hull);
-  // steps_left: steps until the time of the hull, at least 1, this one included.
+  // steps_left: steps up to the time of advance(), at least 1, this one included.
   void step(std::uint64_t steps_left);
   void refit_cloths();
   void respawn_lost_objects();

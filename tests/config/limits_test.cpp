@@ -334,7 +334,7 @@ objects:
   EXPECT_EQ(cloth.stretch_compliance_m_n, 1e-5);
   EXPECT_EQ(cloth.compression_compliance_m_n, 1.0);
   EXPECT_EQ(cloth.shear_compliance_m_n, 1e-3);
-  EXPECT_EQ(cloth.bending_compliance_1_nm, 5e4);
+  EXPECT_EQ(cloth.bending_compliance_1_nm, 1.7e4);
   EXPECT_EQ(cloth.damping_s, 1e-3);
   EXPECT_EQ(cloth.air_drag_1_s, 1);
   EXPECT_EQ(cloth.thickness_m, 0.002);

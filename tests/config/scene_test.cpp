@@ -327,8 +327,7 @@ TEST_F(SceneFile, RejectsInvalidRequests) {
       ElementsAre(
           "scene.yaml:8:7: first_contact compares two frames: add `history: {}` to the scene"));
   EXPECT_THAT(problems_with("v_rec: [0, 0, 2]", "v_rec: [0, 0, 0]"),
-              ElementsAre("scene.yaml:10:77: v_rec must not be zero: it is the direction in which "
-                          "the object leaves the hull"));
+              ElementsAre("scene.yaml:10:77: v_rec must not be zero: it is a direction"));
   EXPECT_THAT(problems_with("tolerance_m: 0.001", "tolerance_m: 0.5"),
               ElementsAre("scene.yaml:13:59: tolerance_m must be at most cap_m (0.3), is 0.5"));
   EXPECT_THAT(

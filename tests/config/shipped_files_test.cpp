@@ -98,6 +98,23 @@ TEST(DemoScene, HasThePapersCurtainAboveATableAtZeroHeight) {
       << "the curtain touches the table";
 }
 
+TEST(CurtainDeployment, TwoHandsMeetTwoPanelsOfThePapersSize) {
+  const Deployment deployment = load_deployment(kSource / "launch/deployments/curtain.yaml");
+  std::size_t triangles = 0;
+  for (const char* panel : {"left_panel", "right_panel"}) {
+    const SceneObject& object = object_called(deployment.scene, panel);
+    EXPECT_EQ(object.motion, Motion::cloth);
+    EXPECT_EQ(object.reaction, Reaction::yield);
+    triangles += mesh_of(object).triangles.size();
+  }
+  EXPECT_EQ(triangles, 720u) << "the paper's curtain";
+  const auto captures = [](const Node& node) {
+    const auto* capture = std::get_if<CaptureConfig>(&node.config);
+    return capture && capture->synthetic.actor == SyntheticActor::parting_hands;
+  };
+  EXPECT_EQ(std::count_if(deployment.nodes.begin(), deployment.nodes.end(), captures), 1);
+}
+
 TEST(DemoScene, BlocksDoNotIntersect) {
   const Scene demo = test::load_scene(kSource / "scenes/demo/scene.yaml");
   std::vector<std::pair<std::string, Eigen::AlignedBox3d>> blocks;

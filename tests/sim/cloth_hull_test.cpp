@@ -117,12 +117,13 @@ Parting part(double speed_m_s) {
 TEST(ClothInHull, HandsPartTheCurtainAndStayBeforeIt) {
   for (const double speed_m_s : {0.3, 1.0}) {
     const Parting parting = part(speed_m_s);
-    const double p99_m = parting.deepest_m[std::size_t(0.99 * double(parting.deepest_m.size()))];
+    const double worst_m = parting.deepest_m.back();
     std::printf(
-        "hands at %.1f m/s: deepest behind the cloth p50 %.2f, p99 %.2f mm; fastest %.2f m/s\n",
-        speed_m_s, 1e3 * parting.deepest_m[parting.deepest_m.size() / 2], 1e3 * p99_m,
+        "hands at %.1f m/s: deepest behind the cloth p50 %.2f, worst of 60 frames %.2f mm; fastest "
+        "%.2f m/s\n",
+        speed_m_s, 1e3 * parting.deepest_m[parting.deepest_m.size() / 2], 1e3 * worst_m,
         parting.fastest_m_s);
-    EXPECT_LT(p99_m, 2e-3) << speed_m_s << " m/s";
+    EXPECT_LT(worst_m, 2e-3) << speed_m_s << " m/s";
     // 1.5 times the hand, and a fall by half the panel's height.
     EXPECT_LT(parting.fastest_m_s, 1.5 * speed_m_s + std::sqrt(2 * 9.80665 * 0.25))
         << speed_m_s << " m/s";

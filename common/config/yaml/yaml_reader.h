@@ -56,6 +56,8 @@ class YamlMap {
                    std::size_t max_length = 32);
   Eigen::Vector3d vector3(const std::string& key, Range each,
                           std::optional<Eigen::Vector3d> default_value = {});
+  // A direction of any length. Returns nullopt if the key is absent; zero is a problem.
+  std::optional<Eigen::Vector3d> direction(const std::string& key);
   // A colour, each component 0 to 1.
   std::array<double, 3> rgb(const std::string& key, const std::array<double, 3>& default_value);
   Eigen::Matrix3d matrix3(const std::string& key);  // a list of three rows

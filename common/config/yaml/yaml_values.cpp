@@ -137,6 +137,14 @@ Eigen::Vector3d YamlMap::vector3(const std::string& key, Range each,
       .value_or(default_value.value_or(Eigen::Vector3d::Zero()));
 }
 
+std::optional<Eigen::Vector3d> YamlMap::direction(const std::string& key) {
+  if (!has(key)) return {};
+  const Eigen::Vector3d value = vector3(key, kAnyDirection, Eigen::Vector3d::UnitX());
+  if (value.norm() > 0) return value;
+  problem_at(key, key + " must not be zero: it is a direction");
+  return {};
+}
+
 std::array<double, 3> YamlMap::rgb(const std::string& key,
                                    const std::array<double, 3>& default_value) {
   const Eigen::Vector3d rgb = vector3(key, kUnitRange, Eigen::Vector3d(default_value.data()));
