@@ -37,6 +37,7 @@ void count_new(node::NodeStatusReporter& status, const SimulationCounters& now,
   count_increase("contacts", now.contacts, reported.contacts);
   count_increase("contacts_unrecovered", now.unrecovered, reported.unrecovered);
   count_increase("contacts_still_colliding", now.still_colliding, reported.still_colliding);
+  count_increase("contact_impacts", now.impacts, reported.impacts);
   count_increase("objects_respawned", now.respawned, reported.respawned);
   count_increase("cloth_contacts", now.cloth.contacts, reported.cloth.contacts);
   count_increase("cloth_unrecovered", now.cloth.unrecovered, reported.cloth.unrecovered);
@@ -85,7 +86,8 @@ class SimulationPipe {
  private:
   std::unique_ptr<Simulation> new_simulation() const {
     return std::make_unique<Simulation>(scene_, node::config_of<config::SimConfig>(node_),
-                                        node_.deployment.rig.volume_m);
+                                        node_.deployment.rig.volume_m,
+                                        [] { return !node::running(); });
   }
 
   // Restores the state after the start of the process, so that a replay gives the same bits again.
@@ -106,6 +108,7 @@ class SimulationPipe {
     node::FrameSteps steps;
     steps.begin("simulate");
     simulation_->advance_to(stamp_s(), held_->silhouettes);
+    if (!node::running()) return;  // the steps are incomplete
     steps.begin("write_state");
     count_new(node_.status, simulation_->counters(), reported_);
     for (const CollisionReport& report : simulation_->collisions()) count(node_.status, report);
@@ -126,6 +129,7 @@ class SimulationPipe {
       const node::StageTimer timer(node_.status, "simulate_held_hull");
       simulation_->advance_to(stamp_s() + std::chrono::duration<double>(waited).count());
     }
+    if (!node::running()) return;
     count_new(node_.status, simulation_->counters(), reported_);
     publish();
   }

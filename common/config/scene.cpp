@@ -4,11 +4,13 @@
 
 #include <map>
 
-#include "common/config/cloth_reader.h"
 #include "common/config/collision_requests_reader.h"
 #include "common/config/mesh/mesh_file.h"
+#include "common/config/objects/cloth_reader.h"
+#include "common/config/objects/joint_reader.h"
 #include "common/config/read_files.h"
 #include "common/config/yaml/yaml_reader.h"
+#include "common/geometry/oriented_box.h"
 
 namespace fivepipe::config {
 
@@ -19,6 +21,8 @@ constexpr Range kSubdivisions{0, 6};              // 20 * 4^6 = 81,920 triangles
 constexpr Range kCurtainCellRange{1, 1000};       // at most 1e6 cells
 constexpr std::size_t kMaxObjectNameLength = 64;  // bound of the name in messages
 constexpr double kMaxBoxCells = 1e6;
+// Boxes that only touch overlap by rounding.
+constexpr double kTouching_m = 1e-6;
 
 BoxShape read_box(YamlMap map) {
   const BoxShape box{map.vector3("size_m", kSize_m), map.number("cell_m", kSize_m, 0)};
@@ -118,13 +122,17 @@ void check_behaviour(YamlMap& map, const SceneObject& object) {
     map.problem_at("motion", "motion cloth needs a curtain or a mesh");
   if (!is_dynamic && object.reaction == Reaction::bounce)
     map.problem_at("reaction", "reaction bounce needs motion dynamic: only a rigid object bounces");
+  if (!is_dynamic && object.reaction == Reaction::contact)
+    map.problem_at("reaction",
+                   "reaction contact needs motion dynamic: nothing else moves as a rigid body");
   if (!is_cloth && object.reaction == Reaction::yield)
     map.problem_at("reaction", "reaction yield needs motion cloth: only cloth yields to the hull");
   if (!is_cloth && map.has("cloth"))
     map.problem_at("cloth", "cloth has no effect without motion cloth");
   if (is_cloth && object.requests.first_contact)
     map.problem_at("report", "first_contact needs a rigid object: a cloth has no single pose");
-  for (const std::string key : {"mass_kg", "restitution"})
+  for (const std::string key :
+       {"mass_kg", "restitution", "friction", "velocity_m_s", "hinge", "slider"})
     if (!is_dynamic && map.has(key))
       map.problem_at(key, key + " has no effect without motion dynamic");
   if (object.reaction == Reaction::none && object.requests.any())
@@ -148,11 +156,15 @@ SceneObject read_object(YamlMap map) {
                                          {{"none", Reaction::none},
                                           {"highlight", Reaction::highlight},
                                           {"bounce", Reaction::bounce},
+                                          {"contact", Reaction::contact},
                                           {"yield", Reaction::yield}},
                                          is_cloth ? Reaction::yield : Reaction::highlight);
   if (is_cloth) object.cloth = read_cloth_of(map, object, has_shape);
   object.mass_kg = map.number("mass_kg", {0, 1e6, true}, object.mass_kg);
   object.restitution = map.number("restitution", kUnitRange, object.restitution);
+  object.friction = map.number("friction", {0, 10}, object.friction);
+  object.velocity_world_m_s = map.vector3("velocity_m_s", {-100, 100}, object.velocity_world_m_s);
+  object.joint = read_joint(map);
   object.colour_rgb = map.rgb("colour_rgb", object.colour_rgb);
   object.pattern = map.choice<Pattern>(
       "pattern", {{"plain", Pattern::plain}, {"checker", Pattern::checker}}, Pattern::plain);
@@ -162,6 +174,33 @@ SceneObject read_object(YamlMap map) {
   check_behaviour(map, object);
   map.finish();
   return object;
+}
+
+std::optional<geometry::OrientedBox> box_of(const SceneObject& object) {
+  const auto* box = std::get_if<BoxShape>(&object.shape);
+  if (!box) return std::nullopt;
+  return geometry::OrientedBox{object.world_from_object, 0.5 * box->size_m};
+}
+
+// Reports each jointed box that overlaps a fixed box of the scene at the start, at its joint's key:
+// it could not move. `maps`: the mappings of the scene's objects, in their order.
+void check_clearance(const Scene& scene, const std::vector<YamlMap>& maps) {
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const SceneObject& moving = scene.objects[i];
+    const auto moving_box = box_of(moving);
+    if (moving.motion != Motion::dynamic || !moving.joint || !moving_box) continue;
+    for (const SceneObject& fixed : scene.objects) {
+      const auto fixed_box = box_of(fixed);
+      if (fixed.motion != Motion::fixed || !fixed_box) continue;
+      const double overlap_m = geometry::overlap_m(*moving_box, *fixed_box);
+      if (overlap_m > kTouching_m)
+        maps[i].problem_at(
+            moving.joint->kind == JointKind::hinge ? "hinge" : "slider",
+            fmt::format("{} overlaps {} by {:.6g} m at the start and could not move: leave a "
+                        "clearance between them",
+                        moving.name, fixed.name, overlap_m));
+    }
+  }
 }
 
 }  // namespace
@@ -176,7 +215,8 @@ Scene read_scene(const std::filesystem::path& file, Problems& problems) {
   scene.background_rgb = map.rgb("background_rgb", scene.background_rgb);
   if (map.has("history")) scene.history = read_history_requests(map.map("history"));
   std::map<std::string, int> line_of_name;
-  for (YamlMap& object_map : map.maps("objects")) {
+  std::vector<YamlMap> object_maps = map.maps("objects");
+  for (YamlMap& object_map : object_maps) {
     scene.objects.push_back(read_object(object_map));
     const std::string& name = scene.objects.back().name;
     const auto [first, is_new] =
@@ -188,6 +228,7 @@ Scene read_scene(const std::filesystem::path& file, Problems& problems) {
       object_map.problem_at("report",
                             "first_contact compares two frames: add `history: {}` to the scene");
   }
+  check_clearance(scene, object_maps);
   map.finish();
   return scene;
 }

@@ -8,8 +8,9 @@
 #include <variant>
 #include <vector>
 
-#include "common/config/cloth_settings.h"
 #include "common/config/collision_requests.h"
+#include "common/config/objects/cloth_settings.h"
+#include "common/config/objects/joint.h"
 #include "common/geometry/mesh.h"
 
 namespace fivepipe::config {
@@ -38,8 +39,9 @@ using Shape = std::variant<BoxShape, SphereShape, CurtainShape, MeshShape>;
 // fixed: does not move; dynamic: a rigid body under gravity; cloth: deforms under gravity.
 enum class Motion { fixed, dynamic, cloth };
 // Reaction of an object to the hull. none: no collision query; highlight: drawn red while it
-// collides; bounce: moved out of the hull and reflected; yield: a cloth that leaves the hull.
-enum class Reaction { none, highlight, bounce, yield };
+// collides; bounce: moved out of the hull and reflected, as in the paper; contact: a rigid body in
+// contact with the hull, with friction; yield: a cloth that leaves the hull.
+enum class Reaction { none, highlight, bounce, contact, yield };
 enum class Pattern { plain, checker };
 
 struct SceneObject {
@@ -48,7 +50,12 @@ struct SceneObject {
   Eigen::Isometry3d world_from_object = Eigen::Isometry3d::Identity();  // initial pose
   Motion motion = Motion::fixed;
   Reaction reaction = Reaction::highlight;
-  double mass_kg = 1.0, restitution = 0.5;             // dynamic objects only
+  double mass_kg = 1.0, restitution = 0.5;  // dynamic objects only
+  // Dynamic objects only. Coulomb coefficient against the hull; two objects have the product of
+  // theirs.
+  double friction = 0.5;
+  Eigen::Vector3d velocity_world_m_s = Eigen::Vector3d::Zero();  // at the start; dynamic only
+  std::optional<Joint> joint = {};                     // dynamic only; absent: moves freely
   std::optional<ClothSettings> cloth = {};             // cloth only
   std::array<double, 3> colour_rgb = {0.8, 0.8, 0.8};  // 0 to 1, sRGB
   Pattern pattern = Pattern::plain;

@@ -19,7 +19,7 @@
 #include <optional>
 #include <vector>
 
-#include "common/config/cloth_settings.h"
+#include "common/config/objects/cloth_settings.h"
 #include "common/geometry/mesh.h"
 
 namespace fivepipe::sim {

@@ -29,12 +29,16 @@ CurrentHull::CurrentHull(const config::Scene& scene, const config::SimConfig& co
 }
 
 void CurrentHull::set(double time_s, std::span<const hull::Silhouette> silhouettes) {
+  time_s_ = time_s;
+  ++frames_;
   if (history_) {
     history_->add(time_s, silhouettes);
     query_ = &history_->query();
+    parts_ = history_->parts();
   } else if (is_needed_) {
     hull_.assign(silhouettes);
     query_ = &own_query_.emplace(hull_);
+    parts_.resize(1);
   }
   if (query_) detector_->set_hull(*query_, silhouettes);
 }

@@ -25,6 +25,12 @@ class CurrentHull {
 
   // Returns null before the first set(), or if the scene does not need the hull.
   const hull::HullQuery* query() const { return query_; }
+  // The parts of the newest frame's hull: those of the history; without a history one part, the
+  // whole hull at rest. Empty if query() is null.
+  std::span<const HullPart> parts() const { return parts_; }
+  double time_s() const { return time_s_; }  // of the last set()
+  // Number of calls of set().
+  std::uint64_t frames() const { return frames_; }
   HullHistory* history() { return history_ ? &*history_ : nullptr; }  // null: not in the scene
   const HullHistory* history() const { return history_ ? &*history_ : nullptr; }
 
@@ -42,6 +48,9 @@ class CurrentHull {
   hull::CpuHull hull_{pool_};           // otherwise this one is used
   std::optional<hull::HullQuery> own_query_;
   const hull::HullQuery* query_ = nullptr;
+  std::vector<HullPart> parts_;
+  double time_s_ = 0;
+  std::uint64_t frames_ = 0;
   std::unique_ptr<collision::CollisionDetector> detector_;
   collision::DetectorCounts counts_;
 };

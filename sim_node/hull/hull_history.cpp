@@ -2,8 +2,12 @@
 
 #include <algorithm>
 
+#include "common/collision/response/recovery.h"
+
 namespace fivepipe::sim {
 namespace {
+
+using Eigen::Vector3d;
 
 static_assert(config::kMaxHistoryCells == double(collision::kMaxComponentCells));
 
@@ -64,6 +68,36 @@ void HullHistory::forget_pose(std::size_t object) { world_from_objects_before_[o
 
 void HullHistory::forget_poses() {
   std::fill(world_from_objects_before_.begin(), world_from_objects_before_.end(), std::nullopt);
+}
+
+std::vector<HullPart> HullHistory::parts() const {
+  const Frame &before = frames_[1 - now_], &now = frames_[now_];
+  std::vector<HullPart> parts;
+  for (const collision::TrackedComponent& tracked : now.components) {
+    const collision::HullComponent& component = tracked.component;
+    HullPart& part = parts.emplace_back();
+    part.id = tracked.id;
+    // The component's smallest cells are in it if their centres are in the hull.
+    const Vector3d cell_m = Vector3d::Constant(options_.cell_m);
+    part.box_world_m = {component.box_world_m.min() - cell_m, component.box_world_m.max() + cell_m};
+    part.center_world_m = component.centroid_world_m;
+    // Null unless the component is tracked: others have new ids.
+    const collision::TrackedComponent* previous = previous_component(tracked.id);
+    if (!previous) continue;
+    const double between_s = now.time_s - before.time_s;
+    const Vector3d velocity_m_s =
+        (component.centroid_world_m - previous->component.centroid_world_m) / between_s;
+    const double footprint_m = collision::pixel_footprint_m(*now.query, component.centroid_world_m);
+    const auto& motion = tracked.motion;
+    const bool moves = motion ? motion->velocity_world_m_s.norm() * motion->window_s > footprint_m
+                              : velocity_m_s.norm() * between_s > footprint_m;
+    if (moves) part.velocity_world_m_s = velocity_m_s;
+    if (motion &&
+        motion->angular_velocity_world_rad_s.norm() * motion->window_s * radius_m(component) >
+            footprint_m)
+      part.angular_velocity_world_rad_s = motion->angular_velocity_world_rad_s;
+  }
+  return parts;
 }
 
 const collision::TrackedComponent* HullHistory::previous_component(std::uint64_t id) const {

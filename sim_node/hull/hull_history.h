@@ -8,6 +8,7 @@
 #include "common/collision/tracking/component_tracker.h"
 #include "common/collision/tracking/first_contact.h"
 #include "common/config/collision_requests.h"
+#include "sim_node/hull/hull_part.h"
 
 namespace fivepipe::sim {
 
@@ -31,6 +32,12 @@ class HullHistory {
   const std::vector<collision::TrackedComponent>& components() const {
     return tracker_.components();
   }
+
+  // Returns a part per component of the newest frame, in the order of components(). A tracked one
+  // moves as its centroid has moved since the previous frame, and rotates as its motion says. A
+  // motion that the maps do not resolve counts as rest: one that is shorter than a pixel's
+  // footprint over the time for which the component is observed.
+  std::vector<HullPart> parts() const;
 
   // Stores an object's pose at the newest frame, for the first contacts of the next one.
   void keep_pose(std::size_t object, const Eigen::Isometry3d& world_from_object);

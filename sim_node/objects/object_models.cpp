@@ -36,8 +36,10 @@ ObjectModels object_models(const config::Scene& scene) {
     for (const Eigen::Vector3d& v : mesh.vertices_m)
       models.start_bounds_m.extend(object.world_from_object * v);
     if (object.reaction != config::Reaction::none) models.reacting.push_back(i);
-    if (object.reaction == config::Reaction::bounce && object.motion == config::Motion::dynamic)
-      models.bouncing.push_back(i);
+    if (object.motion == config::Motion::dynamic) {
+      if (object.reaction == config::Reaction::bounce) models.bouncing.push_back(i);
+      if (object.reaction == config::Reaction::contact) models.touching.push_back(i);
+    }
     const double radius = radius_m(mesh), flatness = flatness_m(object, mesh);
     models.objects.push_back({std::move(bvh), radius, flatness});
   }

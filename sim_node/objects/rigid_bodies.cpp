@@ -3,17 +3,21 @@
 #include <BulletCollision/CollisionShapes/btEmptyShape.h>
 #include <btBulletDynamicsCommon.h>
 
+#include <algorithm>
 #include <cassert>
+#include <cmath>
+#include <numbers>
 
 namespace fivepipe::sim {
 namespace {
 
-// Friction coefficient of smooth wood on wood; the scene has no setting.
-constexpr double kFriction = 0.5;
 // Continuous collision detection: a body that moves more than this fraction of its smallest half
 // extent per step is swept, so that it does not pass through a thin plate. It is swept as a sphere
 // with half that extent as radius, well inside the body.
 constexpr double kSweptFromExtents = 1.0, kSweptSphereExtents = 0.5;
+
+// Iterations of the contact solver per step.
+constexpr int kSolverIterations = 30;
 
 // Bullet thickens meshes and convex hulls by a margin, by default 4 cm. Boxes and balls keep their
 // size.
@@ -40,8 +44,10 @@ struct Body {
   std::unique_ptr<btTriangleMesh> triangles;
   std::unique_ptr<btCollisionShape> shape;
   std::unique_ptr<btRigidBody> body;
+  std::unique_ptr<btTypedConstraint> joint;  // null: the body moves freely
   Eigen::Isometry3d object_from_body = Eigen::Isometry3d::Identity();
   btTransform start_world_from_body;
+  btVector3 start_velocity_m_s{0, 0, 0};
 };
 
 void make_shape(const config::SceneObject& object, Body& body) {
@@ -87,9 +93,11 @@ Body body_of(const config::SceneObject& object) {
   if (dynamic) body.shape->calculateLocalInertia(mass_kg, info.m_localInertia);
   info.m_startWorldTransform = body.start_world_from_body;
   info.m_restitution = dynamic ? object.restitution : 1.0;  // Bullet multiplies both bodies' values
-  info.m_friction = kFriction;
+  info.m_friction = object.friction;
   body.body = std::make_unique<btRigidBody>(info);
   if (dynamic) {
+    body.start_velocity_m_s = bt(object.velocity_world_m_s);
+    body.body->setLinearVelocity(body.start_velocity_m_s);
     // A sleeping body would not react when the hull changes.
     body.body->setActivationState(DISABLE_DEACTIVATION);
     btVector3 low, high;
@@ -102,6 +110,79 @@ Body body_of(const config::SceneObject& object) {
   return body;
 }
 
+// Connects the body with the world. Bullet needs the joint to solve contacts with the right
+// effective mass; hold_joint() makes it exact.
+void add_joint(const config::Joint& joint, Body& body) {
+  const Eigen::Isometry3d body_from_object = body.object_from_body.inverse();
+  const Eigen::Vector3d axis = body_from_object.linear() * joint.axis;
+  if (joint.kind == config::JointKind::hinge) {
+    // Bullet turns about the z axis of both frames; at the start they agree.
+    Eigen::Isometry3d body_from_hinge = Eigen::Isometry3d::Identity();
+    body_from_hinge.linear() =
+        Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), axis).toRotationMatrix();
+    body_from_hinge.translation() = body_from_object * joint.point_m;
+    auto hinge = std::make_unique<btHingeConstraint>(
+        *body.body, btTypedConstraint::getFixedBody(), bt(body_from_hinge),
+        body.start_world_from_body * bt(body_from_hinge));
+    hinge->setLimit(joint.lowest, joint.highest);
+    body.joint = std::move(hinge);
+  } else {
+    Eigen::Isometry3d body_from_slider = Eigen::Isometry3d::Identity();  // slides along its x axis
+    body_from_slider.linear() =
+        Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitX(), axis).toRotationMatrix();
+    auto slider =
+        std::make_unique<btGeneric6DofSpring2Constraint>(*body.body, bt(body_from_slider));
+    slider->setLinearLowerLimit({joint.lowest, 0, 0});
+    slider->setLinearUpperLimit({joint.highest, 0, 0});
+    slider->setAngularLowerLimit({0, 0, 0});
+    slider->setAngularUpperLimit({0, 0, 0});
+    body.joint = std::move(slider);
+  }
+  const double damping = 1 - std::exp(-joint.damping_1_s);  // Bullet: loss of velocity per second
+  body.body->setDamping(damping, damping);
+}
+
+// A velocity that would leave the limits is removed.
+double held_velocity(double position, double velocity, const config::Joint& joint) {
+  if (position <= joint.lowest) return std::max(0.0, velocity);
+  if (position >= joint.highest) return std::min(0.0, velocity);
+  return velocity;
+}
+
+// Moves the body to the nearest pose that its joint allows, and removes the other velocities.
+// Bullet's constraints are soft: they drift and overshoot.
+void hold_joint(const config::Joint& joint, const Eigen::Isometry3d& world_from_object_at_start,
+                Body& body) {
+  const Eigen::Isometry3d start = world_from_object_at_start,
+                          now = eigen(body.body->getWorldTransform()) *
+                                body.object_from_body.inverse();
+  const Eigen::Vector3d axis_world = start.linear() * joint.axis;
+  Eigen::Isometry3d held = start;
+  if (joint.kind == config::JointKind::hinge) {
+    const Eigen::Quaterniond turn(now.linear() * start.linear().transpose());
+    const double full_rad = 2 * std::atan2(turn.vec().dot(axis_world), turn.w()),
+                 angle_rad = std::clamp(std::remainder(full_rad, 2 * std::numbers::pi),
+                                        joint.lowest, joint.highest);
+    const Eigen::Vector3d point_m = start * joint.point_m;
+    held = Eigen::Translation3d(point_m) * Eigen::AngleAxisd(angle_rad, axis_world) *
+           Eigen::Translation3d(-point_m) * start;
+    const double speed_rad_s =
+        held_velocity(angle_rad, axis_world.dot(eigen(body.body->getAngularVelocity())), joint);
+    const Eigen::Vector3d arm_m = held * body.object_from_body.translation() - point_m;
+    body.body->setAngularVelocity(bt(Eigen::Vector3d(speed_rad_s * axis_world)));
+    body.body->setLinearVelocity(bt(Eigen::Vector3d(speed_rad_s * axis_world.cross(arm_m))));
+  } else {
+    const double slide_m = std::clamp(axis_world.dot(now.translation() - start.translation()),
+                                      joint.lowest, joint.highest);
+    held.translation() += slide_m * axis_world;
+    const double speed_m_s =
+        held_velocity(slide_m, axis_world.dot(eigen(body.body->getLinearVelocity())), joint);
+    body.body->setAngularVelocity({0, 0, 0});
+    body.body->setLinearVelocity(bt(Eigen::Vector3d(speed_m_s * axis_world)));
+  }
+  body.body->setWorldTransform(bt(held * body.object_from_body));
+}
+
 }  // namespace
 
 struct RigidBodies::World {
@@ -111,31 +192,103 @@ struct RigidBodies::World {
   btSequentialImpulseConstraintSolver solver;
   btDiscreteDynamicsWorld dynamics{&dispatcher, &broadphase, &solver, &configuration};
   std::vector<Body> bodies;
+  struct Jointed {
+    std::size_t body;
+    config::Joint joint;
+    Eigen::Isometry3d world_from_object_at_start;
+  };
+  std::vector<Jointed> jointed;
+  // The hull's surfaces, one per manifold of a step. Bullet reads their velocities. They have no
+  // shape, so the manifolds are their only contacts.
+  btEmptyShape no_shape;
+  std::vector<std::unique_ptr<btRigidBody>> surfaces;
+
+  btRigidBody& surface(std::size_t i);
+  btPersistentManifold* add(const HullManifold& manifold, btRigidBody& surface);
 
   ~World() {
+    for (const Jointed& one : jointed) dynamics.removeConstraint(bodies[one.body].joint.get());
+    for (const auto& surface : surfaces) dynamics.removeRigidBody(surface.get());
     for (Body& body : bodies)
       if (body.body->isInWorld()) dynamics.removeRigidBody(body.body.get());
   }
 };
 
+// Returns the i-th surface, which the world creates on the first call.
+btRigidBody& RigidBodies::World::surface(std::size_t i) {
+  while (surfaces.size() <= i) {
+    auto& surface = surfaces.emplace_back(std::make_unique<btRigidBody>(0.0, nullptr, &no_shape));
+    surface->setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
+    dynamics.addRigidBody(surface.get(), 0, 0);  // in no group: the broad phase finds no pairs
+    // Bullet computes the velocity of an awake kinematic body from its poses; these have none.
+    surface->forceActivationState(ISLAND_SLEEPING);
+  }
+  return *surfaces[i];
+}
+
+btPersistentManifold* RigidBodies::World::add(const HullManifold& manifold, btRigidBody& surface) {
+  const RigidVelocity& velocity = manifold.velocity;
+  surface.setWorldTransform(btTransform(btQuaternion::getIdentity(), bt(velocity.center_world_m)));
+  surface.setLinearVelocity(bt(velocity.velocity_world_m_s));
+  surface.setAngularVelocity(bt(velocity.angular_velocity_world_rad_s));
+  btRigidBody& body = *bodies[manifold.object].body;
+  btPersistentManifold* const points = dispatcher.getNewManifold(&body, &surface);
+  assert(manifold.points.size() <= kMaxHullContacts);
+  for (const HullContactPoint& point : manifold.points) {
+    const btVector3 on_body = bt(point.on_object_world_m), normal = bt(point.normal_world),
+                    on_hull = on_body - point.distance_m * normal;
+    btManifoldPoint added(body.getWorldTransform().invXform(on_body),
+                          surface.getWorldTransform().invXform(on_hull), normal,
+                          std::max(0.0, point.distance_m));
+    added.m_positionWorldOnA = on_body;
+    added.m_positionWorldOnB = on_hull;
+    added.m_combinedFriction = body.getFriction();
+    added.m_combinedRestitution = point.restitution;
+    added.m_appliedImpulse = point.impulse_n_s;
+    points->addManifoldPoint(added);
+  }
+  return points;
+}
+
 RigidBodies::RigidBodies(const config::Scene& scene) : world_(std::make_unique<World>()) {
   world_->dynamics.setGravity({0, 0, -scene.gravity_m_s2});
   // By default Bullet sweeps no motion below 4 cm per step, whatever the body's threshold.
   world_->dynamics.getDispatchInfo().m_allowedCcdPenetration = 0;
+  btContactSolverInfo& solver = world_->dynamics.getSolverInfo();
+  // Friction in all directions; by default only along the velocity, so that a body at rest creeps.
+  solver.m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
+
+  solver.m_restitutionVelocityThreshold = kMinBounce_m_s;
+  // With Bullet's default of 10, a stack of five blocks creeps twice as far.
+  solver.m_numIterations = kSolverIterations;
   world_->bodies.reserve(scene.objects.size());
   for (const config::SceneObject& object : scene.objects) {
     world_->bodies.push_back(body_of(object));
-    if (object.motion != config::Motion::cloth)
-      world_->dynamics.addRigidBody(world_->bodies.back().body.get());
+    Body& body = world_->bodies.back();
+    if (object.motion != config::Motion::cloth) world_->dynamics.addRigidBody(body.body.get());
+    if (!object.joint) continue;
+    add_joint(*object.joint, body);
+    world_->dynamics.addConstraint(body.joint.get());
+    world_->jointed.push_back({world_->bodies.size() - 1, *object.joint, object.world_from_object});
   }
 }
 
 RigidBodies::~RigidBodies() = default;
 RigidBodies& RigidBodies::operator=(RigidBodies&&) noexcept = default;
 
-void RigidBodies::step(double step_s) {
+void RigidBodies::step(double step_s, std::span<HullManifold> manifolds) {
   assert(step_s > 0);
+  std::vector<btPersistentManifold*> added;
+  for (std::size_t i = 0; i < manifolds.size(); ++i)
+    added.push_back(world_->add(manifolds[i], world_->surface(i)));
   world_->dynamics.stepSimulation(step_s, 0);  // 0: exactly one step, no substeps
+  for (const World::Jointed& one : world_->jointed)
+    hold_joint(one.joint, one.world_from_object_at_start, world_->bodies[one.body]);
+  for (std::size_t i = manifolds.size(); i-- > 0;) {
+    for (std::size_t k = 0; k < manifolds[i].points.size(); ++k)
+      manifolds[i].points[k].impulse_n_s = added[i]->getContactPoint(int(k)).m_appliedImpulse;
+    world_->dispatcher.releaseManifold(added[i]);
+  }
 }
 
 Eigen::Isometry3d RigidBodies::world_from_object(std::size_t object) const {
@@ -148,6 +301,12 @@ Eigen::Vector3d RigidBodies::center_world_m(std::size_t object) const {
 }
 Eigen::Vector3d RigidBodies::velocity_m_s(std::size_t object) const {
   return eigen(world_->bodies[object].body->getLinearVelocity());
+}
+
+Eigen::Vector3d RigidBodies::velocity_m_s(std::size_t object,
+                                          const Eigen::Vector3d& p_world_m) const {
+  const btRigidBody& body = *world_->bodies[object].body;
+  return eigen(body.getVelocityInLocalPoint(bt(p_world_m) - body.getWorldTransform().getOrigin()));
 }
 
 void RigidBodies::set_velocity_m_s(std::size_t object, const Eigen::Vector3d& velocity_world_m_s) {
@@ -164,8 +323,8 @@ void RigidBodies::translate(std::size_t object, const Eigen::Vector3d& move_worl
 void RigidBodies::respawn(std::size_t object) {
   btRigidBody& body = *world_->bodies[object].body;
   body.setWorldTransform(world_->bodies[object].start_world_from_body);
-  for (const auto set : {&btRigidBody::setLinearVelocity, &btRigidBody::setAngularVelocity})
-    (body.*set)({0, 0, 0});
+  body.setLinearVelocity(world_->bodies[object].start_velocity_m_s);
+  body.setAngularVelocity({0, 0, 0});
 }
 
 }  // namespace fivepipe::sim

@@ -1,11 +1,38 @@
-// Rigid-body dynamics of the scene's objects: gravity and contacts among objects, without the hull.
-// Uses Bullet in double precision and one thread, so the same calls give the same bits.
+// Rigid-body dynamics of the scene's objects: gravity, contacts among objects, and the given
+// contacts with the hull. Uses Bullet in double precision and one thread, so the same calls give
+// the same bits.
 #pragma once
 #include <memory>
+#include <span>
+#include <vector>
 
 #include "common/config/scene.h"
+#include "sim_node/hull/hull_part.h"
 
 namespace fivepipe::sim {
+
+// A point at which an object touches the hull: a constraint of one step.
+struct HullContactPoint {
+  Eigen::Vector3d on_object_world_m, normal_world;  // the normal is unit and leaves the hull
+  // Of the point from the hull's surface along the normal. A penetration (negative) is not
+  // corrected but counts as a touch, because Bullet would correct it by a velocity.
+  double distance_m;
+  // Ratio of the speeds after and before; only an approach faster than kMinBounce_m_s bounces.
+  double restitution;
+  // Normal impulse of the previous step, with which the solver starts; step() replaces it.
+  double impulse_n_s = 0;
+};
+
+// The contacts of one object with one part of the hull.
+struct HullManifold {
+  std::size_t object;                         // must be dynamic
+  RigidVelocity velocity;                     // of the hull's surface
+  std::vector<HullContactPoint> points = {};  // at most kMaxHullContacts
+};
+// Bullet solves at most 4 points between two bodies.
+inline constexpr std::size_t kMaxHullContacts = 4;
+// A slower approach ends at rest. Gravity adds half of it per step of 1/100 s.
+inline constexpr double kMinBounce_m_s = 0.2;
 
 // Identifies objects by their index in scene.objects. Boxes and spheres are exact. A fixed mesh or
 // curtain is represented by its triangles, a dynamic one by its convex hull; both are 1 mm thicker.
@@ -17,17 +44,19 @@ class RigidBodies {
   ~RigidBodies();
   RigidBodies& operator=(RigidBodies&&) noexcept;
 
-  void step(double step_s);  // > 0; one step of the whole scene
+  // One step of the whole scene; step_s > 0. Sets the impulses of the manifolds' points.
+  void step(double step_s, std::span<HullManifold> manifolds = {});
 
   Eigen::Isometry3d world_from_object(std::size_t object) const;
   // Centre of mass: the centre of the object's bounding box in its own frame.
   Eigen::Vector3d center_world_m(std::size_t object) const;
   Eigen::Vector3d velocity_m_s(std::size_t object) const;  // of the centre, world frame
+  Eigen::Vector3d velocity_m_s(std::size_t object, const Eigen::Vector3d& p_world_m) const;
 
   // The functions below require a dynamic object.
   void set_velocity_m_s(std::size_t object, const Eigen::Vector3d& velocity_world_m_s);
   void translate(std::size_t object, const Eigen::Vector3d& move_world_m);
-  void respawn(std::size_t object);  // moves it to its start pose, at rest
+  void respawn(std::size_t object);  // moves it to its start pose, with its start velocity
 
  private:
   struct World;

@@ -22,7 +22,7 @@ const config::Scene& checked(const config::Scene& scene, const config::SimConfig
 }  // namespace
 
 Simulation::Simulation(const config::Scene& scene, const config::SimConfig& config,
-                       const Eigen::AlignedBox3d& real_volume_world_m)
+                       const Eigen::AlignedBox3d& real_volume_world_m, std::function<bool()> stop)
     : scene_(checked(scene, config)),
       config_(config),
       models_(object_models(scene_)),
@@ -33,15 +33,18 @@ Simulation::Simulation(const config::Scene& scene, const config::SimConfig& conf
       contact_(scene_, config_, models_, bodies_, hull_),
       proximity_(scene_, models_, bodies_, config.step_s),
       respawn_bounds_m_(models_.start_bounds_m.min().array() - kLost_m,
-                        models_.start_bounds_m.max().array() + kLost_m) {
+                        models_.start_bounds_m.max().array() + kLost_m),
+      stop_(std::move(stop)) {
   if (std::any_of(scene_.objects.begin(), scene_.objects.end(),
                   [](const auto& object) { return object.motion == config::Motion::cloth; }))
     cloths_.emplace(scene_);
+  if (!models_.touching.empty()) manifolds_.emplace(scene_, models_, bodies_, hull_);
 }
 
 void Simulation::reset() {
   bodies_ = RigidBodies(scene_);
   contact_.reset();
+  if (manifolds_) manifolds_->reset();
   if (hull_.history()) hull_.history()->forget_poses();
   proximity_.reset_warmth();
   if (cloths_) cloths_->reset();
@@ -60,17 +63,27 @@ void Simulation::advance_to(double time_s) {
 }
 
 void Simulation::advance(double time_s, bool is_new_hull) {
-  for (std::uint64_t steps = clock_.advance_to(time_s); steps > 0; --steps) step(steps);
+  for (std::uint64_t steps = clock_.advance_to(time_s); steps > 0; --steps) {
+    if (stop_()) return;
+    step(steps);
+  }
   refit_cloths();
   report(is_new_hull);
 }
 
 void Simulation::step(std::uint64_t steps_left) {
-  bodies_.step(config_.step_s);
+  step_bodies(steps_left);
   ++steps_;
   respawn_lost_objects();
   contact_.after_step();
   if (cloths_) cloths_->step(config_.step_s, steps_left, hull_);
+}
+
+void Simulation::step_bodies(std::uint64_t steps_left) {
+  if (!manifolds_) return bodies_.step(config_.step_s);
+  const double start_s = clock_.time_s() - double(steps_left) * config_.step_s;
+  bodies_.step(config_.step_s, manifolds_->before_step(config_.step_s, hull_.time_s() - start_s));
+  manifolds_->after_step();
 }
 
 // Reports and proximity read the cloths' shapes from their trees.
@@ -86,6 +99,7 @@ void Simulation::respawn_lost_objects() {
         respawn_bounds_m_.contains(bodies_.center_world_m(i)))
       continue;
     bodies_.respawn(i);
+    if (manifolds_) manifolds_->forget(i);
     if (hull_.history()) hull_.history()->forget_pose(i);
     ++respawned_;
   }
@@ -120,10 +134,13 @@ const std::vector<collision::TrackedComponent>* Simulation::hull_components() co
 }
 
 SimulationCounters Simulation::counters() const {
+  const HullManifolds::Counters manifolds =
+      manifolds_ ? manifolds_->counters() : HullManifolds::Counters{};
   return {.steps = steps_,
-          .contacts = contact_.counters().contacts,
-          .unrecovered = contact_.counters().unrecovered,
+          .contacts = contact_.counters().contacts + manifolds.contacts,
+          .unrecovered = contact_.counters().unrecovered + manifolds.unrecovered,
           .still_colliding = contact_.counters().still_colliding,
+          .impacts = manifolds.impacts,
           .respawned = respawned_,
           .cloth = cloths_ ? cloths_->counters() : ClothCounters{},
           .backward_stamps = clock_.counters().backward_stamps,

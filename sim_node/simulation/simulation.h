@@ -1,11 +1,13 @@
 // Simulation of the virtual objects: gravity, contact with each other and with the visual hull
 // (paper, section 4).
 #pragma once
+#include <functional>
 #include <string>
 #include <vector>
 
 #include "common/config/deployment.h"
 #include "sim_node/cloth/cloth_objects.h"
+#include "sim_node/contact/hull_manifolds.h"
 #include "sim_node/simulation/collision_reports.h"
 #include "sim_node/simulation/simulation_clock.h"
 
@@ -23,9 +25,10 @@ struct ObjectState {
 // Totals since construction.
 struct SimulationCounters {
   std::uint64_t steps = 0;
-  std::uint64_t contacts = 0;  // see RigidContact::Counters for these three
+  std::uint64_t contacts = 0;  // see RigidContact::Counters for these three; of both kinds
   std::uint64_t unrecovered = 0;
   std::uint64_t still_colliding = 0;
+  std::uint64_t impacts = 0;    // see HullManifolds::Counters
   std::uint64_t respawned = 0;  // objects that left the scene or had a non-finite pose
   ClothCounters cloth;
   std::uint64_t backward_stamps = 0;  // see SimulationClock::Counters for these two
@@ -38,9 +41,13 @@ struct SimulationCounters {
 class Simulation {
  public:
   // real_volume_world_m: box that contains all real objects (Rig::volume_m); required if the scene
-  // has a history. Throws std::invalid_argument if an argument is out of range.
-  Simulation(const config::Scene& scene, const config::SimConfig& config,
-             const Eigen::AlignedBox3d& real_volume_world_m = {});
+  // has a history. stop: advance_to() asks it before each step, and when it returns true,
+  // advance_to() returns without the other steps and without reports. Throws std::invalid_argument
+  // if an argument is out of range.
+  Simulation(
+      const config::Scene& scene, const config::SimConfig& config,
+      const Eigen::AlignedBox3d& real_volume_world_m = {},
+      std::function<bool()> stop = [] { return false; });
   Simulation(const Simulation&) = delete;
 
   // Simulates up to time_s [s, any epoch] against the hull of this frame set, then makes the
@@ -70,6 +77,7 @@ class Simulation {
   void advance(double time_s, bool is_new_hull);
   // steps_left: steps up to the time of advance(), at least 1, this one included.
   void step(std::uint64_t steps_left);
+  void step_bodies(std::uint64_t steps_left);
   void refit_cloths();
   void respawn_lost_objects();
   void report(bool is_new_hull);
@@ -81,11 +89,13 @@ class Simulation {
   CurrentHull hull_;
   SimulationClock clock_;
   RigidContact contact_;
+  std::optional<HullManifolds> manifolds_;  // present if the scene has an object in contact
   ProximityFields proximity_;
   std::optional<ClothObjects> cloths_;    // present if the scene has a cloth
   Eigen::AlignedBox3d respawn_bounds_m_;  // respawns dynamic objects outside
   std::uint64_t steps_ = 0, respawned_ = 0;
   std::vector<CollisionReport> reports_;
+  std::function<bool()> stop_;
 };
 
 // A dynamic object is respawned if it is this far outside the box of the scene's start.

@@ -71,6 +71,8 @@ objects:
     motion: dynamic
     mass_kg: LOW
     restitution: LOW
+    friction: LOW
+    velocity_m_s: [0, LOW, 0]
     pattern: checker
     pattern_size_m: LOW
     report:
@@ -136,7 +138,8 @@ TEST_F(Limits, EachNumberOfASceneHasItsRange) {
           "size_m[2] must be greater than 0 and at most 10000, is -1e9",
           "cell_m must be greater than 0 and at most 10000, is -1e9",
           "mass_kg must be greater than 0 and at most 1000000, is -1e9",
-          "restitution must be from 0 to 1, is -1e9",
+          "restitution must be from 0 to 1, is -1e9", "friction must be from 0 to 10, is -1e9",
+          "velocity_m_s[1] must be from -100 to 100, is -1e9",
           "pattern_size_m must be greater than 0 and at most 10000, is -1e9",
           "contacts must be from 0 to 64, is -1e9", "height_m must be from 0.0001 to 10, is -1e9",
           "apex_angle_deg must be from 0.1 to 179.9, is -1e9",
@@ -171,7 +174,7 @@ TEST_F(Limits, TheDocumentStatesTheRangeOfEachNumber) {
   for (std::string line; std::getline(document, line);) lines.push_back(line);
   const std::regex in_problem(
       R"((\w+)(\[\d\])* must be (from|greater than) (\S+) (?:to|and at most) ([^ ,]+), is .*)"),
-      in_document(R"((> )?([0-9][0-9.e+-]*)(?: to |, at most )([0-9][0-9.e+-]*))");
+      in_document(R"((> )?(-?[0-9][0-9.e+-]*)(?: to |, at most )([0-9][0-9.e+-]*))");
   std::vector<std::string> not_stated;
   int ranges = 0;
   for (const auto& texts : {texts_of(problems(test::replaced_all(kDeployment, "LOW", "-1e9"))),
@@ -305,6 +308,8 @@ objects:
   EXPECT_EQ(box.reaction, Reaction::highlight);
   EXPECT_EQ(box.mass_kg, 1);
   EXPECT_EQ(box.restitution, 0.5);
+  EXPECT_EQ(box.friction, 0.5);
+  EXPECT_EQ(box.velocity_world_m_s, Eigen::Vector3d(0, 0, 0));
   EXPECT_EQ(box.colour_rgb, (std::array{0.8, 0.8, 0.8}));
   EXPECT_EQ(box.pattern, Pattern::plain);
   EXPECT_EQ(box.pattern_size_m, 0.1);

@@ -73,9 +73,11 @@ objects:
     sphere: {radius_m: 0.5, subdivisions: 1}
     position_m: [0, 0, 1]
     motion: dynamic
-    reaction: bounce
+    reaction: contact
     mass_kg: 0.25
     restitution: 0.75
+    friction: 0.125
+    velocity_m_s: [1, -2, 3]
   - name: curtain
     curtain: {width_m: 0.6, height_m: 0.4, columns: 20, rows: 18, fold_depth_m: 0.01, fold_count: 3}
     position_m: [0, 0, 1]
@@ -116,9 +118,11 @@ objects:
   EXPECT_EQ(std::get<SphereShape>(ball.shape).radius_m, 0.5);
   EXPECT_EQ(mesh_of(ball).triangles.size(), 80u);
   EXPECT_EQ(ball.motion, Motion::dynamic);
-  EXPECT_EQ(ball.reaction, Reaction::bounce);
+  EXPECT_EQ(ball.reaction, Reaction::contact);
   EXPECT_EQ(ball.mass_kg, 0.25);
   EXPECT_EQ(ball.restitution, 0.75);
+  EXPECT_EQ(ball.friction, 0.125);
+  EXPECT_EQ(ball.velocity_world_m_s, Eigen::Vector3d(1, -2, 3));
 
   EXPECT_EQ(std::get<CurtainShape>(curtain.shape).fold_count, 3);
   EXPECT_EQ(mesh_of(curtain).triangles.size(), 720u) << "the paper's curtain";
@@ -449,6 +453,12 @@ objects:
     reaction: bounce
     mass_kg: 2
     pattern_size_m: 0.1
+  - name: f
+    box: {size_m: [1, 1, 1]}
+    position_m: [0, 0, 0]
+    reaction: contact
+    friction: 1
+    velocity_m_s: [0, 0, 1]
 )"),
       ElementsAre("scene.yaml:2:15: gravity_m_s2 must be from 0 to 1000, is -1",
                   "scene.yaml:3:17: light_m[2] must be finite, is .inf",
@@ -471,7 +481,11 @@ objects:
                   "scene.yaml:27:15: reaction bounce needs motion dynamic: only a rigid object "
                   "bounces",
                   "scene.yaml:28:14: mass_kg has no effect without motion dynamic",
-                  "scene.yaml:29:21: pattern_size_m has no effect on a plain object"));
+                  "scene.yaml:29:21: pattern_size_m has no effect on a plain object",
+                  "scene.yaml:33:15: reaction contact needs motion dynamic: nothing else moves as "
+                  "a rigid body",
+                  "scene.yaml:34:15: friction has no effect without motion dynamic",
+                  "scene.yaml:35:19: velocity_m_s has no effect without motion dynamic"));
 }
 
 TEST(KeySuggestion, SuggestsUnitsAndSpelling) {

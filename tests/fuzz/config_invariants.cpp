@@ -127,6 +127,9 @@ std::string broken_object(const SceneObject& object) {
   if (!is_rigid(object.world_from_object)) return "the pose of an object is not rigid";
   if (!is_positive(object.mass_kg, 1e6)) return "mass_kg";
   if (!is_in(object.restitution, 0, 1)) return "restitution";
+  if (!is_in(object.friction, 0, 10)) return "friction";
+  for (const double v : object.velocity_world_m_s)
+    if (!is_in(v, -100, 100)) return "velocity_m_s";
   if (!is_colour(object.colour_rgb)) return "colour_rgb of an object";
   if (!is_positive(object.pattern_size_m, 1e4)) return "pattern_size_m";
   if (std::string broken = broken_shape(object.shape); !broken.empty()) return broken;

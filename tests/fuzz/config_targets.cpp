@@ -41,9 +41,11 @@ objects:
     sphere: {radius_m: 0.5, subdivisions: 1}
     position_m: [0, 0, 1]
     motion: dynamic
-    reaction: bounce
+    reaction: contact
     mass_kg: 0.25
     restitution: 0.75
+    friction: 0.2
+    velocity_m_s: [0, 1, 0]
   - name: curtain
     curtain: {width_m: 0.6, height_m: 0.4, columns: 20, rows: 18, fold_depth_m: 0.01, fold_count: 3}
     position_m: [0, 0, 1]

@@ -239,7 +239,8 @@ TEST(ClothInHull, AHandOnTheRailIsCountedAndHarmsNothing) {
     simulation.advance_to(frame * test::kFrame_s, hand_on_rail);
   EXPECT_GT(simulation.counters().cloth.still_colliding, 0u);
   EXPECT_EQ(simulation.counters().cloth.reset, 0u);
-  for (const Vector3d& v : simulation.states()[1].vertices_m) EXPECT_TRUE(v.allFinite());
+  const std::vector<ObjectState> states = simulation.states();
+  for (const Vector3d& v : states[1].vertices_m) EXPECT_TRUE(v.allFinite());
 }
 
 TEST(ClothInHull, PauseAndResetHoldForCloth) {
@@ -293,7 +294,8 @@ TEST(ClothInHull, ALostClothReturnsToItsStart) {
   Simulation simulation(scene, {});
   for (int frame = 0; frame < 90; ++frame) simulation.advance_to(frame * test::kFrame_s);
   EXPECT_GT(simulation.counters().cloth.reset, 0u);
-  for (const Vector3d& v : simulation.states()[0].vertices_m) EXPECT_LT(v.norm(), 5.0);
+  const std::vector<ObjectState> states = simulation.states();
+  for (const Vector3d& v : states[0].vertices_m) EXPECT_LT(v.norm(), 5.0);
 }
 
 }  // namespace

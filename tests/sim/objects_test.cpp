@@ -8,7 +8,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kStep_s = 1.0 / 240;
 constexpr double kFriction = 0.25;  // 0.5 of each body; Bullet multiplies them
 
 // A box-shaped mesh whose origin is far from its centre.
@@ -230,6 +229,7 @@ TEST(RigidBodies, RespawnedBodyMovesAsAtItsStart) {
       dynamic({.name = "mesh", .shape = mesh_beside_origin({0.2, 0.1, 0.1}, {0.3, -0.7, 1.1})});
   tumbling.world_from_object = random_pose(random);
   tumbling.world_from_object.translation().z() += 2;
+  tumbling.velocity_world_m_s = {0.1, -0.2, 0.3};
   const config::Scene scene = scene_of({tumbling, floor_below()});
   sim::RigidBodies bodies(scene), fresh(scene);
   bodies.set_velocity_m_s(0, {0.5, 0.5, 0});
@@ -238,11 +238,91 @@ TEST(RigidBodies, RespawnedBodyMovesAsAtItsStart) {
             0.1);
   bodies.set_velocity_m_s(0, {1, 2, 3});
   bodies.respawn(0);
-  EXPECT_EQ(bodies.velocity_m_s(0), kOrigin);
+  EXPECT_EQ(bodies.velocity_m_s(0), tumbling.velocity_world_m_s);
   run(bodies, 0.1);
   run(fresh, 0.1);
   EXPECT_EQ(bodies.world_from_object(0).matrix(), fresh.world_from_object(0).matrix());
   EXPECT_EQ(bodies.velocity_m_s(0), fresh.velocity_m_s(0));
+}
+
+// A ball without gravity that touches the hull at its side, x = -kBallRadius_m.
+struct TouchedBall {
+  explicit TouchedBall(const Vector3d& ball_m_s, double friction = 0) {
+    config::Scene scene = scene_of({virtual_ball(kOrigin)});
+    scene.gravity_m_s2 = 0;
+    scene.objects[0].velocity_world_m_s = ball_m_s;
+    scene.objects[0].friction = friction;
+    bodies.emplace(scene);
+    manifold.points.push_back({.on_object_world_m = {-kBallRadius_m, 0, 0},
+                               .normal_world = Vector3d::UnitX(),
+                               .distance_m = 0,
+                               .restitution = 0});
+  }
+  void step() { bodies->step(kStep_s, {&manifold, 1}); }
+  Vector3d velocity_m_s() const { return bodies->velocity_m_s(0); }
+
+  std::optional<sim::RigidBodies> bodies;
+  sim::HullManifold manifold{0, {kOrigin, kOrigin, kOrigin}};
+};
+
+TEST(RigidBodiesInHullContact, AMovingSurfacePushes) {
+  TouchedBall ball(kOrigin);
+  ball.manifold.velocity.velocity_world_m_s = {0.8, 0, 0};
+  ball.step();
+  EXPECT_LT((ball.velocity_m_s() - Vector3d(0.8, 0, 0)).norm(), 1e-9);
+  EXPECT_NEAR(ball.manifold.points[0].impulse_n_s, 0.2 * 0.8, 1e-9) << "mass times velocity";
+  // A surface that withdraws does not pull.
+  ball.manifold.velocity.velocity_world_m_s = {-1, 0, 0};
+  ball.step();
+  EXPECT_LT((ball.velocity_m_s() - Vector3d(0.8, 0, 0)).norm(), 1e-9);
+  EXPECT_EQ(ball.manifold.points[0].impulse_n_s, 0);
+}
+
+TEST(RigidBodiesInHullContact, ATurningSurfacePushesWithItsVelocityThere) {
+  TouchedBall ball(kOrigin);
+  ball.manifold.velocity = {{-kBallRadius_m, -0.5, 0}, kOrigin, {0, 0, -1}};
+  ball.step();
+  EXPECT_NEAR(ball.velocity_m_s().x(), 0.5, 1e-9);
+}
+
+TEST(RigidBodiesInHullContact, FrictionCarriesAlongTheSurface) {
+  for (const double friction : {0.0, 0.5}) {
+    TouchedBall ball({-1, 0, 0}, friction);
+    ball.manifold.velocity.velocity_world_m_s = {0, 10, 0};
+    ball.step();
+    // Coulomb: the impulse along the surface is the coefficient times the normal one.
+    EXPECT_NEAR(ball.velocity_m_s().y(), friction * 1, 1e-6) << friction;
+  }
+}
+
+TEST(RigidBodiesInHullContact, ReboundHasTheGivenRestitution) {
+  TouchedBall ball({-1, 0.3, 0});
+  ball.manifold.points[0].restitution = 0.6;
+  ball.step();
+  EXPECT_LT((ball.velocity_m_s() - Vector3d(0.6, 0.3, 0)).norm(), 1e-9);
+  TouchedBall slow({-0.9 * sim::kMinBounce_m_s, 0, 0});
+  slow.manifold.points[0].restitution = 0.6;
+  slow.step();
+  EXPECT_LT(slow.velocity_m_s().norm(), 1e-9);
+}
+
+TEST(RigidBodiesInHullContact, APenetrationGivesNoVelocity) {
+  TouchedBall ball(kOrigin);
+  ball.manifold.points[0].distance_m = -0.01;
+  ball.step();
+  EXPECT_LT(ball.velocity_m_s().norm(), 1e-12);
+  EXPECT_LT(ball.bodies->center_world_m(0).norm(), 1e-12);
+}
+
+TEST(RigidBodiesInHullContact, ADistantSurfaceOnlyStopsWhatWouldReachIt) {
+  TouchedBall ball({-1, 0, 0});
+  ball.manifold.points[0].distance_m = 0.5 * kStep_s;
+  ball.step();
+  EXPECT_NEAR(ball.velocity_m_s().x(), -0.5, 1e-9) << "it reaches the surface at the step's end";
+  TouchedBall far({-1, 0, 0});
+  far.manifold.points[0].distance_m = 2 * kStep_s;
+  far.step();
+  EXPECT_NEAR(far.velocity_m_s().x(), -1, 1e-9);
 }
 
 }  // namespace

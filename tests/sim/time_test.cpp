@@ -74,6 +74,15 @@ TEST_F(SimulationTime, SkippedTimeIsCounted) {
   EXPECT_NEAR(simulation.time_s(), 5, 1e-9);
 }
 
+// sim_node ends in time although it has many slow steps to catch up.
+TEST_F(SimulationTime, StopsBetweenSteps) {
+  int asked = 0;
+  sim::Simulation simulation(ball_over_floor(), {}, {}, [&] { return ++asked > 3; });
+  simulation.advance_to(0, {});
+  simulation.advance_to(5, {});
+  EXPECT_EQ(simulation.counters().steps, 3u);
+}
+
 TEST_F(SimulationTime, PauseIsNotReplayed) {
   sim::Simulation simulation(ball_over_floor(), {});
   run_frames(simulation, 0, 5, {});

@@ -7,6 +7,7 @@ namespace fivepipe::test {
 
 inline constexpr double kBallRadius_m = 0.06;
 inline constexpr double kFrame_s = 1.0 / 30;
+inline constexpr double kStep_s = 1.0 / 240;      // the default of a simulation
 inline constexpr double kGravity_m_s2 = 9.80665;  // the default of a scene
 
 inline config::SceneObject virtual_ball(const Eigen::Vector3d& center_m, double restitution = 0.5,

@@ -121,10 +121,11 @@ TEST(ChildProcess, AProgramThatCannotBeExecutedLeavesNeitherAProcessNorAnOpenFil
 }
 
 TEST(ChildProcess, NeedsAFileForItsOutput) {
-  const NoFurtherFile limit;
+  const std::exception_ptr thrown =
+      thrown_without_files([] { const launch::ChildProcess child({"/bin/true"}, {}); });
+  ASSERT_TRUE(thrown) << "it was started";
   try {
-    const launch::ChildProcess child({"/bin/true"}, {});
-    ADD_FAILURE() << "it was started";
+    std::rethrow_exception(thrown);
   } catch (const std::system_error& error) {
     EXPECT_STREQ(error.what(), "pipe: Too many open files");
   }

@@ -52,8 +52,10 @@ TEST(NodeClaims, ARefusedClaimLeavesNoOpenFile) {
 }
 
 TEST(NodeClaims, NeedOpenFiles) {
-  const NoFurtherFile limit;
-  EXPECT_THROW(launch::NodeClaims(100000 + std::uint32_t(getpid()), {"sim"}), std::system_error);
+  const std::exception_ptr thrown =
+      thrown_without_files([] { launch::NodeClaims(100000 + std::uint32_t(getpid()), {"sim"}); });
+  ASSERT_TRUE(thrown);
+  EXPECT_THROW(std::rethrow_exception(thrown), std::system_error);
 }
 
 // Another process may claim a name without listening yet.

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <cstddef>
+#include <exception>
 #include <filesystem>
 #include <iterator>
 
@@ -33,5 +34,19 @@ class NoFurtherFile {
  private:
   rlimit before_{};
 };
+
+// Returns what `call` throws while no further file can be opened, or null. Files can be opened
+// again when the caller examines the exception: the undefined-behaviour sanitizer needs a pipe for
+// that.
+template <class Call>
+std::exception_ptr thrown_without_files(const Call& call) {
+  const NoFurtherFile limit;
+  try {
+    call();
+  } catch (...) {
+    return std::current_exception();
+  }
+  return nullptr;
+}
 
 }  // namespace fivepipe::test

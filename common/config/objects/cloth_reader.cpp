@@ -1,4 +1,4 @@
-#include "common/config/cloth_reader.h"
+#include "common/config/objects/cloth_reader.h"
 
 #include <fmt/format.h>
 

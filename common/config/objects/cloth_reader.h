@@ -1,6 +1,6 @@
 // Reads the settings of a scene object that moves as cloth.
 #pragma once
-#include "common/config/cloth_settings.h"
+#include "common/config/objects/cloth_settings.h"
 #include "common/config/yaml/yaml_reader.h"
 #include "common/geometry/mesh.h"
 

@@ -1,0 +1,16 @@
+// Boxes in any orientation.
+#pragma once
+#include <Eigen/Geometry>
+
+namespace fivepipe::geometry {
+
+struct OrientedBox {
+  Eigen::Isometry3d world_from_box;
+  Eigen::Vector3d half_m;  // half of the edges; the box's centre is its origin
+};
+
+// Returns the length of the shortest translation that separates the boxes [m]; 0 if they do not
+// overlap. Separating axes: Gottschalk, Lin and Manocha, "OBBTree", 1996.
+double overlap_m(const OrientedBox& a, const OrientedBox& b);
+
+}  // namespace fivepipe::geometry

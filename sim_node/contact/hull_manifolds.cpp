@@ -1,0 +1,390 @@
+#include "sim_node/contact/hull_manifolds.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "common/collision/response/farthest_point_sample.h"
+#include "common/collision/response/recovery.h"
+
+namespace fivepipe::sim {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+// Halvings of the time between two detections on an object's way: 4 mm become 0.25 mm.
+constexpr int kBisections = 4;
+// An object that moves less has not moved since the last detection [m]: far below the maps'
+// resolution.
+constexpr double kStill_m = 1e-5;
+// Smallest reach of the search for an exit [m]; a larger object may leave by its own size.
+constexpr double kMinReach_m = 0.05;
+// Parts of a contact this many footprints apart are contacts of their own.
+constexpr double kPatchGap = 3;
+// Cells of a patch per footprint of a pixel: the normal's error falls with their number.
+constexpr double kCellsPerFootprint = 3;
+// Number of points of a patch at which the hull's surface is measured.
+constexpr std::size_t kPlaneSamples = 16;
+// Number of times that a contact is measured: its first direction is that of a few pixels.
+constexpr int kProbes = 2;
+
+Vector3d mean(const std::vector<Vector3d>& points_m) {
+  Vector3d sum = Vector3d::Zero();
+  for (const Vector3d& p : points_m) sum += p;
+  return sum / double(points_m.size());
+}
+
+const collision::ContactPatch& most_similar(const std::vector<collision::ContactPatch>& patches,
+                                            const Vector3d& normal) {
+  return *std::max_element(patches.begin(), patches.end(), [&](const auto& a, const auto& b) {
+    return a.normal_world.dot(normal) < b.normal_world.dot(normal);
+  });
+}
+
+}  // namespace
+
+struct HullManifolds::Meeting {
+  std::size_t object;
+  const HullPart& part;
+  Isometry3d newest_from_now;    // motion of the part up to the newest frame
+  RigidVelocity velocity;        // of the part, now
+  Isometry3d world_from_object;  // relative to the part at the newest frame
+  Vector3d center_world_m;       // of the object, as above
+  Vector3d relative_m_s;         // velocity of the object's centre relative to the part
+};
+
+HullManifolds::HullManifolds(const config::Scene& scene, const ObjectModels& models,
+                             RigidBodies& bodies, CurrentHull& hull)
+    : scene_(scene),
+      models_(models),
+      bodies_(bodies),
+      hull_(hull),
+      kept_(scene.objects.size()),
+      detected_(scene.objects.size()),
+      ball_radius_m_(scene.objects.size(), 0),
+      lift_m_(scene.objects.size(), Vector3d::Zero()) {
+  for (const std::size_t object : models.touching)
+    if (const auto* ball = std::get_if<config::SphereShape>(&scene.objects[object].shape))
+      ball_radius_m_[object] = ball->radius_m;
+}
+
+std::span<HullManifold> HullManifolds::before_step(double step_s, double before_s) {
+  manifolds_.clear();
+  kept_of_manifold_.clear();
+  if (models_.touching.empty() || !hull_.query()) return {};
+  if (hull_.frames() != frame_) follow_new_hull();
+  for (const std::size_t object : models_.touching) {
+    lift_m_[object].setZero();
+    for (const HullPart& part : hull_.parts()) meet(object, part, step_s, before_s);
+  }
+  return manifolds_;
+}
+
+void HullManifolds::after_step() {
+  for (std::size_t m = 0; m < manifolds_.size(); ++m)
+    for (std::size_t i = 0; i < kept_of_manifold_[m].size(); ++i)
+      kept_[manifolds_[m].object][kept_of_manifold_[m][i]].impulse_n_s =
+          manifolds_[m].points[i].impulse_n_s;
+}
+
+void HullManifolds::forget(std::size_t object) {
+  kept_[object].clear();
+  detected_[object].clear();
+}
+
+void HullManifolds::reset() {
+  for (std::size_t object = 0; object < kept_.size(); ++object) forget(object);
+}
+
+void HullManifolds::follow_new_hull() {
+  for (auto& contacts : kept_)
+    follow_hull(contacts, hull_.parts(), hull_.time_s() - frame_time_s_, *hull_.query());
+  for (auto& detected : detected_) detected.clear();
+  frame_ = hull_.frames();
+  frame_time_s_ = hull_.time_s();
+}
+
+void HullManifolds::meet(std::size_t object, const HullPart& part, double step_s, double before_s) {
+  const Isometry3d newest_from_now = newest_from_before(part, before_s);
+  const RigidVelocity velocity = velocity_before(part, before_s);
+  const Vector3d center_m = bodies_.center_world_m(object);
+  const Meeting meeting{
+      object,
+      part,
+      newest_from_now,
+      velocity,
+      newest_from_now * bodies_.world_from_object(object),
+      newest_from_now * center_m,
+      newest_from_now.linear() * (bodies_.velocity_m_s(object) - velocity.at(center_m))};
+  drop_left(kept_[object], part.id, meeting.world_from_object);
+  if (!is_near(meeting, step_s)) return;
+  if (!is_still(meeting)) touch(meeting, step_s);
+  move_out(meeting, kHullCorrection);
+  add_manifold(meeting);
+}
+
+bool HullManifolds::is_near(const Meeting& meeting, double step_s) const {
+  const double reach_m =
+      models_.objects[meeting.object].radius_m + step_s * meeting.relative_m_s.norm();
+  return meeting.part.box_world_m.squaredExteriorDistance(meeting.center_world_m) <=
+         reach_m * reach_m;
+}
+
+bool HullManifolds::has_contact(const Meeting& meeting) const {
+  const std::vector<KeptContact>& kept = kept_[meeting.object];
+  return std::any_of(kept.begin(), kept.end(),
+                     [&](const KeptContact& contact) { return contact.part == meeting.part.id; });
+}
+
+bool HullManifolds::is_still(const Meeting& meeting) const {
+  if (!has_contact(meeting)) return false;
+  const double radius_m = models_.objects[meeting.object].radius_m;
+  for (const Detected& last : detected_[meeting.object]) {
+    if (last.part != meeting.part.id) continue;
+    const Isometry3d &before = last.world_from_object, &now = meeting.world_from_object;
+    return (now.translation() - before.translation()).norm() <= kStill_m &&
+           (now.linear() - before.linear()).norm() * radius_m <= kStill_m;
+  }
+  return false;
+}
+
+// Detects the object after a move, relative to the part.
+collision::ObjectCollision HullManifolds::detect(const Meeting& meeting,
+                                                 const Vector3d& move_world_m) {
+  const collision::DetectionObject object{
+      &models_.objects[meeting.object].bvh,
+      Eigen::Translation3d(move_world_m) * meeting.world_from_object,
+      meeting.center_world_m + move_world_m};
+  collision::ObjectCollision found = std::move(hull_.detect({&object, 1}).front());
+  // The hull holds the other parts too, at their places of the newest frame.
+  std::erase_if(found.points, [&](const collision::CollisionPoint& point) {
+    return !meeting.part.box_world_m.contains(point.p_world_m);
+  });
+  return found;
+}
+
+collision::ObjectCollision HullManifolds::detect_before(const Meeting& meeting, double back_s) {
+  return detect(meeting, -back_s * meeting.relative_m_s);
+}
+
+HullManifolds::Touch HullManifolds::first_touch(const Meeting& meeting, double step_s,
+                                                bool is_new) {
+  Touch now{0, detect_before(meeting, 0)};
+  const double speed_m_s = meeting.relative_m_s.norm();
+  if (!is_new || (now.collision.points.empty() && !(step_s * speed_m_s > kSweep_m))) return now;
+  // The hull of the last step may be that of an earlier frame and be smaller by some pixels.
+  double from_s = step_s;
+  if (!now.collision.points.empty()) {
+    const double footprint_m =
+        collision::pixel_footprint_m(*hull_.query(), now.collision.points.front().p_world_m);
+    from_s += std::min(step_s, kPlaneTolerance * footprint_m / speed_m_s);
+  }
+  // A contact that existed before did not begin within the step.
+  if (!detect_before(meeting, from_s).points.empty()) return now;
+  const int sweeps =
+      int(std::clamp(std::ceil(from_s * speed_m_s / kSweep_m), 1.0, double(kMaxSweeps)));
+  double free_s = from_s;
+  Touch first;
+  for (int i = sweeps - 1; i >= 0 && first.collision.points.empty(); --i) {
+    const double back_s = from_s * i / sweeps;
+    collision::ObjectCollision found = i > 0 ? detect_before(meeting, back_s) : now.collision;
+    if (found.points.empty())
+      free_s = back_s;
+    else
+      first = {back_s, std::move(found)};
+  }
+  if (first.collision.points.empty()) return now;
+  for (int i = 0; i < kBisections; ++i) {
+    const double back_s = 0.5 * (free_s + first.back_s);
+    collision::ObjectCollision found = detect_before(meeting, back_s);
+    if (found.points.empty())
+      free_s = back_s;
+    else
+      first = {back_s, std::move(found)};
+  }
+  ++counters_.impacts;
+  return first;
+}
+
+std::vector<collision::ContactPatch> HullManifolds::patches(
+    const Meeting& meeting, const collision::ObjectCollision& collision,
+    const Vector3d& move_world_m) {
+  if (collision.points.empty()) return {};
+  const double footprint_m =
+      collision::pixel_footprint_m(*hull_.query(), collision.points.front().p_world_m);
+  std::vector<collision::ContactPatch> patches = collision::contact_patches(
+      *hull_.query(), models_.objects[meeting.object].bvh.mesh(),
+      Eigen::Translation3d(move_world_m) * meeting.world_from_object, collision.triangles,
+      {.cell_m = footprint_m / kCellsPerFootprint, .gap_m = kPatchGap * footprint_m});
+  std::erase_if(patches, [&](const collision::ContactPatch& patch) {
+    return !meeting.part.box_world_m.contains(patch.points_world_m.front());
+  });
+  return patches;
+}
+
+// The object must be at the pose of the patch.
+std::vector<KeptContact> HullManifolds::planes(const Meeting& meeting,
+                                               const collision::ContactPatch& patch) const {
+  const hull::HullQuery& query = *hull_.query();
+  const Vector3d& normal = patch.normal_world;
+  const double footprint_m = collision::pixel_footprint_m(query, patch.points_world_m.front()),
+               reach_m = std::max(kMinReach_m, 2 * models_.objects[meeting.object].radius_m);
+  // First the point that is lowest along the normal: it is the deepest in a flat hull.
+  std::size_t lowest = 0;
+  for (std::size_t i = 1; i < patch.points_world_m.size(); ++i)
+    if (normal.dot(patch.points_world_m[i]) < normal.dot(patch.points_world_m[lowest])) lowest = i;
+  std::vector<KeptContact> planes;
+  double top_m = -std::numeric_limits<double>::infinity();  // of the hull along the normal
+  for (const std::size_t i :
+       collision::farthest_point_sample(patch.points_world_m, lowest, kPlaneSamples, footprint_m)) {
+    const Vector3d& p_world_m = patch.points_world_m[i];
+    const auto exit = collision::exit_outward(query, p_world_m, normal, reach_m);
+    if (!exit) continue;
+    planes.push_back({.part = meeting.part.id,
+                      .on_object_m = p_world_m,
+                      .on_hull_world_m = p_world_m + exit->distance_m * normal,
+                      .normal_world = normal,
+                      .footprint_m = footprint_m,
+                      .ball_radius_m = ball_radius_m_[meeting.object]});
+    top_m = std::max(top_m, normal.dot(planes.back().on_hull_world_m));
+  }
+  if (ball_radius_m_[meeting.object] > 0 && !planes.empty()) {
+    planes.resize(1);
+    planes[0].on_hull_world_m += (top_m - normal.dot(planes[0].on_hull_world_m)) * normal;
+  }
+  return planes;
+}
+
+std::vector<KeptContact> HullManifolds::measure(const Meeting& meeting, const Touch& touch) {
+  const hull::HullQuery& query = *hull_.query();
+  const Vector3d back_m = -touch.back_s * meeting.relative_m_s;
+  const Isometry3d at_touch = Eigen::Translation3d(back_m) * meeting.world_from_object;
+  std::vector<Vector3d> directions;
+  for (const collision::ContactPatch& patch : patches(meeting, touch.collision, back_m))
+    if (directions.size() < kMaxHullContacts) directions.push_back(patch.normal_world);
+  const Vector3d& first_m = touch.collision.points.front().p_world_m;
+  if (directions.empty())  // smaller than a cell: towards RP_obj, as in the paper
+    directions.push_back((meeting.center_world_m + back_m - first_m).normalized());
+  const double probe_m = kProbe * collision::pixel_footprint_m(query, first_m);
+  std::vector<KeptContact> contacts;
+  std::vector<Vector3d> measured_m;  // the centres of the patches
+  for (Vector3d direction : directions) {
+    for (int probe = 0; probe < kProbes; ++probe) {
+      const Vector3d move_m = back_m - probe_m * direction;
+      const auto found = patches(meeting, detect(meeting, move_m), move_m);
+      if (found.empty()) break;
+      const collision::ContactPatch& patch = most_similar(found, direction);
+      direction = patch.normal_world;
+      if (probe + 1 < kProbes) continue;
+      // Pixels that touch first at several places may belong to one patch.
+      const Vector3d center_m = mean(patch.points_world_m);
+      if (std::any_of(measured_m.begin(), measured_m.end(), [&](const Vector3d& other_m) {
+            return (other_m - center_m).norm() <= kPatchGap * probe_m;
+          }))
+        continue;
+      measured_m.push_back(center_m);
+      const Isometry3d probed = Eigen::Translation3d(move_m) * meeting.world_from_object;
+      for (KeptContact& contact : planes(meeting, patch)) {
+        contact.on_object_m = probed.inverse() * contact.on_object_m;
+        const double above_m = distance_m(contact, at_touch);
+        contact.on_hull_world_m = point_world_m(contact, at_touch) - above_m * contact.normal_world;
+        contacts.push_back(contact);
+      }
+    }
+  }
+  return contacts;
+}
+
+bool HullManifolds::is_explained(const Meeting& meeting,
+                                 const collision::ObjectCollision& collision) const {
+  std::vector<KeptContact> with_part;
+  for (const KeptContact& contact : kept_[meeting.object])
+    if (contact.part == meeting.part.id) with_part.push_back(contact);
+  return std::all_of(collision.points.begin(), collision.points.end(), [&](const auto& point) {
+    return is_on_kept_plane(with_part, point.p_world_m);
+  });
+}
+
+void HullManifolds::touch(const Meeting& meeting, double step_s) {
+  const bool is_new = !has_contact(meeting);
+  const Touch found = first_touch(meeting, step_s, is_new);
+  std::vector<Detected>& detected = detected_[meeting.object];
+  std::erase_if(detected, [&](const Detected& last) { return last.part == meeting.part.id; });
+  detected.push_back({meeting.part.id, meeting.world_from_object});
+  if (found.collision.points.empty() || is_explained(meeting, found.collision)) return;
+  std::vector<KeptContact> measured = measure(meeting, found);
+  const Isometry3d at_touch =
+      Eigen::Translation3d(-found.back_s * meeting.relative_m_s) * meeting.world_from_object;
+  if (is_new) begin_at_touch(measured, at_touch);
+  drop_left(measured, meeting.part.id, at_touch);
+  add_contacts(kept_[meeting.object], meeting.part.id, measured, at_touch);
+  if (!has_contact(meeting)) ++counters_.unrecovered;
+  if (is_new && found.back_s > 0) move_out(meeting, 1);
+}
+
+// The object touches, whatever the measured planes: the hull's pixels reach further than its mean
+// surface.
+void HullManifolds::begin_at_touch(std::vector<KeptContact>& measured, const Isometry3d& at_touch) {
+  double nearest_m = std::numeric_limits<double>::infinity();
+  for (const KeptContact& contact : measured)
+    nearest_m = std::min(nearest_m, distance_m(contact, at_touch));
+  if (!(nearest_m > 0)) return;
+  for (KeptContact& contact : measured) contact.on_hull_world_m += nearest_m * contact.normal_world;
+}
+
+// Moves the object out of its deepest plane, by this fraction of the depth. It carries no velocity.
+void HullManifolds::move_out(const Meeting& meeting, double fraction) {
+  const Isometry3d newest_from_object =
+      meeting.newest_from_now * bodies_.world_from_object(meeting.object);
+  double deepest_m = 0;
+  Vector3d normal = Vector3d::Zero();
+  for (const KeptContact& contact : kept_[meeting.object])
+    if (const double depth_m = -distance_m(contact, newest_from_object);
+        contact.part == meeting.part.id && depth_m > deepest_m)
+      deepest_m = depth_m, normal = contact.normal_world;
+  if (!(deepest_m > 0)) return;
+  const Vector3d normal_now = meeting.newest_from_now.linear().transpose() * normal;
+  const Vector3d velocity_m_s = bodies_.velocity_m_s(meeting.object) -
+                                meeting.velocity.at(bodies_.center_world_m(meeting.object));
+  if (normal_now.dot(velocity_m_s) > kMinBounce_m_s) return;  // it leaves by itself
+  const Vector3d move_m = fraction * deepest_m * normal_now;
+  bodies_.translate(meeting.object, move_m);
+  lift_m_[meeting.object] += move_m;
+}
+
+void HullManifolds::add_manifold(const Meeting& meeting) {
+  const std::size_t object = meeting.object;
+  // move_out() may have moved it since.
+  const Isometry3d newest_from_object = meeting.newest_from_now * bodies_.world_from_object(object),
+                   now_from_newest = meeting.newest_from_now.inverse();
+  HullManifold manifold{object, meeting.velocity};
+  std::vector<std::size_t> indices;
+  for (std::size_t i = 0; i < kept_[object].size(); ++i) {
+    const KeptContact& contact = kept_[object][i];
+    if (contact.part != meeting.part.id) continue;
+    HullContactPoint point{
+        .on_object_world_m = now_from_newest * point_world_m(contact, newest_from_object),
+        .normal_world = meeting.newest_from_now.linear().transpose() * contact.normal_world,
+        .distance_m = distance_m(contact, newest_from_object),
+        .restitution = 0,
+        .impulse_n_s = contact.impulse_n_s};
+    const double approach_m_s =
+        -point.normal_world.dot(bodies_.velocity_m_s(object, point.on_object_world_m) -
+                                meeting.velocity.at(point.on_object_world_m));
+    if (approach_m_s > kMinBounce_m_s) {
+      // The move out has added the energy of its lift; the bounce takes it back.
+      const double lifted = 2 * scene_.gravity_m_s2 * std::max(0.0, lift_m_[object].z()) /
+                            (approach_m_s * approach_m_s);
+      point.restitution = scene_.objects[object].restitution * std::sqrt(std::max(0.0, 1 - lifted));
+    }
+    manifold.points.push_back(point);
+    indices.push_back(i);
+  }
+  if (manifold.points.empty()) return;
+  ++counters_.contacts;
+  manifolds_.push_back(std::move(manifold));
+  kept_of_manifold_.push_back(std::move(indices));
+}
+
+}  // namespace fivepipe::sim

@@ -1,0 +1,139 @@
+#include "sim_node/contact/kept_contacts.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/collision/response/farthest_point_sample.h"
+#include "sim_node/objects/rigid_bodies.h"
+
+namespace fivepipe::sim {
+namespace {
+
+using Eigen::Vector3d;
+
+double above_m(const KeptContact& plane, const Vector3d& p_world_m) {
+  return plane.normal_world.dot(p_world_m - plane.on_hull_world_m);
+}
+
+// Whether the measured contact is on the kept one's plane, within the maps' resolution.
+bool shares_plane(const KeptContact& measured, const KeptContact& kept) {
+  return measured.normal_world.dot(kept.normal_world) >= std::cos(kSamePlane_rad) &&
+         std::abs(above_m(kept, measured.on_hull_world_m)) <= kPlaneTolerance * kept.footprint_m;
+}
+
+void take_plane(KeptContact& contact, const KeptContact& from, const Vector3d& p_world_m) {
+  contact.normal_world = from.normal_world;
+  contact.on_hull_world_m = p_world_m - above_m(from, p_world_m) * from.normal_world;
+}
+
+bool is_supported(const KeptContact& contact, const hull::HullQuery& query) {
+  const Vector3d tolerance_m = kPlaneTolerance * contact.footprint_m * contact.normal_world;
+  return query.contains(contact.on_hull_world_m - tolerance_m) &&
+         !query.contains(contact.on_hull_world_m + tolerance_m);
+}
+
+const HullPart* part_of(const KeptContact& contact, std::span<const HullPart> parts) {
+  for (const HullPart& part : parts)
+    if (part.id == contact.part) return &part;
+  // The point is on the part's border; its box may end a pixel earlier.
+  const Vector3d margin_m = Vector3d::Constant(kPlaneTolerance * contact.footprint_m);
+  for (const HullPart& part : parts)
+    if (Eigen::AlignedBox3d(part.box_world_m.min() - margin_m, part.box_world_m.max() + margin_m)
+            .contains(contact.on_hull_world_m))
+      return &part;
+  return nullptr;
+}
+
+}  // namespace
+
+Vector3d point_world_m(const KeptContact& contact, const Eigen::Isometry3d& world_from_object) {
+  return contact.ball_radius_m > 0
+             ? world_from_object.translation() - contact.ball_radius_m * contact.normal_world
+             : world_from_object * contact.on_object_m;
+}
+
+double distance_m(const KeptContact& contact, const Eigen::Isometry3d& world_from_object) {
+  return above_m(contact, point_world_m(contact, world_from_object));
+}
+
+void drop_left(std::vector<KeptContact>& contacts, std::uint64_t part,
+               const Eigen::Isometry3d& world_from_object) {
+  std::erase_if(contacts, [&](const KeptContact& contact) {
+    if (contact.part != part) return false;
+    const Vector3d moved_m = point_world_m(contact, world_from_object) - contact.on_hull_world_m;
+    const double above = contact.normal_world.dot(moved_m);
+    return !(above <= contact.footprint_m &&
+             (moved_m - above * contact.normal_world).norm() <= contact.footprint_m);
+  });
+}
+
+void follow_hull(std::vector<KeptContact>& contacts, std::span<const HullPart> parts,
+                 double between_s, const hull::HullQuery& query) {
+  std::erase_if(contacts, [&](KeptContact& contact) {
+    const HullPart* const part = part_of(contact, parts);
+    if (!part) return true;
+    const Eigen::Isometry3d motion = newest_from_before(*part, between_s);
+    contact.part = part->id;
+    contact.on_hull_world_m = motion * contact.on_hull_world_m;
+    contact.normal_world = motion.linear() * contact.normal_world;
+    return !is_supported(contact, query);
+  });
+}
+
+bool is_on_kept_plane(std::span<const KeptContact> contacts, const Vector3d& p_world_m) {
+  for (const KeptContact& plane : contacts) {
+    const double tolerance_m = kPlaneTolerance * plane.footprint_m;
+    if (!(std::abs(above_m(plane, p_world_m)) <= tolerance_m)) continue;
+    Vector3d center_m = Vector3d::Zero();
+    double count = 0;
+    for (const KeptContact& other : contacts)
+      if (other.normal_world == plane.normal_world) center_m += other.on_hull_world_m, ++count;
+    center_m /= count;
+    double radius_m = tolerance_m;
+    for (const KeptContact& other : contacts)
+      if (other.normal_world == plane.normal_world)
+        radius_m = std::max(radius_m, (other.on_hull_world_m - center_m).norm() + tolerance_m);
+    if ((p_world_m - center_m).norm() <= radius_m) return true;
+  }
+  return false;
+}
+
+void add_contacts(std::vector<KeptContact>& contacts, std::uint64_t part,
+                  std::span<const KeptContact> measured,
+                  const Eigen::Isometry3d& world_from_object) {
+  std::vector<KeptContact> with_part;
+  std::erase_if(contacts, [&](const KeptContact& contact) {
+    if (contact.part == part) with_part.push_back(contact);
+    return contact.part == part;
+  });
+  for (KeptContact contact : measured) {
+    const auto same =
+        std::find_if(with_part.begin(), with_part.end(),
+                     [&](const KeptContact& kept) { return shares_plane(contact, kept); });
+    if (same != with_part.end()) {
+      take_plane(contact, *same, point_world_m(contact, world_from_object));
+      const Vector3d point_m = point_world_m(contact, world_from_object);
+      if (std::any_of(with_part.begin(), with_part.end(), [&](const KeptContact& kept) {
+            return kept.normal_world == contact.normal_world &&
+                   (point_world_m(kept, world_from_object) - point_m).norm() <= contact.footprint_m;
+          }))
+        continue;
+    }
+    with_part.push_back(contact);
+  }
+  if (with_part.empty()) return;
+  std::vector<Vector3d> points_m;
+  std::size_t deepest = 0;
+  for (std::size_t i = 0; i < with_part.size(); ++i) {
+    points_m.push_back(point_world_m(with_part[i], world_from_object));
+    if (distance_m(with_part[i], world_from_object) <
+        distance_m(with_part[deepest], world_from_object))
+      deepest = i;
+  }
+  std::vector<std::size_t> chosen =
+      collision::farthest_point_sample(points_m, deepest, kMaxHullContacts, 0);
+  std::sort(chosen.begin(), chosen.end());  // the solver's result depends on the order
+  for (const std::size_t i : chosen) contacts.push_back(with_part[i]);
+}
+
+}  // namespace fivepipe::sim

@@ -1,0 +1,68 @@
+// Contacts that a rigid object keeps from step to step, as planes on the hull.
+//
+// Each frame measures the hull's surface anew, and each measurement is uncertain by about a pixel's
+// footprint. An object at rest would follow these changes and wander. A contact therefore keeps its
+// plane as long as the measured surface is within kPlaneTolerance footprints of it, and a new
+// contact on the same plane takes that plane. The paper has no counterpart; physics engines keep
+// contacts in the same way, without the tolerance (persistent manifold, Moravanszky and Terdiman,
+// "Fast Contact Reduction for Dynamics Simulation", 2004).
+#pragma once
+#include <span>
+#include <vector>
+
+#include "common/hull/query/hull_query.h"
+#include "sim_node/hull/hull_part.h"
+
+namespace fivepipe::sim {
+
+struct KeptContact {
+  std::uint64_t part;           // HullPart::id
+  Eigen::Vector3d on_object_m;  // object frame; not used for a ball
+  // The plane, with the part at its place of the newest frame. The normal is unit and leaves the
+  // hull.
+  Eigen::Vector3d on_hull_world_m, normal_world;
+  double footprint_m;  // of a pixel there
+  // Above 0: the object is a ball of this radius about its origin. It rolls, so its point is always
+  // the one nearest to the plane.
+  double ball_radius_m = 0;
+  double impulse_n_s = 0;  // see HullContactPoint
+};
+
+// The object's point [m]. world_from_object: relative to the part at its place of the newest frame,
+// as everywhere below.
+Eigen::Vector3d point_world_m(const KeptContact& contact,
+                              const Eigen::Isometry3d& world_from_object);
+
+// Signed distance of the object's point from the plane [m]; negative in the hull.
+double distance_m(const KeptContact& contact, const Eigen::Isometry3d& world_from_object);
+
+// Drops the contacts with a part that the object has left: those whose point is more than a
+// footprint from the plane, or has slid by more than that along it.
+void drop_left(std::vector<KeptContact>& contacts, std::uint64_t part,
+               const Eigen::Isometry3d& world_from_object);
+
+// Moves the planes with their parts to a new frame, `between_s` after the last one, and drops those
+// that the new hull's surface is not near. A contact with a part that is no longer known goes to
+// one whose box contains it.
+void follow_hull(std::vector<KeptContact>& contacts, std::span<const HullPart> parts,
+                 double between_s, const hull::HullQuery& query);
+
+// Adds measured contacts with a part, each as its own plane or that of a kept contact that it
+// shares, unless one is kept within a footprint of its place on this plane. Keeps at most
+// kMaxHullContacts contacts with the part: the deepest and a farthest-point sample.
+void add_contacts(std::vector<KeptContact>& contacts, std::uint64_t part,
+                  std::span<const KeptContact> measured,
+                  const Eigen::Isometry3d& world_from_object);
+
+// Whether a point is within kPlaneTolerance of a kept plane and within the contacts on this plane:
+// no farther from their centre than the farthest of them.
+bool is_on_kept_plane(std::span<const KeptContact> contacts, const Eigen::Vector3d& p_world_m);
+
+// In footprints. A border pixel that comes and goes moves the surface by one; the plane may be that
+// of either state.
+inline constexpr double kPlaneTolerance = 1.5;
+// Contacts whose normals differ by less may share a plane: twice the error of a patch's normal
+// (contact_patch.h) on the border of a real object of 25 px.
+inline constexpr double kSamePlane_rad = 0.1;
+
+}  // namespace fivepipe::sim

@@ -1,0 +1,159 @@
+// Objects that turn on a hinge or move along a slider.
+#include "tests/support/sim_scene.h"
+
+namespace fivepipe::test {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kDegree_rad = std::numbers::pi / 180;
+
+// A door leaf of 80 x 4 x 100 cm. Its hinge is 40 cm to the left of its centre.
+config::SceneObject door(double to_deg = 100) {
+  config::SceneObject door =
+      virtual_box("door", kOrigin, {0.8, 0.04, 1.0}, config::Reaction::contact);
+  door.motion = config::Motion::dynamic;
+  door.mass_kg = 5;
+  door.friction = 0;
+  door.restitution = 0;
+  door.joint = config::Joint{.kind = config::JointKind::hinge,
+                             .point_m = {-0.4, 0, 0},
+                             .axis = {0, 0, 1},
+                             .lowest = 0,
+                             .highest = to_deg * kDegree_rad,
+                             .damping_1_s = 0.5};
+  return door;
+}
+
+config::SceneObject drawer() {
+  config::SceneObject drawer = door();
+  drawer.joint = config::Joint{.kind = config::JointKind::slider,
+                               .axis = Vector3d(0, 1, 1).normalized(),
+                               .lowest = -0.1,
+                               .highest = 0.3,
+                               .damping_1_s = 0};
+  return drawer;
+}
+
+double angle_rad(const Eigen::Isometry3d& pose) { return std::atan2(pose(1, 0), pose(0, 0)); }
+
+TEST(Hinge, TurnsAboutItsAxisAndStopsAtItsLimits) {
+  for (const double impulse_m_s : {3.0, -3.0}) {
+    config::SceneObject leaf = door();
+    leaf.velocity_world_m_s = {0, impulse_m_s, 0};
+    leaf.world_from_object = Eigen::Translation3d(0.3, -0.2, 1) *
+                             Eigen::AngleAxisd(0.7, Vector3d::UnitZ()) *
+                             Eigen::Isometry3d::Identity();
+    leaf.velocity_world_m_s = leaf.world_from_object.linear() * leaf.velocity_world_m_s;
+    const Vector3d hinge_m = leaf.world_from_object * leaf.joint->point_m;
+    sim::RigidBodies bodies(scene_of({leaf}));
+    double largest_rad = 0;
+    for (int step = 0; step < 480; ++step) {
+      bodies.step(kStep_s);
+      const Eigen::Isometry3d pose = bodies.world_from_object(0);
+      const double angle = angle_rad(leaf.world_from_object.inverse() * pose);
+      EXPECT_GE(angle, -1e-12);
+      EXPECT_LE(angle, 100 * kDegree_rad + 1e-12);
+      EXPECT_LT((pose * leaf.joint->point_m - hinge_m).norm(), 1e-12) << "the hinge stays";
+      EXPECT_LT((pose.linear() * Vector3d::UnitZ() - Vector3d::UnitZ()).norm(), 1e-12);
+      largest_rad = std::max(largest_rad, angle);
+    }
+    EXPECT_NEAR(largest_rad, impulse_m_s > 0 ? 100 * kDegree_rad : 0, 1e-9);
+  }
+}
+
+TEST(Hinge, DampingSlowsTheDoor) {
+  config::SceneObject leaf = door(170);
+  leaf.joint->damping_1_s = 2;
+  leaf.velocity_world_m_s = {0, 0.2, 0};
+  sim::RigidBodies bodies(scene_of({leaf}));
+  bodies.step(kStep_s);
+  const double first_m_s = bodies.velocity_m_s(0).norm();
+  for (int step = 0; step < 120; ++step) bodies.step(kStep_s);
+  EXPECT_NEAR(bodies.velocity_m_s(0).norm(), first_m_s * std::exp(-2 * 0.5), 0.02 * first_m_s);
+}
+
+TEST(Slider, MovesAlongItsAxisAndStopsAtItsLimits) {
+  config::SceneObject box = drawer();
+  box.velocity_world_m_s = {1, 3, 1};
+  sim::RigidBodies bodies(scene_of({box}));
+  double highest_m = 0;
+  for (int step = 0; step < 480; ++step) {
+    bodies.step(kStep_s);
+    const Eigen::Isometry3d pose = bodies.world_from_object(0);
+    const double along_m = pose.translation().dot(box.joint->axis);
+    EXPECT_LT((pose.translation() - along_m * box.joint->axis).norm(), 1e-12);
+    EXPECT_EQ(pose.linear(), Eigen::Matrix3d(Eigen::Matrix3d::Identity()));
+    EXPECT_GE(along_m, -0.1 - 1e-12);
+    EXPECT_LE(along_m, 0.3 + 1e-12);
+    highest_m = std::max(highest_m, along_m);
+  }
+  EXPECT_GT(highest_m, 0.05);
+  // Gravity pulls it down to its lower limit.
+  EXPECT_NEAR(bodies.world_from_object(0).translation().dot(box.joint->axis), -0.1, 1e-9);
+}
+
+TEST(Hinge, AfterAResetTheDoorIsClosed) {
+  config::SceneObject leaf = door();
+  leaf.velocity_world_m_s = {0, 1, 0};
+  sim::Simulation simulation(scene_of({leaf}), {});
+  simulation.advance_to(0);
+  simulation.advance_to(0.2);
+  EXPECT_GT(angle_rad(simulation.states()[0].world_from_object), 0.1);
+  simulation.reset();
+  EXPECT_EQ(simulation.states()[0].world_from_object.matrix(), leaf.world_from_object.matrix());
+}
+
+// A real rod reaches through the door's plane, 60 cm from the hinge, and moves along +y. The door's
+// face, 2 cm from the plane of the hinge, rests on the rod's surface.
+double opened_to_rad(double rod_y_m, double radius_m, double x_m) {
+  // The distance of the rod's centre from the plane through the hinge is radius + 2 cm.
+  const double reach_m = std::hypot(x_m, rod_y_m);
+  return std::atan2(rod_y_m, x_m) + std::asin((radius_m + 0.02) / reach_m);
+}
+
+TEST(Door, OpensByTheAngleThatTheHandDemands) {
+  for (const double speed_m_s : {0.2, 1.0}) {
+    const double radius_m = 0.02, x_m = 0.6;
+    const auto cameras = ring(8, 2.5, 0.02, 600, 1.4, {0.1, 0.1, 0});
+    config::SceneObject leaf = door();
+    config::Scene scene = scene_of({leaf});
+    scene.history.emplace();
+    sim::Simulation simulation(scene, {}, {Vector3d(-0.6, -0.6, -0.4), Vector3d(0.8, 0.8, 0.4)});
+    std::vector<hull::Silhouette> silhouettes;
+    double y_m = -0.1;
+    for (int frame = 0; y_m < 0.25; ++frame) {
+      y_m = -0.1 + frame * speed_m_s * kFrame_s;
+      silhouettes =
+          silhouettes_of({{{-0.4 + x_m, y_m, -0.2}, {-0.4 + x_m, y_m, 0.2}, radius_m}}, cameras);
+      simulation.advance_to(frame * kFrame_s, silhouettes);
+    }
+    const double angle = angle_rad(simulation.states()[0].world_from_object),
+                 demanded = opened_to_rad(y_m, radius_m, x_m);
+    EXPECT_GE(angle, demanded - 2 * kDegree_rad) << speed_m_s << " m/s";
+    if (speed_m_s < 0.5) {
+      EXPECT_LE(angle, demanded + 2 * kDegree_rad);
+    }
+  }
+}
+
+TEST(Door, PushedFurtherAtItsStopItStays) {
+  config::SceneObject leaf = door(20);
+  config::Scene scene = scene_of({leaf});
+  scene.history.emplace();
+  sim::Simulation simulation(scene, {}, {Vector3d(-0.6, -0.6, -0.4), Vector3d(0.8, 0.8, 0.4)});
+  const auto cameras = ring(8, 2.5, 0.02, 600, 1.4, {0.1, 0.1, 0});
+  std::vector<hull::Silhouette> silhouettes;
+  for (int frame = 0; frame < 40; ++frame) {
+    const double y_m = -0.1 + 0.5 * frame * kFrame_s;
+    silhouettes = silhouettes_of({{{0.2, y_m, -0.2}, {0.2, y_m, 0.2}, 0.02}}, cameras);
+    simulation.advance_to(frame * kFrame_s, silhouettes);
+    const double angle = angle_rad(simulation.states()[0].world_from_object);
+    EXPECT_LE(angle, 20 * kDegree_rad + 1e-9);
+    EXPECT_GE(angle, -1e-9);
+    EXPECT_TRUE(all_finite(simulation));
+  }
+}
+
+}  // namespace
+}  // namespace fivepipe::test
