@@ -129,6 +129,12 @@ TEST(KeptContacts, FollowTheHullAsLongAsItsSurfaceIsNear) {
       EXPECT_NEAR(contacts[0].on_hull_world_m.z(), std::max(z_m, 0.0), 1e-12);
     }
   }
+  // A turning part turns the normal: 0.05 rad about y in 0.1 s.
+  const sim::HullPart turning{.id = 3, .angular_velocity_world_rad_s = {0, 0.5, 0}};
+  std::vector<sim::KeptContact> turned = {on_plane(kOrigin, kOrigin, 3)};
+  sim::follow_hull(turned, {&turning, 1}, 0.1, *hull.query());
+  ASSERT_EQ(turned.size(), 1u);
+  EXPECT_LT((turned[0].normal_world - Vector3d(std::sin(0.05), 0, std::cos(0.05))).norm(), 1e-9);
   // A part with a new id: the contact goes to it if its box contains the place.
   const sim::HullPart renamed{.id = 4};
   std::vector<sim::KeptContact> contacts = {on_plane(kOrigin, kOrigin, 3)};

@@ -57,6 +57,15 @@ TEST(Hinge, TurnsAboutItsAxisAndStopsAtItsLimits) {
       EXPECT_LT((pose * leaf.joint->point_m - hinge_m).norm(), 1e-12) << "the hinge stays";
       EXPECT_LT((pose.linear() * Vector3d::UnitZ() - Vector3d::UnitZ()).norm(), 1e-12);
       largest_rad = std::max(largest_rad, angle);
+      const Vector3d arm_m = pose * Vector3d(0.4, 0, 0) - hinge_m;
+      const double speed_rad_s =
+          arm_m.cross(bodies.velocity_m_s(0, hinge_m + arm_m)).z() / arm_m.squaredNorm();
+      if (angle < 1e-9) {
+        EXPECT_GE(speed_rad_s, -1e-9) << "it is stopped";
+      }
+      if (angle > 100 * kDegree_rad - 1e-9) {
+        EXPECT_LE(speed_rad_s, 1e-9) << "it is stopped";
+      }
     }
     EXPECT_NEAR(largest_rad, impulse_m_s > 0 ? 100 * kDegree_rad : 0, 1e-9);
   }

@@ -452,7 +452,7 @@ objects:
      reaction: bounce}
   - {name: swallowed, sphere: {radius_m: 0.01}, position_m: [0, 0.02, 0.02], motion: dynamic,
      reaction: bounce}
-  - {name: wedged, box: {size_m: [0.3, 0.3, 0.1]}, position_m: [0, 0.02, 0.02], motion: dynamic,
+  - {name: wedged, box: {size_m: [0.1, 0.3, 0.1]}, position_m: [0, 0.02, 0.15], motion: dynamic,
      reaction: bounce}
   - {name: falling, sphere: {radius_m: 0.02}, position_m: [0.3, 0.3, 0], motion: dynamic,
      reaction: none}
