@@ -15,26 +15,48 @@ using Eigen::Vector3d;
 using Eigen::Vector3f;
 
 // Long capsules are cut into short pieces, so that their bounding rectangles contain few other
-// pixels. The union of the pieces is the original body.
+// pixels. The union of the pieces is the original body. A box is one piece.
 struct Piece {
-  hull::Capsule capsule;
+  std::variant<hull::Capsule, geometry::OrientedBox> shape;
+  // The piece is the convex hull of these spheres.
+  std::vector<Vector3d> centers_world_m;
+  double radius_m;
   const SyntheticPart* part;
 };
 
-std::vector<Piece> pieces_of(std::span<const SyntheticPart> parts) {
+void add_pieces(const hull::Capsule& whole, const SyntheticPart& part, std::vector<Piece>& pieces) {
   constexpr double kMaxShadowLength_radii = 3;
-  std::vector<Piece> pieces;
-  for (const SyntheticPart& part : parts) {
-    const hull::Capsule& whole = part.capsule;
-    const Vector3d segment = whole.b_world_m - whole.a_world_m;
-    const int n =
-        std::max(1, int(std::ceil(segment.norm() / (kMaxShadowLength_radii * whole.radius_m))));
-    for (int i = 0; i < n; ++i)
-      pieces.push_back({{whole.a_world_m + (double(i) / n) * segment,
-                         whole.a_world_m + (double(i + 1) / n) * segment, whole.radius_m},
-                        &part});
+  const Vector3d segment = whole.b_world_m - whole.a_world_m;
+  const int n =
+      std::max(1, int(std::ceil(segment.norm() / (kMaxShadowLength_radii * whole.radius_m))));
+  for (int i = 0; i < n; ++i) {
+    const Vector3d a = whole.a_world_m + (double(i) / n) * segment,
+                   b = whole.a_world_m + (double(i + 1) / n) * segment;
+    pieces.push_back({hull::Capsule{a, b, whole.radius_m}, {a, b}, whole.radius_m, &part});
   }
+}
+
+void add_pieces(const geometry::OrientedBox& box, const SyntheticPart& part,
+                std::vector<Piece>& pieces) {
+  std::vector<Vector3d> corners;
+  for (int corner = 0; corner < 8; ++corner)
+    corners.push_back(box.world_from_box *
+                      box.half_m.cwiseProduct(
+                          Vector3d(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1)));
+  pieces.push_back({box, std::move(corners), 0, &part});
+}
+
+std::vector<Piece> pieces_of(std::span<const SyntheticPart> parts) {
+  std::vector<Piece> pieces;
+  for (const SyntheticPart& part : parts)
+    std::visit([&](const auto& shape) { add_pieces(shape, part, pieces); }, part.shape);
   return pieces;
+}
+
+std::optional<double> entry(const Piece& piece, const geometry::Ray& ray) {
+  if (const auto* capsule = std::get_if<hull::Capsule>(&piece.shape))
+    return hull::ray_entry(*capsule, ray);
+  return geometry::ray_entry(std::get<geometry::OrientedBox>(piece.shape), ray);
 }
 
 void put(cv::Mat& bgr, int u, int v, const Vector3f& levels) {
@@ -173,18 +195,18 @@ void SyntheticCamera::draw_object(std::span<const SyntheticPart> parts, cv::Mat&
   };
   std::vector<Piece> pieces = pieces_of(parts);
   const auto nearest_depth = [&](const Piece& piece) {
-    return std::min((camera_from_world_ * piece.capsule.a_world_m).z(),
-                    (camera_from_world_ * piece.capsule.b_world_m).z()) -
-           piece.capsule.radius_m;
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const Vector3d& center : piece.centers_world_m)
+      nearest = std::min(nearest, (camera_from_world_ * center).z());
+    return nearest - piece.radius_m;
   };
   std::stable_sort(pieces.begin(), pieces.end(), [&](const Piece& a, const Piece& b) {
     return nearest_depth(a) < nearest_depth(b);
   });
   std::vector<hull::PixelRect> rects;
-  for (const auto& [capsule, part] : pieces) {
-    const Vector3d ends[] = {capsule.a_world_m, capsule.b_world_m};
-    const double radii[] = {capsule.radius_m, capsule.radius_m};
-    rects.push_back(image_bounds_of(ends, radii));
+  for (const Piece& piece : pieces) {
+    const std::vector<double> radii(piece.centers_world_m.size(), piece.radius_m);
+    rects.push_back(image_bounds_of(piece.centers_world_m, radii));
     for (int v = rects.back().v0_px; v < rects.back().v1_px; ++v)
       std::fill_n(nearest_.begin() + std::ptrdiff_t(v * width + rects.back().u0_px),
                   rects.back().width_px(), Nearest{});
@@ -195,7 +217,7 @@ void SyntheticCamera::draw_object(std::span<const SyntheticPart> parts, cv::Mat&
       for (int u = rects[i].u0_px; u < rects[i].u1_px; ++u) {
         const std::size_t at = v * width + std::size_t(u);
         if (nearest_[at].depth_m <= from) continue;
-        const std::optional<double> depth = hull::ray_entry(pieces[i].capsule, ray_of(at));
+        const std::optional<double> depth = entry(pieces[i], ray_of(at));
         if (depth && float(*depth) < nearest_[at].depth_m) nearest_[at] = {float(*depth), int(i)};
       }
   }
@@ -212,7 +234,7 @@ void SyntheticCamera::draw_object(std::span<const SyntheticPart> parts, cv::Mat&
       }
 }
 
-// For the table and for the floor: finds the pixels that each capsule's shadow can cover, computes
+// For the table and for the floor: finds the pixels that each piece's shadow can cover, computes
 // the visible fraction of the lamp there, and darkens the image accordingly.
 void SyntheticCamera::draw_shadow(std::span<const SyntheticPart> parts, cv::Mat& bgr) {
   const Eigen::Isometry3f world_from_camera =
@@ -227,17 +249,17 @@ void SyntheticCamera::draw_shadow(std::span<const SyntheticPart> parts, cv::Mat&
   for (const Surface surface : {Surface::table_top, Surface::floor}) {
     const float z_m = surface == Surface::table_top ? kTableTop_z_m : kFloor_z_m;
     std::vector<hull::PixelRect> rects;
-    for (const auto& [capsule, part] : pieces) {
+    for (const Piece& piece : pieces) {
       std::vector<Vector3d> centers;
       std::vector<double> radii;
-      for (const Vector3d& end : {capsule.a_world_m, capsule.b_world_m}) {
+      for (const Vector3d& end : piece.centers_world_m) {
         const Vector3d down = end - lamp_m;
         // Projects the centre from the lamp onto the surface; 1: it is on the surface.
         const double scale = std::max(1.0, (double(z_m) - lamp_m.z()) / down.z());
         centers.push_back(lamp_m + scale * down);
         // A sphere's shadow on the surface is an ellipse, elongated by the slant of the light;
         // includes the penumbra.
-        radii.push_back((scale * capsule.radius_m + (scale - 1) * lamp::kRadius_m) * down.norm() /
+        radii.push_back((scale * piece.radius_m + (scale - 1) * lamp::kRadius_m) * down.norm() /
                         -down.z() * kEllipseMargin);
       }
       rects.push_back(image_bounds_of(centers, radii));
@@ -254,8 +276,11 @@ void SyntheticCamera::draw_shadow(std::span<const SyntheticPart> parts, cv::Mat&
         for (int u = rects[i].u0_px; u < rects[i].u1_px; ++u) {
           const std::size_t at = v * width + std::size_t(u);
           if (surface_[at] != surface || visibility_[at] == 0) continue;
+          const Vector3f p = seen_at(u, v);
           visibility_[at] =
-              std::min(visibility_[at], lamp_visibility_past(pieces[i].capsule, seen_at(u, v)));
+              std::min(visibility_[at],
+                       std::visit([&](const auto& shape) { return lamp_visibility_past(shape, p); },
+                                  pieces[i].shape));
         }
     for (const hull::PixelRect& rect : rects)
       for (int v = rect.v0_px; v < rect.v1_px; ++v)

@@ -1,6 +1,6 @@
 // Shading of the synthetic objects, and their shadow.
 #pragma once
-#include "capture_node/synthetic/world.h"
+#include "capture_node/synthetic/actors/part.h"
 
 namespace fivepipe::capture {
 
@@ -13,5 +13,7 @@ Eigen::Vector3f shaded(const SyntheticPart& part, const Eigen::Vector3d& p_world
 // the line of sight divided by the width of the penumbra at the closest approach. The point must
 // not be the lamp.
 float lamp_visibility_past(const hull::Capsule& capsule, const Eigen::Vector3f& p_world_m);
+// The same past a box: the fraction of 64 points of the lamp that the point sees.
+float lamp_visibility_past(const geometry::OrientedBox& box, const Eigen::Vector3f& p_world_m);
 
 }  // namespace fivepipe::capture

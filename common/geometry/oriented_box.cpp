@@ -1,6 +1,7 @@
 #include "common/geometry/oriented_box.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace fivepipe::geometry {
@@ -34,6 +35,25 @@ double overlap_m(const OrientedBox& a, const OrientedBox& b) {
       test(a.world_from_box.linear().col(i).cross(b.world_from_box.linear().col(k)));
   }
   return std::max(0.0, smallest_m);
+}
+
+std::optional<double> ray_entry(const OrientedBox& box, const Ray& ray) {
+  const Eigen::Isometry3d box_from_world = box.world_from_box.inverse();
+  const Eigen::Vector3d origin_m = box_from_world * ray.origin_world_m,
+                        direction = box_from_world.linear() * ray.direction_world;
+  double near = 0, far = std::numeric_limits<double>::infinity();
+  for (int axis = 0; axis < 3; ++axis) {
+    if (direction[axis] == 0) {
+      if (!(std::abs(origin_m[axis]) <= box.half_m[axis])) return std::nullopt;
+      continue;
+    }
+    const double to_center = -origin_m[axis] / direction[axis],
+                 half = box.half_m[axis] / std::abs(direction[axis]);
+    if (!(to_center - half <= far && to_center + half >= near)) return std::nullopt;
+    near = std::max(near, to_center - half);
+    far = std::min(far, to_center + half);
+  }
+  return near;
 }
 
 }  // namespace fivepipe::geometry

@@ -1,6 +1,9 @@
 // Boxes in any orientation.
 #pragma once
 #include <Eigen/Geometry>
+#include <optional>
+
+#include "common/geometry/camera.h"
 
 namespace fivepipe::geometry {
 
@@ -12,5 +15,9 @@ struct OrientedBox {
 // Returns the length of the shortest translation that separates the boxes [m]; 0 if they do not
 // overlap. Separating axes: Gottschalk, Lin and Manocha, "OBBTree", 1996.
 double overlap_m(const OrientedBox& a, const OrientedBox& b);
+
+// Returns the ray parameter (in units of the direction's length) at which the ray enters the box, 0
+// if its origin is inside, or nullopt if the ray misses or the box is behind the origin.
+std::optional<double> ray_entry(const OrientedBox& box, const Ray& ray);
 
 }  // namespace fivepipe::geometry

@@ -42,6 +42,14 @@ const collision::ContactPatch& most_similar(const std::vector<collision::Contact
   });
 }
 
+// Whether the surface moved in this direction in the frame before, too. A border pixel that appears
+// moves it in one frame only.
+bool continues(const SurfaceMotion& motion, const std::vector<SurfaceMotion>& before) {
+  return std::any_of(before.begin(), before.end(), [&](const SurfaceMotion& other) {
+    return other.part == motion.part && other.velocity_world_m_s.dot(motion.velocity_world_m_s) > 0;
+  });
+}
+
 }  // namespace
 
 struct HullManifolds::Meeting {
@@ -61,6 +69,8 @@ HullManifolds::HullManifolds(const config::Scene& scene, const ObjectModels& mod
       bodies_(bodies),
       hull_(hull),
       kept_(scene.objects.size()),
+      seen_motions_(scene.objects.size()),
+      surface_motions_(scene.objects.size()),
       detected_(scene.objects.size()),
       ball_radius_m_(scene.objects.size(), 0),
       lift_m_(scene.objects.size(), Vector3d::Zero()) {
@@ -90,6 +100,8 @@ void HullManifolds::after_step() {
 
 void HullManifolds::forget(std::size_t object) {
   kept_[object].clear();
+  seen_motions_[object].clear();
+  surface_motions_[object].clear();
   detected_[object].clear();
 }
 
@@ -98,14 +110,31 @@ void HullManifolds::reset() {
 }
 
 void HullManifolds::follow_new_hull() {
-  for (auto& contacts : kept_)
-    follow_hull(contacts, hull_.parts(), hull_.time_s() - frame_time_s_, *hull_.query());
+  const double between_s = hull_.time_s() - frame_time_s_,
+               reach_m = scene_.history ? scene_.history->max_speed_m_s * between_s : 0;
+  for (std::size_t object = 0; object < kept_.size(); ++object) {
+    std::vector<SurfaceMotion> motions =
+        follow_hull(kept_[object], hull_.parts(), between_s, *hull_.query(), reach_m);
+    surface_motions_[object].clear();
+    for (const SurfaceMotion& motion : motions)
+      if (continues(motion, seen_motions_[object])) surface_motions_[object].push_back(motion);
+    seen_motions_[object] = std::move(motions);
+  }
   for (auto& detected : detected_) detected.clear();
   frame_ = hull_.frames();
   frame_time_s_ = hull_.time_s();
 }
 
-void HullManifolds::meet(std::size_t object, const HullPart& part, double step_s, double before_s) {
+// The part as the object meets it: with the motion of the surface that it touches.
+HullPart HullManifolds::local(std::size_t object, HullPart part) const {
+  for (const SurfaceMotion& motion : surface_motions_[object])
+    if (motion.part == part.id) part.velocity_world_m_s += motion.velocity_world_m_s;
+  return part;
+}
+
+void HullManifolds::meet(std::size_t object, const HullPart& tracked, double step_s,
+                         double before_s) {
+  const HullPart part = local(object, tracked);
   const Isometry3d newest_from_now = newest_from_before(part, before_s);
   const RigidVelocity velocity = velocity_before(part, before_s);
   const Vector3d center_m = bodies_.center_world_m(object);

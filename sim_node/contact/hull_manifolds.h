@@ -68,7 +68,8 @@ class HullManifolds {
   bool has_contact(const Meeting& meeting) const;
   // Whether object and part touch, and have not moved since their last detection.
   bool is_still(const Meeting& meeting) const;
-  void meet(std::size_t object, const HullPart& part, double step_s, double before_s);
+  HullPart local(std::size_t object, HullPart part) const;
+  void meet(std::size_t object, const HullPart& tracked, double step_s, double before_s);
   void touch(const Meeting& meeting, double step_s);
   // Whether all collision points belong to the kept contacts, so that nothing is to be measured.
   bool is_explained(const Meeting& meeting, const collision::ObjectCollision& collision) const;
@@ -92,7 +93,9 @@ class HullManifolds {
   CurrentHull& hull_;
   std::uint64_t frame_ = 0;
   double frame_time_s_ = 0;
-  std::vector<std::vector<KeptContact>> kept_;   // by object
+  std::vector<std::vector<KeptContact>> kept_;  // by object
+  // By object, in the newest frame: all, and those that continue the motion of the frame before.
+  std::vector<std::vector<SurfaceMotion>> seen_motions_, surface_motions_;
   std::vector<std::vector<Detected>> detected_;  // by object
   std::vector<double> ball_radius_m_;            // by object; 0: not a ball
   std::vector<Eigen::Vector3d> lift_m_;          // by object: moves out in the current step

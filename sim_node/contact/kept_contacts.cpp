@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <numeric>
 
 #include "common/collision/response/farthest_point_sample.h"
+#include "common/collision/response/recovery.h"
 #include "sim_node/objects/rigid_bodies.h"
 
 namespace fivepipe::sim {
@@ -26,10 +29,22 @@ void take_plane(KeptContact& contact, const KeptContact& from, const Vector3d& p
   contact.on_hull_world_m = p_world_m - above_m(from, p_world_m) * from.normal_world;
 }
 
-bool is_supported(const KeptContact& contact, const hull::HullQuery& query) {
-  const Vector3d tolerance_m = kPlaneTolerance * contact.footprint_m * contact.normal_world;
-  return query.contains(contact.on_hull_world_m - tolerance_m) &&
-         !query.contains(contact.on_hull_world_m + tolerance_m);
+// Returns how far the hull's surface is from the plane along its normal: 0 if it is near, nullopt
+// if there is none within reach.
+std::optional<double> surface_m(const KeptContact& contact, const hull::HullQuery& query,
+                                double reach_m) {
+  const double tolerance_m = kPlaneTolerance * contact.footprint_m;
+  const Vector3d &plane_m = contact.on_hull_world_m, &normal = contact.normal_world;
+  const bool is_full = query.contains(plane_m - tolerance_m * normal),
+             is_free = !query.contains(plane_m + tolerance_m * normal);
+  if (is_full && is_free) return 0.0;
+  if (!(reach_m > tolerance_m)) return std::nullopt;
+  if (!is_free) {
+    const auto exit = collision::exit_outward(query, plane_m, normal, reach_m);
+    return exit ? std::optional(exit->distance_m) : std::nullopt;
+  }
+  const auto entry = query.first_entry({plane_m, -normal}, 0, reach_m);
+  return entry ? std::optional(-*entry) : std::nullopt;
 }
 
 const HullPart* part_of(const KeptContact& contact, std::span<const HullPart> parts) {
@@ -67,8 +82,10 @@ void drop_left(std::vector<KeptContact>& contacts, std::uint64_t part,
   });
 }
 
-void follow_hull(std::vector<KeptContact>& contacts, std::span<const HullPart> parts,
-                 double between_s, const hull::HullQuery& query) {
+std::vector<SurfaceMotion> follow_hull(std::vector<KeptContact>& contacts,
+                                       std::span<const HullPart> parts, double between_s,
+                                       const hull::HullQuery& query, double reach_m) {
+  std::map<std::uint64_t, std::vector<Vector3d>> moves_m;  // by part
   std::erase_if(contacts, [&](KeptContact& contact) {
     const HullPart* const part = part_of(contact, parts);
     if (!part) return true;
@@ -76,8 +93,21 @@ void follow_hull(std::vector<KeptContact>& contacts, std::span<const HullPart> p
     contact.part = part->id;
     contact.on_hull_world_m = motion * contact.on_hull_world_m;
     contact.normal_world = motion.linear() * contact.normal_world;
-    return !is_supported(contact, query);
+    const auto moved_m = surface_m(contact, query, reach_m);
+    if (!moved_m) return true;
+    if (*moved_m == 0) return false;
+    const Vector3d move_m = *moved_m * contact.normal_world;
+    contact.on_hull_world_m += move_m;
+    moves_m[contact.part].push_back(move_m);
+    return false;
   });
+  std::vector<SurfaceMotion> motions;
+  for (const auto& [part, of_part_m] : moves_m) {
+    const Vector3d sum_m =
+        std::accumulate(of_part_m.begin(), of_part_m.end(), Vector3d(Vector3d::Zero()));
+    motions.push_back({part, sum_m / (double(of_part_m.size()) * between_s)});
+  }
+  return motions;
 }
 
 bool is_on_kept_plane(std::span<const KeptContact> contacts, const Vector3d& p_world_m) {

@@ -28,6 +28,13 @@ struct KeptContact {
   double impulse_n_s = 0;  // see HullContactPoint
 };
 
+// Velocity of a part's surface where an object touches it, beyond the part's rigid motion, from the
+// previous frame to the newest one: a hand turns about its wrist.
+struct SurfaceMotion {
+  std::uint64_t part;  // HullPart::id
+  Eigen::Vector3d velocity_world_m_s;
+};
+
 // The object's point [m]. world_from_object: relative to the part at its place of the newest frame,
 // as everywhere below.
 Eigen::Vector3d point_world_m(const KeptContact& contact,
@@ -41,11 +48,13 @@ double distance_m(const KeptContact& contact, const Eigen::Isometry3d& world_fro
 void drop_left(std::vector<KeptContact>& contacts, std::uint64_t part,
                const Eigen::Isometry3d& world_from_object);
 
-// Moves the planes with their parts to a new frame, `between_s` after the last one, and drops those
-// that the new hull's surface is not near. A contact with a part that is no longer known goes to
-// one whose box contains it.
-void follow_hull(std::vector<KeptContact>& contacts, std::span<const HullPart> parts,
-                 double between_s, const hull::HullQuery& query);
+// Moves the planes with their parts to a new frame, `between_s` after the last one. If the new
+// hull's surface is not near a plane, the plane moves along its normal to the surface, by at most
+// reach_m; the contact is dropped if there is no surface. A contact with a part that is no longer
+// known goes to one whose box contains it. Returns the mean motion of each part's moved planes.
+std::vector<SurfaceMotion> follow_hull(std::vector<KeptContact>& contacts,
+                                       std::span<const HullPart> parts, double between_s,
+                                       const hull::HullQuery& query, double reach_m);
 
 // Adds measured contacts with a part, each as its own plane or that of a kept contact that it
 // shares, unless one is kept within a footprint of its place on this plane. Keeps at most

@@ -17,6 +17,8 @@
 namespace fivepipe::capture {
 namespace {
 
+using test::capsule_of;
+
 bool same_bits(const cv::Mat& a, const cv::Mat& b) {
   return a.size() == b.size() && a.type() == b.type() &&
          std::memcmp(a.data, b.data, a.total() * a.elemSize()) == 0;
@@ -77,33 +79,100 @@ TEST(SyntheticWorld, TwoHandsReachInPartAndReturn) {
     const std::vector<SyntheticPart> parts = synthetic_parts(world, t_s);
     ASSERT_EQ(parts.size(), 2 * hand);
     for (std::size_t i = 0; i < hand; ++i) {
-      const hull::Capsule &right = parts[i].capsule, &left = parts[hand + i].capsule;
+      const hull::Capsule &right = capsule_of(parts[i]), &left = capsule_of(parts[hand + i]);
       EXPECT_EQ(left.a_world_m, right.a_world_m.cwiseProduct(Eigen::Vector3d(-1, 1, 1)));
       EXPECT_EQ(left.b_world_m, right.b_world_m.cwiseProduct(Eigen::Vector3d(-1, 1, 1)));
       EXPECT_EQ(left.radius_m, right.radius_m);
       deepest_m = std::max(deepest_m, right.b_world_m.y());
     }
-    nearest_m = std::min(nearest_m, parts[0].capsule.a_world_m.x());
-    farthest_m = std::max(farthest_m, parts[0].capsule.a_world_m.x());
+    nearest_m = std::min(nearest_m, capsule_of(parts[0]).a_world_m.x());
+    farthest_m = std::max(farthest_m, capsule_of(parts[0]).a_world_m.x());
     const std::vector<SyntheticPart> next = synthetic_parts(world, t_s + 0.001);
     for (std::size_t i = 0; i < parts.size(); ++i)
-      EXPECT_LT((next[i].capsule.a_world_m - parts[i].capsule.a_world_m).norm(), 1.5e-3)
+      EXPECT_LT((capsule_of(next[i]).a_world_m - capsule_of(parts[i]).a_world_m).norm(), 1.5e-3)
           << "a part jumps, or is faster than 1.5 m/s";
   }
   EXPECT_NEAR(nearest_m, 0.022, 0.002);
   EXPECT_NEAR(farthest_m, 0.215, 0.002);
   EXPECT_NEAR(deepest_m, 0.144, 0.002);  // the middle fingers' tips, beyond the curtain at 0.06
-  EXPECT_EQ(synthetic_parts(world, 1.0)[0].capsule.a_world_m,
-            synthetic_parts(world, 1.0 + 2 * world.period_s)[0].capsule.a_world_m);
+  EXPECT_EQ(capsule_of(synthetic_parts(world, 1.0)[0]).a_world_m,
+            capsule_of(synthetic_parts(world, 1.0 + 2 * world.period_s)[0]).a_world_m);
+}
+
+// A point that moves with each part.
+Eigen::Vector3d place_of(const SyntheticPart& part) {
+  if (const auto* capsule = std::get_if<hull::Capsule>(&part.shape)) return capsule->a_world_m;
+  return std::get<geometry::OrientedBox>(part.shape).world_from_box.translation();
+}
+
+double lowest_m(const SyntheticPart& part) {
+  if (const auto* capsule = std::get_if<hull::Capsule>(&part.shape))
+    return std::min(capsule->a_world_m.z(), capsule->b_world_m.z()) - capsule->radius_m;
+  const auto& box = std::get<geometry::OrientedBox>(part.shape);
+  return box.world_from_box.translation().z() -
+         box.world_from_box.linear().row(2).cwiseAbs().dot(box.half_m);
+}
+
+// Returns the largest speed of a part [m/s].
+double check_motion(const config::SyntheticWorld& world) {
+  double fastest_m_s = 0;
+  const std::size_t count = synthetic_parts(world, 0).size();
+  for (double t_s = 0; t_s < world.period_s; t_s += 0.005) {
+    const std::vector<SyntheticPart> parts = synthetic_parts(world, t_s),
+                                     next = synthetic_parts(world, t_s + 0.001);
+    EXPECT_EQ(parts.size(), count);
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      fastest_m_s = std::max(fastest_m_s, (place_of(next[i]) - place_of(parts[i])).norm() / 0.001);
+      EXPECT_GE(lowest_m(parts[i]), -1e-12) << "part " << i << " is in the table at " << t_s;
+    }
+  }
+  return fastest_m_s;
+}
+
+TEST(SyntheticWorld, AHandThrowsUpWhatLiesOnItsTray) {
+  config::SyntheticWorld world;
+  world.actor = config::SyntheticActor::hand_with_tray;
+  world.period_s = 8;
+  EXPECT_NEAR(check_motion(world), 1.4, 0.01);
+  const auto parts = synthetic_parts(world, 0), thrown = synthetic_parts(world, 4.15);
+  EXPECT_EQ(place_of(parts[0]), place_of(thrown[0])) << "the blocks stand";
+  EXPECT_EQ(place_of(parts[1]), place_of(thrown[1])) << "the blocks stand";
+  EXPECT_NEAR(lowest_m(parts[0]), 0, 1e-12);
+  EXPECT_NEAR(lowest_m(parts[1]), 0, 1e-12);
+  EXPECT_NEAR(place_of(thrown[2]).z() - place_of(parts[2]).z(), 0.09, 0.001);
+  // No part of the hand is above the tray, where the objects lie.
+  const auto& tray = std::get<geometry::OrientedBox>(parts[2].shape);
+  for (std::size_t i = 3; i < parts.size(); ++i) {
+    const hull::Capsule& part = capsule_of(parts[i]);
+    for (const Eigen::Vector3d& end : {part.a_world_m, part.b_world_m})
+      if ((end - place_of(parts[2])).head<2>().cwiseAbs().maxCoeff() < tray.half_m.x()) {
+        EXPECT_LE(end.z() + part.radius_m, place_of(parts[2]).z());
+      }
+  }
+}
+
+TEST(SyntheticWorld, AHandPushesAndReturns) {
+  config::SyntheticWorld world;
+  world.actor = config::SyntheticActor::pushing_hand;
+  EXPECT_NEAR(check_motion(world), 0.565, 0.005);  // on its return, with a period of 4 s
+  double nearest_m = 1, farthest_m = -1;
+  for (double t_s = 0; t_s < world.period_s; t_s += 0.01)
+    for (const SyntheticPart& part : synthetic_parts(world, t_s))
+      if (part.material == Material::skin) {
+        nearest_m = std::min(nearest_m, place_of(part).y());
+        farthest_m = std::max(farthest_m, place_of(part).y());
+      }
+  EXPECT_NEAR(farthest_m, 0.166, 0.003);  // the thumb
+  EXPECT_NEAR(nearest_m, -0.15, 0.001);
 }
 
 TEST(SyntheticWorld, HasThePipeOfThePaper) {
   for (const SyntheticPart& part : synthetic_parts({}, 1.3))
     if (part.material == Material::pipe) {
-      EXPECT_NEAR(
-          (part.capsule.a_world_m - part.capsule.b_world_m).norm() + 2 * part.capsule.radius_m,
-          0.14, 1e-12);
-      EXPECT_DOUBLE_EQ(part.capsule.radius_m, 0.02);
+      EXPECT_NEAR((capsule_of(part).a_world_m - capsule_of(part).b_world_m).norm() +
+                      2 * capsule_of(part).radius_m,
+                  0.14, 1e-12);
+      EXPECT_DOUBLE_EQ(capsule_of(part).radius_m, 0.02);
     }
 }
 
@@ -116,9 +185,9 @@ TEST(SyntheticWorld, HasThePartsOfTheGoldenFile) {
     config::SyntheticWorld world;
     world.seed = seed;
     for (const SyntheticPart& part : synthetic_parts(world, t_s)) {
-      const Eigen::Vector3d &a = part.capsule.a_world_m, &b = part.capsule.b_world_m;
-      found.push_back(
-          {double(part.material), a.x(), a.y(), a.z(), b.x(), b.y(), b.z(), part.capsule.radius_m});
+      const Eigen::Vector3d &a = capsule_of(part).a_world_m, &b = capsule_of(part).b_world_m;
+      found.push_back({double(part.material), a.x(), a.y(), a.z(), b.x(), b.y(), b.z(),
+                       capsule_of(part).radius_m});
     }
   }
   if (std::getenv("FIVEPIPE_WRITE_GOLDEN")) {
@@ -330,10 +399,10 @@ TEST(SyntheticImage, EqualsARenderingWithoutBounds) {
     // Pieces of at most three radii: the penumbra is that of a piece.
     std::vector<hull::Capsule> pieces;
     for (const SyntheticPart& part : parts) {
-      const Eigen::Vector3d a = part.capsule.a_world_m, along = part.capsule.b_world_m - a;
-      const int n = int(std::ceil(along.norm() / (3 * part.capsule.radius_m)));
+      const Eigen::Vector3d a = capsule_of(part).a_world_m, along = capsule_of(part).b_world_m - a;
+      const int n = int(std::ceil(along.norm() / (3 * capsule_of(part).radius_m)));
       for (int i = 0; i < n; ++i)
-        pieces.push_back({a + along * i / n, a + along * (i + 1) / n, part.capsule.radius_m});
+        pieces.push_back({a + along * i / n, a + along * (i + 1) / n, capsule_of(part).radius_m});
     }
     for (int v = 0; v < image.rows; ++v)
       for (int u = 0; u < image.cols; ++u) {
@@ -358,7 +427,8 @@ TEST(SyntheticImage, EqualsARenderingWithoutBounds) {
         }
         double nearest = INFINITY;
         for (const SyntheticPart& part : parts)
-          if (const auto depth = hull::ray_entry(part.capsule, ray); depth && *depth < nearest) {
+          if (const auto depth = hull::ray_entry(capsule_of(part), ray);
+              depth && *depth < nearest) {
             nearest = *depth;
             expected =
                 shaded(part, ray.origin_world_m + *depth * ray.direction_world, ray.origin_world_m);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <numbers>
 #include <random>
 
@@ -85,6 +86,40 @@ TEST(OrientedBoxes, AgreeWithSampledPoints) {
   }
   EXPECT_GT(overlapping, 300);
   EXPECT_GT(apart, 300);
+}
+
+TEST(OrientedBoxes, ARayEntersWhereItFirstMeetsTheBox) {
+  std::mt19937_64 random(8);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  const auto vector = [&] { return Vector3d(unit(random), unit(random), unit(random)); };
+  for (int i = 0; i < 2000; ++i) {
+    const OrientedBox box = test::box(vector(), vector().cwiseAbs() + Vector3d::Constant(0.1),
+                                      turned(3 * unit(random), vector()));
+    const Vector3d inside = box.world_from_box * (0.99 * box.half_m.cwiseProduct(vector())),
+                   direction = vector() + Vector3d(1.5, 0, 0);
+    EXPECT_EQ(ray_entry(box, {inside, direction}), 0.0);
+    const Vector3d origin = inside - 10 * direction.normalized();
+    const auto entry = ray_entry(box, {origin, direction});
+    ASSERT_TRUE(entry);
+    // On a face.
+    const Vector3d at =
+        (box.world_from_box.inverse() * (origin + *entry * direction)).cwiseQuotient(box.half_m);
+    EXPECT_NEAR(at.cwiseAbs().maxCoeff(), 1, 1e-9);
+    EXPECT_FALSE(ray_entry(box, {origin, -direction})) << "behind the origin";
+    // Beside the box: across the direction by more than its diagonal.
+    const Vector3d beside = 2.01 * box.half_m.norm() * direction.unitOrthogonal();
+    EXPECT_FALSE(ray_entry(box, {origin + beside, direction}));
+  }
+}
+
+TEST(OrientedBoxes, ARayAlongAFaceMeetsTheClosedBox) {
+  const OrientedBox box{Eigen::Isometry3d::Identity(), Vector3d(1, 2, 3)};
+  EXPECT_EQ(ray_entry(box, {{1, 0, -5}, {0, 0, 1}}), 2.0);
+  EXPECT_EQ(ray_entry(box, {{1, 2, -5}, {0, 0, 2}}), 1.0) << "along an edge";
+  EXPECT_FALSE(ray_entry(box, {{1.000001, 0, -5}, {0, 0, 1}}));
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(ray_entry(box, {{nan, 0, -5}, {0, 0, 1}}));
+  EXPECT_FALSE(ray_entry(box, {{0, 0, -5}, {0, nan, 1}}));
 }
 
 }  // namespace

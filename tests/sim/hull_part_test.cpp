@@ -123,26 +123,39 @@ TEST(KeptContacts, FollowTheHullAsLongAsItsSurfaceIsNear) {
                                                             {-0.03, moving, true},
                                                             {-0.03, still, false}}) {
     std::vector<sim::KeptContact> contacts = {on_plane(kOrigin, {0, 0, z_m}, 3)};
-    sim::follow_hull(contacts, {&part, 1}, 0.1, *hull.query());
+    sim::follow_hull(contacts, {&part, 1}, 0.1, *hull.query(), 0);
     ASSERT_EQ(contacts.size(), keeps ? 1u : 0u) << z_m;
     if (keeps) {
       EXPECT_NEAR(contacts[0].on_hull_world_m.z(), std::max(z_m, 0.0), 1e-12);
     }
   }
+  // Within reach, the plane goes to the surface, and the surface's motion is returned.
+  for (const auto& [z_m, reach_m, keeps] : std::vector<std::tuple<double, double, bool>>{
+           {-0.02, 0.05, true}, {0.02, 0.05, true}, {-0.02, 0.015, false}, {0.02, 0.015, false}}) {
+    std::vector<sim::KeptContact> contacts = {on_plane(kOrigin, {0, 0, z_m}, 3)};
+    const std::vector<sim::SurfaceMotion> motions =
+        sim::follow_hull(contacts, {&still, 1}, 0.1, *hull.query(), reach_m);
+    ASSERT_EQ(contacts.size(), keeps ? 1u : 0u) << z_m;
+    ASSERT_EQ(motions.size(), keeps ? 1u : 0u) << z_m;
+    if (!keeps) continue;
+    EXPECT_NEAR(contacts[0].on_hull_world_m.z(), 0, 0.003) << "about a pixel";
+    EXPECT_EQ(motions[0].part, 3u);
+    EXPECT_NEAR(motions[0].velocity_world_m_s.z(), -z_m / 0.1, 0.03);
+  }
   // A turning part turns the normal: 0.05 rad about y in 0.1 s.
   const sim::HullPart turning{.id = 3, .angular_velocity_world_rad_s = {0, 0.5, 0}};
   std::vector<sim::KeptContact> turned = {on_plane(kOrigin, kOrigin, 3)};
-  sim::follow_hull(turned, {&turning, 1}, 0.1, *hull.query());
+  sim::follow_hull(turned, {&turning, 1}, 0.1, *hull.query(), 0);
   ASSERT_EQ(turned.size(), 1u);
   EXPECT_LT((turned[0].normal_world - Vector3d(std::sin(0.05), 0, std::cos(0.05))).norm(), 1e-9);
   // A part with a new id: the contact goes to it if its box contains the place.
   const sim::HullPart renamed{.id = 4};
   std::vector<sim::KeptContact> contacts = {on_plane(kOrigin, kOrigin, 3)};
-  sim::follow_hull(contacts, {&renamed, 1}, 0.1, *hull.query());
+  sim::follow_hull(contacts, {&renamed, 1}, 0.1, *hull.query(), 0);
   ASSERT_EQ(contacts.size(), 1u);
   EXPECT_EQ(contacts[0].part, 4u);
   const sim::HullPart elsewhere{.id = 5, .box_world_m = {Vector3d(1, 1, 1), Vector3d(2, 2, 2)}};
-  sim::follow_hull(contacts, {&elsewhere, 1}, 0.1, *hull.query());
+  sim::follow_hull(contacts, {&elsewhere, 1}, 0.1, *hull.query(), 0);
   EXPECT_TRUE(contacts.empty());
 }
 

@@ -43,6 +43,10 @@ constexpr double kMinLeverArm = 0.15;
 // again, at most kMaxAxisUpdates times.
 constexpr double kMaxAxisDrift_rad = 0.1;
 constexpr int kMaxAxisUpdates = 3;
+// A motion must reduce the residual at rest by this factor: by moving the object further than about
+// a third of a pixel over the window. Else an object at rest with few tangent points gets a motion
+// that grows from fit to fit.
+constexpr double kBetterThanRest = 0.95;
 // Limits on pairs of outlines per step, for the final fit and for trials. They bound the time of a
 // fit for any window and number of cameras. Above the limit, evenly spaced times are dropped, but
 // each remaining one keeps kMinCameraPairs pairs of cameras: fewer double the rotation's error.
@@ -301,6 +305,15 @@ std::optional<OutlineMotion> fitted(const Fit& fit, const UniformMotion& guess,
   return std::nullopt;
 }
 
+// Returns the fit, or rest if that explains the outlines nearly as well.
+OutlineMotion or_rest(const Fit& fit, const OutlineMotion& found) {
+  const Equations e = fit.equations(UniformMotion{}, kMaxPairs);
+  if (e.count < kMinTangencies) return found;
+  const double rest_m = std::sqrt(e.mean_square_m2());
+  if (found.residual_m < kBetterThanRest * rest_m) return found;
+  return {UniformMotion{}, found.determined_axes, rest_m};
+}
+
 bool has_drifted(const Fit& fit, const UniformMotion& a, const UniformMotion& b) {
   const double turned_rad =
       (a.angular_velocity_world_rad_s - b.angular_velocity_world_rad_s).norm() * fit.window_s();
@@ -328,7 +341,8 @@ std::optional<OutlineMotion> outline_motion(const std::deque<OutlineSnapshot>& f
     // unknown.
     const bool uneven =
         found && found->determined_axes > 0 && !(found->residual_m < min_separation_m(fit));
-    return uneven ? fitted(fit, from, Matrix3d::Zero(), kMaxPairs) : found;
+    const auto best = uneven ? fitted(fit, from, Matrix3d::Zero(), kMaxPairs) : found;
+    return best ? std::optional(or_rest(fit, *best)) : std::nullopt;
   }
   return std::nullopt;
 }

@@ -45,9 +45,9 @@ struct OutlineMotion {
   double residual_m = 0;
 };
 
-// Returns the best fit, starting from `guess`. Times must ascend. size_m is the object's RMS
-// distance from its centroid. Returns nullopt if there are too few cameras or times, or if no
-// motion near the guess fits.
+// Returns the best fit, starting from `guess`; rest if that fits nearly as well. Times must ascend.
+// size_m is the object's RMS distance from its centroid. Returns nullopt if there are too few
+// cameras or times, or if no motion near the guess fits.
 std::optional<OutlineMotion> outline_motion(const std::deque<OutlineSnapshot>& frames,
                                             const UniformMotion& guess, double size_m);
 

@@ -31,12 +31,17 @@ inline std::shared_ptr<const capture::Surroundings> test_room() {
   return room;
 }
 
-// The capsules of the synthetic object at time t_s, without their materials.
+// A part that is a capsule.
+inline const hull::Capsule& capsule_of(const capture::SyntheticPart& part) {
+  return std::get<hull::Capsule>(part.shape);
+}
+
+// The capsules of the synthetic object at time t_s, without their materials. It has no other parts.
 inline std::vector<hull::Capsule> synthetic_object(const config::SyntheticWorld& world,
                                                    double t_s) {
   std::vector<hull::Capsule> object;
   for (const capture::SyntheticPart& part : capture::synthetic_parts(world, t_s))
-    object.push_back(part.capsule);
+    object.push_back(capsule_of(part));
   return object;
 }
 

@@ -1,8 +1,8 @@
-#include "capture_node/synthetic/world.h"
-
 #include <cmath>
 #include <numbers>
 
+#include "capture_node/synthetic/actors/actors.h"
+#include "capture_node/synthetic/actors/body.h"
 #include "capture_node/synthetic/noise.h"
 
 namespace fivepipe::capture {
@@ -59,7 +59,7 @@ void add_finger(std::vector<SyntheticPart>& parts, const Finger& finger, double 
                  arc_radius_m = finger.arc_radius_m + kLoosened_m * open;
     const Vector3d to = kPipe_hand_m + Vector3d(finger.x_m, arc_radius_m * std::cos(angle),
                                                 arc_radius_m * std::sin(angle));
-    parts.push_back({{from, to, finger.radius_m - 0.0006 * bone}, Material::skin});
+    parts.push_back({hull::Capsule{from, to, finger.radius_m - 0.0006 * bone}, Material::skin});
     from = to;
   }
 }
@@ -69,28 +69,25 @@ void add_finger(std::vector<SyntheticPart>& parts, const Finger& finger, double 
 std::vector<SyntheticPart> hand_with_pipe(double turn, std::uint64_t seed) {
   const double w = 2 * std::numbers::pi * turn;
   std::vector<SyntheticPart> parts;
+  const auto add_skin = [&](const Vector3d& a_m, const Vector3d& b_m, double radius_m) {
+    parts.push_back({hull::Capsule{a_m, b_m, radius_m}, Material::skin});
+  };
   for (const Finger& finger : kFingers)  // palm
-    parts.push_back({{{finger.x_m, kKnuckle_y_m, 0}, {0.55 * finger.x_m, kWrist_y_m, 0}, 0.0125},
-                     Material::skin});
-  parts.push_back({{{-0.026, -0.026, -0.008}, {-0.030, 0.020, -0.012}, 0.013},
-                   Material::skin});  // ball of the thumb
+    add_skin({finger.x_m, kKnuckle_y_m, 0}, {0.55 * finger.x_m, kWrist_y_m, 0}, 0.0125);
+  add_skin({-0.026, -0.026, -0.008}, {-0.030, 0.020, -0.012}, 0.013);  // ball of the thumb
   for (std::size_t i = 0; i < std::size(kFingers); ++i) {
     const double phase = 2 * std::numbers::pi * unit_hash(splitmix64(seed, i));
     add_finger(parts, kFingers[i], 0.5 + 0.5 * std::sin(2 * w + phase));
   }
   const double thumb = 0.004 * std::sin(w);
-  parts.push_back({{{-0.034, -0.012, -0.014}, {-0.040, 0.018, -0.042}, 0.0105}, Material::skin});
-  parts.push_back(
-      {{{-0.040, 0.018, -0.042}, {-0.024, 0.038 + thumb, -0.063}, 0.0095}, Material::skin});
+  add_skin({-0.034, -0.012, -0.014}, {-0.040, 0.018, -0.042}, 0.0105);
+  add_skin({-0.040, 0.018, -0.042}, {-0.024, 0.038 + thumb, -0.063}, 0.0095);
   const Vector3d half_pipe(0.5 * kPipeLength_m - kPipeRadius_m, 0, 0);  // without the round ends
-  parts.push_back(
-      {{kPipe_hand_m - half_pipe, kPipe_hand_m + half_pipe, kPipeRadius_m}, Material::pipe});
+  parts.push_back({hull::Capsule{kPipe_hand_m - half_pipe, kPipe_hand_m + half_pipe, kPipeRadius_m},
+                   Material::pipe});
 
   const Eigen::Isometry3d pose = world_from_hand(turn);
-  for (SyntheticPart& part : parts) {
-    part.capsule.a_world_m = pose * part.capsule.a_world_m;
-    part.capsule.b_world_m = pose * part.capsule.b_world_m;
-  }
+  for (SyntheticPart& part : parts) part = moved(pose, part);
   add_arm(parts, pose * Vector3d(0, kWrist_y_m, 0), kShoulder_world_m, {0.15, 0, -0.2});
   return parts;
 }

@@ -1,0 +1,27 @@
+// What the person at the table does. `turn` is the time in periods, 0 to 1. Each actor returns
+// always the same number of parts in the same order.
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "capture_node/synthetic/actors/part.h"
+
+namespace fivepipe::capture {
+
+// A right hand with its arm. It holds a pipe, 14 cm long and 4 cm thick as in the paper's payload
+// task. The seed changes the fingers' phase, not the hand's path.
+std::vector<SyntheticPart> hand_with_pipe(double turn, std::uint64_t seed);
+
+// Two flat hands with their arms, back to back. They reach in at x = 0, move apart, and return
+// (paper, figure 4).
+std::vector<SyntheticPart> parting_hands(double turn);
+
+// Two wooden blocks stand on the table. A hand beside them holds a wooden tray; it lowers the tray
+// and throws up what lies on it: with a period of 8 s at up to 1.4 m/s.
+std::vector<SyntheticPart> hand_with_tray(double turn);
+
+// A flat hand, fingers up, pushes away from the person, 0.3 m at x = 0.1 and z = 0.3 m, and
+// returns.
+std::vector<SyntheticPart> pushing_hand(double turn);
+
+}  // namespace fivepipe::capture

@@ -1,0 +1,20 @@
+// The parts of the real objects that synthetic cameras see.
+#pragma once
+#include <variant>
+
+#include "common/geometry/oriented_box.h"
+#include "common/hull/oracle/analytic.h"
+
+namespace fivepipe::capture {
+
+enum class Material { skin, sleeve, pipe, wood };
+
+struct SyntheticPart {
+  std::variant<hull::Capsule, geometry::OrientedBox> shape;  // world frame
+  Material material;
+};
+
+// Returns the part, moved.
+SyntheticPart moved(const Eigen::Isometry3d& motion, SyntheticPart part);
+
+}  // namespace fivepipe::capture

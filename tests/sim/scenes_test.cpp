@@ -1,0 +1,164 @@
+// The shipped scenes with rigid contact: the simulation against the silhouettes of their actors in
+// their cameras.
+#include <algorithm>
+
+#include "capture_node/synthetic/world.h"
+#include "tests/support/sim_scene.h"
+
+namespace fivepipe::test {
+namespace {
+
+using Eigen::Vector3d;
+
+Eigen::AlignedBox3d box_of(const capture::SyntheticPart& part) {
+  Eigen::AlignedBox3d box_m;
+  if (const auto* capsule = std::get_if<hull::Capsule>(&part.shape)) {
+    for (const Vector3d& end : {capsule->a_world_m, capsule->b_world_m}) {
+      box_m.extend(end - Vector3d::Constant(capsule->radius_m));
+      box_m.extend(end + Vector3d::Constant(capsule->radius_m));
+    }
+  } else {
+    const auto& box = std::get<geometry::OrientedBox>(part.shape);
+    const Vector3d half_m = box.world_from_box.linear().cwiseAbs() * box.half_m,
+                   center_m = box.world_from_box.translation();
+    box_m = {Vector3d(center_m - half_m), Vector3d(center_m + half_m)};
+  }
+  return box_m;
+}
+
+// The pixels that can see the part.
+Eigen::AlignedBox2d bounds_px(const capture::SyntheticPart& part, const geometry::Camera& camera) {
+  const Eigen::AlignedBox3d box_m = box_of(part);
+  Eigen::AlignedBox2d bounds;
+  for (int corner = 0; corner < 8; ++corner) {
+    const auto at = static_cast<Eigen::AlignedBox3d::CornerType>(corner);
+    bounds.extend(geometry::project(camera, box_m.corner(at)).value());
+  }
+  return bounds;
+}
+
+std::vector<hull::Silhouette> silhouettes_of(const std::vector<capture::SyntheticPart>& parts,
+                                             const std::vector<geometry::Camera>& cameras) {
+  std::vector<hull::Silhouette> silhouettes;
+  for (const geometry::Camera& camera : cameras) {
+    hull::ObjectPixels pixels(camera.pinhole.width_px, camera.pinhole.height_px);
+    for (const capture::SyntheticPart& part : parts) {
+      const Eigen::AlignedBox2d bounds = bounds_px(part, camera);
+      const int u1 = std::min(pixels.width_px() - 1, int(bounds.max().x()) + 1),
+                v1 = std::min(pixels.height_px() - 1, int(bounds.max().y()) + 1);
+      for (int v = std::max(0, int(bounds.min().y())); v <= v1; ++v)
+        for (int u = std::max(0, int(bounds.min().x())); u <= u1; ++u) {
+          if (pixels.contains(u, v)) continue;
+          const geometry::Ray ray = geometry::ray_through(camera, {double(u), double(v)});
+          if (std::visit([&](const auto& shape) { return ray_entry(shape, ray).has_value(); },
+                         part.shape))
+            pixels.set(u, v);
+        }
+    }
+    silhouettes.push_back({camera, pixels});
+  }
+  return silhouettes;
+}
+
+std::vector<geometry::Camera> cameras_of(const config::Rig& rig) {
+  std::vector<geometry::Camera> cameras;
+  for (const std::size_t i : config::shape_cameras(rig))
+    cameras.push_back(config::published_camera(rig.cameras[i]));
+  return cameras;
+}
+
+// The simulation of a shipped deployment over its actor's period.
+class Scene {
+ public:
+  explicit Scene(const std::string& name)
+      : deployment_(config::load_deployment(std::filesystem::path(FIVEPIPE_SOURCE_DIR) /
+                                            "launch/deployments" / (name + ".yaml"))),
+        cameras_(cameras_of(deployment_.rig)),
+        simulation_(deployment_.scene, {}, deployment_.rig.volume_m) {
+    for (const config::Node& node : deployment_.nodes)
+      if (const auto* capture = std::get_if<config::CaptureConfig>(&node.config))
+        world_ = capture->synthetic;
+  }
+
+  // Calls seen(time_s) after each frame.
+  template <class Seen>
+  void play(const Seen& seen) {
+    const double frame_s = 1 / deployment_.frame_rate_hz;
+    for (int frame = 0; frame * frame_s < world_.period_s; ++frame) {
+      silhouettes_ = silhouettes_of(capture::synthetic_parts(world_, frame * frame_s), cameras_);
+      simulation_.advance_to(frame * frame_s, silhouettes_);
+      seen(frame * frame_s);
+    }
+  }
+
+  sim::ObjectState state(const std::string& object) const {
+    for (const sim::ObjectState& state : simulation_.states())
+      if (state.name == object) return state;
+    ADD_FAILURE() << "no object " << object;
+    return {};
+  }
+  Vector3d place_m(const std::string& object) const {
+    return state(object).world_from_object.translation();
+  }
+  const sim::Simulation& simulation() const { return simulation_; }
+
+ private:
+  config::Deployment deployment_;
+  std::vector<geometry::Camera> cameras_;
+  sim::Simulation simulation_;
+  config::SyntheticWorld world_;
+  std::vector<hull::Silhouette> silhouettes_;
+};
+
+TEST(ShippedScenes, BlocksStackBounceAndAreThrown) {
+  Scene blocks("blocks");
+  const std::vector<std::string> stack = {"lower_cube", "middle_cube", "upper_cube"};
+  std::vector<Vector3d> placed_m;  // after the first second
+  double highest_m = 0, before_m_s = 0;
+  int bounces = 0;
+  blocks.play([&](double time_s) {
+    // The tray is lowered from 2.88 s on.
+    if (time_s < 2.8)
+      for (const collision::TrackedComponent& component : *blocks.simulation().hull_components())
+        if (component.motion) {
+          EXPECT_LT(component.motion->velocity_world_m_s.norm(), 1e-3) << time_s;
+          EXPECT_LT(component.motion->angular_velocity_world_rad_s.norm(), 1e-3) << time_s;
+        }
+    if (time_s >= 1 && placed_m.empty())
+      for (const std::string& cube : stack) placed_m.push_back(blocks.place_m(cube));
+    for (std::size_t i = 0; i < placed_m.size(); ++i)
+      EXPECT_LT((blocks.place_m(stack[i]) - placed_m[i]).norm(), 0.005)
+          << stack[i] << ' ' << time_s;
+    highest_m = std::max(highest_m, blocks.place_m("thrown_cube").z());
+    const double v_m_s = blocks.state("bouncing_ball").velocity_world_m_s.x();
+    bounces += v_m_s * before_m_s < 0;
+    if (v_m_s != 0) before_m_s = v_m_s;
+  });
+  EXPECT_GE(bounces, 3) << "between the real blocks";
+  // The tray throws it at 1.4 m/s from z 0.19 m: 10 cm higher.
+  EXPECT_GT(highest_m, 0.19 + 0.03 + 0.06);
+  EXPECT_LT(highest_m, 0.19 + 0.03 + 0.20);
+  const Vector3d on_tray_m = blocks.place_m("thrown_cube") - Vector3d(0.26, -0.10, 0.20);
+  EXPECT_LT(on_tray_m.head<2>().cwiseAbs().maxCoeff(), 0.1) << "it has fallen back on the tray";
+  EXPECT_LT(std::abs(on_tray_m.z()), 0.01);
+  EXPECT_EQ(blocks.simulation().counters().respawned, 0u);
+}
+
+TEST(ShippedScenes, TheDoorIsPushedOpenAndCloses) {
+  Scene door("door");
+  double widest_deg = 0;
+  const auto angle_deg = [&] {
+    const Eigen::Matrix3d turned = door.state("door").world_from_object.linear();
+    return std::atan2(turned(1, 0), turned(0, 0)) * 180 / std::numbers::pi;
+  };
+  door.play([&](double time_s) {
+    EXPECT_GE(angle_deg(), -1e-6) << time_s;
+    EXPECT_LE(angle_deg(), 110 + 1e-6) << time_s;
+    widest_deg = std::max(widest_deg, angle_deg());
+  });
+  EXPECT_GT(widest_deg, 30);
+  EXPECT_LT(angle_deg(), 5) << "it has closed";
+}
+
+}  // namespace
+}  // namespace fivepipe::test
