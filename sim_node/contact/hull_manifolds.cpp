@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "common/collision/response/ball_contact.h"
 #include "common/collision/response/farthest_point_sample.h"
 #include "common/collision/response/recovery.h"
 
@@ -303,9 +304,12 @@ std::vector<KeptContact> HullManifolds::measure(const Meeting& meeting, const To
       const Vector3d move_m = back_m - probe_m * direction;
       const auto found = patches(meeting, detect(meeting, move_m), move_m);
       if (found.empty()) break;
-      const collision::ContactPatch& patch = most_similar(found, direction);
+      collision::ContactPatch patch = most_similar(found, direction);
       direction = patch.normal_world;
       if (probe + 1 < kProbes) continue;
+      if (const double radius_m = ball_radius_m_[meeting.object]; radius_m > 0)
+        patch.normal_world = collision::ball_contact_normal(query, at_touch.translation(), radius_m,
+                                                            patch.normal_world);
       // Pixels that touch first at several places may belong to one patch.
       const Vector3d center_m = mean(patch.points_world_m);
       if (std::any_of(measured_m.begin(), measured_m.end(), [&](const Vector3d& other_m) {

@@ -24,33 +24,11 @@ config::SceneObject touching_ball(const Vector3d& center_m, double radius_m, dou
   return ball;
 }
 
-// Object pixels of a real box: those whose centre's line of sight meets it.
-std::vector<hull::Silhouette> block(const Eigen::AlignedBox3d& box_m,
-                                    const std::vector<geometry::Camera>& cameras) {
-  std::vector<hull::Silhouette> silhouettes;
-  for (const geometry::Camera& camera : cameras) {
-    hull::ObjectPixels pixels(camera.pinhole.width_px, camera.pinhole.height_px);
-    for (int v = 0; v < pixels.height_px(); ++v)
-      for (int u = 0; u < pixels.width_px(); ++u) {
-        const geometry::Ray ray = geometry::ray_through(camera, {double(u), double(v)});
-        double near = 0, far = 1e9;
-        for (int axis = 0; axis < 3; ++axis) {
-          double a = (box_m.min()[axis] - ray.origin_world_m[axis]) / ray.direction_world[axis],
-                 b = (box_m.max()[axis] - ray.origin_world_m[axis]) / ray.direction_world[axis];
-          if (a > b) std::swap(a, b);
-          near = std::max(near, a), far = std::min(far, b);
-        }
-        if (near < far) pixels.set(u, v);
-      }
-    silhouettes.push_back({camera, pixels});
-  }
-  return silhouettes;
-}
-
 // A real block with its top at z = 0, seen by five cameras at that height: the top of the hull is
 // flat. A pixel's footprint is 2 mm.
 std::vector<hull::Silhouette> real_block() {
-  return block({Vector3d(-0.08, -0.08, -0.1), Vector3d(0.08, 0.08, 0)}, ring(5, 1.5, 0, 300, 0.6));
+  return silhouettes_of(Eigen::AlignedBox3d(Vector3d(-0.08, -0.08, -0.1), Vector3d(0.08, 0.08, 0)),
+                        ring(5, 1.5, 0, 300, 0.6));
 }
 
 // Each pixel at the silhouettes' borders belongs to the object with probability 1/2.
@@ -187,7 +165,7 @@ TEST(HullContact, ABallIsReflectedAtTheHull) {
   for (const geometry::Camera& camera : ring(3, 1.5, -0.5, 300, 0.6)) cameras.push_back(camera);
   const TangentCones real{cameras, Vector3d(0.004, -0.003, 0.002), 0.05};
   const auto silhouettes = silhouettes_of({ball(real.center_m, real.radius_m)}, cameras);
-  std::vector<double> to_hull_deg, to_ball_deg;
+  std::vector<double> to_hull_deg, to_ball_deg, hull_to_ball_deg;
   for (int i = 0; i < 100; ++i) {
     const double radius_m = 0.03;
     const Vector3d from = random_direction(random),
@@ -221,19 +199,20 @@ TEST(HullContact, ABallIsReflectedAtTheHull) {
                    expected = before_m_s - 2 * before_m_s.dot(normal) * normal;
     to_hull_deg.push_back(angle_deg(velocity_m_s(simulation), expected));
     const Vector3d true_normal = (touch_m - real.center_m).normalized();
-    to_ball_deg.push_back(angle_deg(velocity_m_s(simulation),
-                                    before_m_s - 2 * before_m_s.dot(true_normal) * true_normal));
+    const Vector3d at_ball = before_m_s - 2 * before_m_s.dot(true_normal) * true_normal;
+    to_ball_deg.push_back(angle_deg(velocity_m_s(simulation), at_ball));
+    hull_to_ball_deg.push_back(angle_deg(expected, at_ball));
     EXPECT_NEAR(velocity_m_s(simulation).norm(), before_m_s.norm(), 1e-6 * before_m_s.norm());
   }
   ASSERT_GT(to_hull_deg.size(), 60u);
   std::printf(
-      "deviation from the reflection at the analytic hull: median %.2f deg; at the real "
-      "ball: %.2f deg (%zu bounces)\n",
-      median(to_hull_deg), median(to_ball_deg), to_hull_deg.size());
-  // The goal is 3 degrees. The hull's mean normal over a patch of some 100 pixels lies between
-  // those of the analytic hull's facets and of the real ball.
-  EXPECT_LT(median(to_hull_deg), 6);
-  EXPECT_LT(median(to_ball_deg), 5);
+      "deviation from the reflection at the analytic hull: median %.2f deg; at the real ball: %.2f "
+      "deg, of which the analytic hull's own: %.2f deg (%zu bounces)\n",
+      median(to_hull_deg), median(to_ball_deg), median(hull_to_ball_deg), to_hull_deg.size());
+  EXPECT_LT(median(to_hull_deg), 3);
+  // The hull of nine silhouettes has facets: the reflection at it differs as much from that at the
+  // ball.
+  EXPECT_NEAR(median(to_ball_deg), median(hull_to_ball_deg), 1);
 }
 
 std::vector<config::SceneObject> stack(int count, double edge_m) {
@@ -302,7 +281,9 @@ TEST(HullContact, AThrownBallLeavesWithTheHandsVelocity) {
       const double t = (frame - 12) * kFrame_s;
       const double v = t <= 0 ? 0 : t < 0.2 ? speed_m_s * t / 0.2 : t < 0.3 ? speed_m_s : 0;
       z_m += v * kFrame_s;
-      seen = block({Vector3d(-0.08, -0.08, z_m - 0.06), Vector3d(0.08, 0.08, z_m)}, cameras);
+      seen = silhouettes_of(
+          Eigen::AlignedBox3d(Vector3d(-0.08, -0.08, z_m - 0.06), Vector3d(0.08, 0.08, z_m)),
+          cameras);
       simulation.advance_to(frame * kFrame_s, seen);
       // It stops at the time of frame 20; the ball has fallen freely for a frame since then.
       if (frame == 21) left_m_s = velocity_m_s(simulation).z() + kGravity_m_s2 * kFrame_s;
@@ -318,7 +299,9 @@ TEST(HullContact, AFastPipeStrikesEveryBall) {
   const int count = std::getenv("FIVEPIPE_LONG") ? 1000 : 20;
   Random random(6);
   const double speed_m_s = 6, pipe_m = 0.01, ball_m = 0.015;
-  const auto cameras = ring(8, 1.5, 0, 400, 0.9);
+  // The pipe's hull has 22 sides. With 8 cameras it has 8, because opposite cameras see the same,
+  // and its own normals are up to 22 degrees off.
+  const auto cameras = ring(11, 1.5, 0, 400, 0.9);
   std::vector<double> off_deg;
   int struck = 0;
   std::vector<std::vector<hull::Silhouette>> frames;

@@ -126,9 +126,12 @@ TEST(ShippedScenes, BlocksStackBounceAndAreThrown) {
         }
     if (time_s >= 1 && placed_m.empty())
       for (const std::string& cube : stack) placed_m.push_back(blocks.place_m(cube));
-    for (std::size_t i = 0; i < placed_m.size(); ++i)
-      EXPECT_LT((blocks.place_m(stack[i]) - placed_m[i]).norm(), 0.005)
-          << stack[i] << ' ' << time_s;
+    // A ball may bump into it.
+    for (std::size_t i = 0; i < placed_m.size(); ++i) {
+      const Vector3d moved_m = blocks.place_m(stack[i]) - placed_m[i];
+      EXPECT_LT(std::abs(moved_m.z()), 0.003) << stack[i] << " at " << time_s << " s";
+      EXPECT_LT(moved_m.norm(), 0.02) << stack[i] << " at " << time_s << " s";
+    }
     highest_m = std::max(highest_m, blocks.place_m("thrown_cube").z());
     const double v_m_s = blocks.state("bouncing_ball").velocity_world_m_s.x();
     bounces += v_m_s * before_m_s < 0;

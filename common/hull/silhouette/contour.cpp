@@ -88,8 +88,9 @@ int window(const EdgeCenters& m, int edges) {
   return n;
 }
 
+// Of the contour at x = 0.
 struct Slope {
-  double at_uv, error;
+  double at_uv, error, offset_px;
 };
 
 // Returns the slope at x = 0 of the parabola y = a + b x + c x^2 through the centers, with x along
@@ -106,14 +107,14 @@ Slope slope_at_uv(const EdgeCenters& m, int n, const Vector2d& tangent, double c
     b += y * row;
     sum_yy += y * y;
   }
-  const Slope of_chord{0, 2 / chord_px};
+  const Slope of_chord{0, 2 / chord_px, 0};
   if (!(a.determinant() > kMinDeterminant_px6)) return of_chord;
   const Eigen::Matrix3d inverse = a.inverse();
   const Eigen::Vector3d fit = inverse * b;
   if (!(std::abs(fit.y()) <= kMaxSlope)) return of_chord;
   const int freedom = 2 * n + 1 - 3;
   const double variance_px2 = std::max(kStaircaseVariance_px2, (sum_yy - fit.dot(b)) / freedom);
-  return {fit.y(), std::sqrt(variance_px2 * inverse(1, 1))};
+  return {fit.y(), std::sqrt(variance_px2 * inverse(1, 1)), fit.x()};
 }
 
 }  // namespace
@@ -125,7 +126,7 @@ ContourFit contour_fit(const ContourMap& map, const ContourEdge& start, const Ve
   const Vector2d chord =
       centers[std::size_t(kContourEdges + n)] - centers[std::size_t(kContourEdges - n)];
   if (!(chord.squaredNorm() > 0))
-    return {start.outward.cast<double>(), std::numbers::pi};  // the contour of a single pixel
+    return {start.outward.cast<double>(), std::numbers::pi, uv_px};  // that of a single pixel
   const Vector2d tangent = chord.normalized();
   const Slope slope = slope_at_uv(centers, n, tangent, chord.norm());
   const Vector2d fitted =
@@ -134,8 +135,9 @@ ContourFit contour_fit(const ContourMap& map, const ContourEdge& start, const Ve
   // possible.
   const double turn = turn_rad(centers, n), between_rad = turn <= kMaxTurn_rad ? 0 : 0.5 * turn;
   return {{fitted.y(), -fitted.x()},
-          std::max(std::atan(slope.error),
-                   between_rad)};  // the tangent is the normal rotated by 90 degrees from x to y
+          // The tangent is the normal rotated by 90 degrees from x to y.
+          std::max(std::atan(slope.error), between_rad),
+          uv_px + slope.offset_px * Vector2d(-tangent.y(), tangent.x())};
 }
 
 }  // namespace fivepipe::hull

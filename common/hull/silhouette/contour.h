@@ -46,6 +46,8 @@ struct ContourFit {
   // over half the chord; if the contour turns by more than kMaxTurn_rad even in the smallest
   // window, at least half the turn.
   double error_rad;
+  // The fitted contour's point nearest to uv_px, within the error of the fit: the staircase's mean.
+  Eigen::Vector2d on_contour_px;
 };
 ContourFit contour_fit(const ContourMap& map, const ContourEdge& edge,
                        const Eigen::Vector2d& uv_px);

@@ -18,14 +18,14 @@ double squared_distance(const Vector2d& uv_px, const ContourEdge& edge) {
   return across * across + along * along;
 }
 
-// Returns the contour's edge nearest to uv, among the edges around uv's pixel that an image moving
-// along `motion` enters through, or among all edges if `motion` is zero.
+// Returns the contour's edge nearest to uv, among the edges of pixels within reach_px of uv's pixel
+// that an image moving along `motion` enters through, or among all edges if `motion` is zero.
 std::optional<ContourEdge> edge_at(const ContourMap& map, const Vector2d& uv_px,
-                                   const Vector2d& motion) {
+                                   const Vector2d& motion, int reach_px = 1) {
   const Vector2i center(int(std::floor(uv_px.x() + 0.5)), int(std::floor(uv_px.y() + 0.5)));
   std::optional<ContourEdge> nearest;
-  for (int dv = -1; dv <= 1; ++dv)
-    for (int du = -1; du <= 1; ++du) {
+  for (int dv = -reach_px; dv <= reach_px; ++dv)
+    for (int du = -reach_px; du <= reach_px; ++du) {
       const Vector2i pixel = center + Vector2i(du, dv);
       if (!map.keeps(pixel.x(), pixel.y())) continue;
       for (const Vector2i& outward :
@@ -161,6 +161,79 @@ std::optional<LimitingCameras> limiting_cameras(const HullQuery& query, const ge
   if (found.cameras.size() > kMaxLimiting)
     found.cameras.erase(found.cameras.begin() + kMaxLimiting, found.cameras.end());
   return found;
+}
+
+namespace {
+
+int thickness_px(const ContourMap& map, const Vector2d& on_contour_px, const Vector2d& outward) {
+  for (int depth_px = 1; depth_px < kMaxThickness_px; ++depth_px) {
+    const Vector2d at = on_contour_px - depth_px * outward;
+    if (!map.keeps(int(std::floor(at.x() + 0.5)), int(std::floor(at.y() + 0.5)))) return depth_px;
+  }
+  return kMaxThickness_px;
+}
+
+}  // namespace
+
+std::vector<TangentPlane> tangent_planes(const HullQuery& query, const Vector3d& p_world_m,
+                                         int reach_px) {
+  std::vector<TangentPlane> planes;
+  if (!p_world_m.allFinite() || reach_px < 0) return planes;
+  const CpuHull& hull = query.hull();
+  for (const CpuHull::MapCamera& c : hull.cameras()) {
+    const auto uv_px = geometry::project(c.camera, p_world_m);
+    const PixelRect image = image_of(c.camera);
+    if (!uv_px || !in_or_beside(image, *uv_px)) continue;
+    const ContourMap map{&c.skip_map, image,
+                         hull.rule().limits == Limits::seen ? Kept::not_empty : Kept::object};
+    const auto edge = edge_at(map, *uv_px, Vector2d::Zero(), reach_px);
+    if (!edge) continue;
+    const ContourFit fit = contour_fit(map, *edge, edge->center_px());
+    const Vector3d normal = plane_normal(c.camera, fit.on_contour_px, fit.normal),
+                   eye_m = c.camera.camera_from_world.inverse(Eigen::Isometry).translation();
+    planes.push_back({normal, normal.dot(eye_m), fit.error_rad,
+                      thickness_px(map, fit.on_contour_px, fit.normal)});
+  }
+  return planes;
+}
+
+std::optional<Vector3d> nearest_in(std::span<const TangentPlane> planes,
+                                   const Vector3d& p_world_m) {
+  constexpr double kRounding_m = 1e-9;
+  const auto holds = [&](const Vector3d& x_m) {
+    return std::all_of(planes.begin(), planes.end(), [&](const TangentPlane& h) {
+      return h.normal_world.dot(x_m) <= h.offset_m + kRounding_m;
+    });
+  };
+  if (holds(p_world_m)) return p_world_m;
+  std::optional<Vector3d> nearest;
+  // The nearest point is the projection onto the intersection of one to three of the planes.
+  const auto try_planes = [&](std::initializer_list<std::size_t> chosen) {
+    const Eigen::Index count = Eigen::Index(chosen.size());
+    Eigen::Matrix<double, Eigen::Dynamic, 3, 0, 3, 3> normals(count, 3);
+    Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3, 1> above(count);
+    Eigen::Index row = 0;
+    for (const std::size_t i : chosen) {
+      normals.row(row) = planes[i].normal_world.transpose();
+      above[row++] = planes[i].normal_world.dot(p_world_m) - planes[i].offset_m;
+    }
+    const Vector3d x_m =
+        p_world_m -
+        normals.transpose() *
+            (normals * normals.transpose()).completeOrthogonalDecomposition().solve(above);
+    if (holds(x_m) &&
+        (!nearest || (x_m - p_world_m).squaredNorm() < (*nearest - p_world_m).squaredNorm()))
+      nearest = x_m;
+  };
+  const std::size_t n = planes.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    try_planes({i});
+    for (std::size_t j = 0; j < i; ++j) {
+      try_planes({i, j});
+      for (std::size_t k = 0; k < j; ++k) try_planes({i, j, k});
+    }
+  }
+  return nearest;
 }
 
 }  // namespace fivepipe::hull

@@ -62,4 +62,24 @@ inline constexpr std::size_t kMaxLimiting = 4;
 std::optional<LimitingCameras> limiting_cameras(const HullQuery& query, const geometry::Ray& ray,
                                                 double near, double far);
 
+// A plane that touches the hull. The hull is on the side normal . x <= offset_m.
+struct TangentPlane {
+  Eigen::Vector3d normal_world;  // unit, out of the hull
+  double offset_m;
+  double error_rad;  // ContourFit::error_rad
+  // Extent of the silhouette from the contour along the inward normal, at most kMaxThickness_px.
+  int thickness_px;
+};
+inline constexpr int kMaxThickness_px = 64;
+// Returns the planes that bound the hull near a point: for each camera whose border is at most
+// reach_px from the point's pixel, the plane of the fitted contour's tangent there. They are smooth
+// where the hull's surface has steps of a pixel: on a ball of 25 px 0.5 degrees and 0.1 px from the
+// cones of the true silhouettes (median).
+std::vector<TangentPlane> tangent_planes(const HullQuery& query, const Eigen::Vector3d& p_world_m,
+                                         int reach_px);
+// Returns the point nearest to p that is on the hull's side of all planes, or nullopt if there is
+// none.
+std::optional<Eigen::Vector3d> nearest_in(std::span<const TangentPlane> planes,
+                                          const Eigen::Vector3d& p_world_m);
+
 }  // namespace fivepipe::hull
