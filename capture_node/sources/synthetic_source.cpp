@@ -3,7 +3,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "capture_node/synthetic/noise.h"
+#include "capture_node/synthetic/noise/noise.h"
 
 namespace fivepipe::capture {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "capture_node/sources/image_source.h"
 #include "capture_node/synthetic/render.h"
-#include "capture_node/synthetic/sensor_noise.h"
+#include "capture_node/synthetic/noise/sensor_noise.h"
 
 namespace fivepipe::capture {
 

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "capture_node/synthetic/noise.h"
+#include "capture_node/synthetic/noise/noise.h"
 #include "capture_node/synthetic/surroundings.h"
 
 namespace fivepipe::capture {

@@ -5,7 +5,7 @@
 #include <limits>
 #include <numbers>
 
-#include "capture_node/synthetic/noise.h"
+#include "capture_node/synthetic/noise/noise.h"
 
 namespace fivepipe::capture {
 namespace {

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "common/collision/response/ball_contact.h"
-#include "common/collision/response/farthest_point_sample.h"
 #include "common/collision/response/recovery.h"
 
 namespace fivepipe::sim {
@@ -19,29 +17,6 @@ constexpr int kBisections = 4;
 // An object that moves less has not moved since the last detection [m]: far below the maps'
 // resolution.
 constexpr double kStill_m = 1e-5;
-// Smallest reach of the search for an exit [m]; a larger object may leave by its own size.
-constexpr double kMinReach_m = 0.05;
-// Parts of a contact this many footprints apart are contacts of their own.
-constexpr double kPatchGap = 3;
-// Cells of a patch per footprint of a pixel: the normal's error falls with their number.
-constexpr double kCellsPerFootprint = 3;
-// Number of points of a patch at which the hull's surface is measured.
-constexpr std::size_t kPlaneSamples = 16;
-// Number of times that a contact is measured: its first direction is that of a few pixels.
-constexpr int kProbes = 2;
-
-Vector3d mean(const std::vector<Vector3d>& points_m) {
-  Vector3d sum = Vector3d::Zero();
-  for (const Vector3d& p : points_m) sum += p;
-  return sum / double(points_m.size());
-}
-
-const collision::ContactPatch& most_similar(const std::vector<collision::ContactPatch>& patches,
-                                            const Vector3d& normal) {
-  return *std::max_element(patches.begin(), patches.end(), [&](const auto& a, const auto& b) {
-    return a.normal_world.dot(normal) < b.normal_world.dot(normal);
-  });
-}
 
 // Whether the surface moved in this direction in the frame before, too. A border pixel that appears
 // moves it in one frame only.
@@ -53,14 +28,10 @@ bool continues(const SurfaceMotion& motion, const std::vector<SurfaceMotion>& be
 
 }  // namespace
 
-struct HullManifolds::Meeting {
-  std::size_t object;
-  const HullPart& part;
-  Isometry3d newest_from_now;    // motion of the part up to the newest frame
-  RigidVelocity velocity;        // of the part, now
-  Isometry3d world_from_object;  // relative to the part at the newest frame
-  Vector3d center_world_m;       // of the object, as above
-  Vector3d relative_m_s;         // velocity of the object's centre relative to the part
+struct HullManifolds::Meeting : PlacedObject {
+  Isometry3d newest_from_now;  // motion of the part up to the newest frame
+  RigidVelocity velocity;      // of the part, now
+  Vector3d relative_m_s;       // velocity of the object's centre relative to the part
 };
 
 HullManifolds::HullManifolds(const config::Scene& scene, const ObjectModels& models,
@@ -73,12 +44,8 @@ HullManifolds::HullManifolds(const config::Scene& scene, const ObjectModels& mod
       seen_motions_(scene.objects.size()),
       surface_motions_(scene.objects.size()),
       detected_(scene.objects.size()),
-      ball_radius_m_(scene.objects.size(), 0),
-      lift_m_(scene.objects.size(), Vector3d::Zero()) {
-  for (const std::size_t object : models.touching)
-    if (const auto* ball = std::get_if<config::SphereShape>(&scene.objects[object].shape))
-      ball_radius_m_[object] = ball->radius_m;
-}
+      lift_m_(scene.objects.size(), Vector3d::Zero()),
+      probe_(scene, models, hull) {}
 
 std::span<HullManifold> HullManifolds::before_step(double step_s, double before_s) {
   manifolds_.clear();
@@ -140,12 +107,10 @@ void HullManifolds::meet(std::size_t object, const HullPart& tracked, double ste
   const RigidVelocity velocity = velocity_before(part, before_s);
   const Vector3d center_m = bodies_.center_world_m(object);
   const Meeting meeting{
-      object,
-      part,
+      {object, part, newest_from_now * bodies_.world_from_object(object),
+       newest_from_now * center_m},
       newest_from_now,
       velocity,
-      newest_from_now * bodies_.world_from_object(object),
-      newest_from_now * center_m,
       newest_from_now.linear() * (bodies_.velocity_m_s(object) - velocity.at(center_m))};
   drop_left(kept_[object], part.id, meeting.world_from_object);
   if (!is_near(meeting, step_s)) return;
@@ -179,23 +144,8 @@ bool HullManifolds::is_still(const Meeting& meeting) const {
   return false;
 }
 
-// Detects the object after a move, relative to the part.
-collision::ObjectCollision HullManifolds::detect(const Meeting& meeting,
-                                                 const Vector3d& move_world_m) {
-  const collision::DetectionObject object{
-      &models_.objects[meeting.object].bvh,
-      Eigen::Translation3d(move_world_m) * meeting.world_from_object,
-      meeting.center_world_m + move_world_m};
-  collision::ObjectCollision found = std::move(hull_.detect({&object, 1}).front());
-  // The hull holds the other parts too, at their places of the newest frame.
-  std::erase_if(found.points, [&](const collision::CollisionPoint& point) {
-    return !meeting.part.box_world_m.contains(point.p_world_m);
-  });
-  return found;
-}
-
 collision::ObjectCollision HullManifolds::detect_before(const Meeting& meeting, double back_s) {
-  return detect(meeting, -back_s * meeting.relative_m_s);
+  return probe_.detect(moved(meeting, -back_s * meeting.relative_m_s));
 }
 
 HullManifolds::Touch HullManifolds::first_touch(const Meeting& meeting, double step_s,
@@ -237,98 +187,6 @@ HullManifolds::Touch HullManifolds::first_touch(const Meeting& meeting, double s
   return first;
 }
 
-std::vector<collision::ContactPatch> HullManifolds::patches(
-    const Meeting& meeting, const collision::ObjectCollision& collision,
-    const Vector3d& move_world_m) {
-  if (collision.points.empty()) return {};
-  const double footprint_m =
-      collision::pixel_footprint_m(*hull_.query(), collision.points.front().p_world_m);
-  std::vector<collision::ContactPatch> patches = collision::contact_patches(
-      *hull_.query(), models_.objects[meeting.object].bvh.mesh(),
-      Eigen::Translation3d(move_world_m) * meeting.world_from_object, collision.triangles,
-      {.cell_m = footprint_m / kCellsPerFootprint, .gap_m = kPatchGap * footprint_m});
-  std::erase_if(patches, [&](const collision::ContactPatch& patch) {
-    return !meeting.part.box_world_m.contains(patch.points_world_m.front());
-  });
-  return patches;
-}
-
-// The object must be at the pose of the patch.
-std::vector<KeptContact> HullManifolds::planes(const Meeting& meeting,
-                                               const collision::ContactPatch& patch) const {
-  const hull::HullQuery& query = *hull_.query();
-  const Vector3d& normal = patch.normal_world;
-  const double footprint_m = collision::pixel_footprint_m(query, patch.points_world_m.front()),
-               reach_m = std::max(kMinReach_m, 2 * models_.objects[meeting.object].radius_m);
-  // First the point that is lowest along the normal: it is the deepest in a flat hull.
-  std::size_t lowest = 0;
-  for (std::size_t i = 1; i < patch.points_world_m.size(); ++i)
-    if (normal.dot(patch.points_world_m[i]) < normal.dot(patch.points_world_m[lowest])) lowest = i;
-  std::vector<KeptContact> planes;
-  double top_m = -std::numeric_limits<double>::infinity();  // of the hull along the normal
-  for (const std::size_t i :
-       collision::farthest_point_sample(patch.points_world_m, lowest, kPlaneSamples, footprint_m)) {
-    const Vector3d& p_world_m = patch.points_world_m[i];
-    const auto exit = collision::exit_outward(query, p_world_m, normal, reach_m);
-    if (!exit) continue;
-    planes.push_back({.part = meeting.part.id,
-                      .on_object_m = p_world_m,
-                      .on_hull_world_m = p_world_m + exit->distance_m * normal,
-                      .normal_world = normal,
-                      .footprint_m = footprint_m,
-                      .ball_radius_m = ball_radius_m_[meeting.object]});
-    top_m = std::max(top_m, normal.dot(planes.back().on_hull_world_m));
-  }
-  if (ball_radius_m_[meeting.object] > 0 && !planes.empty()) {
-    planes.resize(1);
-    planes[0].on_hull_world_m += (top_m - normal.dot(planes[0].on_hull_world_m)) * normal;
-  }
-  return planes;
-}
-
-std::vector<KeptContact> HullManifolds::measure(const Meeting& meeting, const Touch& touch) {
-  const hull::HullQuery& query = *hull_.query();
-  const Vector3d back_m = -touch.back_s * meeting.relative_m_s;
-  const Isometry3d at_touch = Eigen::Translation3d(back_m) * meeting.world_from_object;
-  std::vector<Vector3d> directions;
-  for (const collision::ContactPatch& patch : patches(meeting, touch.collision, back_m))
-    if (directions.size() < kMaxHullContacts) directions.push_back(patch.normal_world);
-  const Vector3d& first_m = touch.collision.points.front().p_world_m;
-  if (directions.empty())  // smaller than a cell: towards RP_obj, as in the paper
-    directions.push_back((meeting.center_world_m + back_m - first_m).normalized());
-  const double probe_m = kProbe * collision::pixel_footprint_m(query, first_m);
-  std::vector<KeptContact> contacts;
-  std::vector<Vector3d> measured_m;  // the centres of the patches
-  for (Vector3d direction : directions) {
-    for (int probe = 0; probe < kProbes; ++probe) {
-      const Vector3d move_m = back_m - probe_m * direction;
-      const auto found = patches(meeting, detect(meeting, move_m), move_m);
-      if (found.empty()) break;
-      collision::ContactPatch patch = most_similar(found, direction);
-      direction = patch.normal_world;
-      if (probe + 1 < kProbes) continue;
-      if (const double radius_m = ball_radius_m_[meeting.object]; radius_m > 0)
-        patch.normal_world = collision::ball_contact_normal(query, at_touch.translation(), radius_m,
-                                                            patch.normal_world);
-      // Pixels that touch first at several places may belong to one patch.
-      const Vector3d center_m = mean(patch.points_world_m);
-      if (std::any_of(measured_m.begin(), measured_m.end(), [&](const Vector3d& other_m) {
-            return (other_m - center_m).norm() <= kPatchGap * probe_m;
-          }))
-        continue;
-      measured_m.push_back(center_m);
-      const Isometry3d probed = Eigen::Translation3d(move_m) * meeting.world_from_object;
-      for (KeptContact& contact : planes(meeting, patch)) {
-        contact.on_object_m = probed.inverse() * contact.on_object_m;
-        const double above_m = distance_m(contact, at_touch);
-        contact.on_hull_world_m = point_world_m(contact, at_touch) - above_m * contact.normal_world;
-        contacts.push_back(contact);
-      }
-    }
-  }
-  return contacts;
-}
-
 bool HullManifolds::is_explained(const Meeting& meeting,
                                  const collision::ObjectCollision& collision) const {
   std::vector<KeptContact> with_part;
@@ -346,9 +204,9 @@ void HullManifolds::touch(const Meeting& meeting, double step_s) {
   std::erase_if(detected, [&](const Detected& last) { return last.part == meeting.part.id; });
   detected.push_back({meeting.part.id, meeting.world_from_object});
   if (found.collision.points.empty() || is_explained(meeting, found.collision)) return;
-  std::vector<KeptContact> measured = measure(meeting, found);
-  const Isometry3d at_touch =
-      Eigen::Translation3d(-found.back_s * meeting.relative_m_s) * meeting.world_from_object;
+  const PlacedObject touching = moved(meeting, -found.back_s * meeting.relative_m_s);
+  std::vector<KeptContact> measured = probe_.measure(touching, found.collision);
+  const Isometry3d& at_touch = touching.world_from_object;
   if (is_new) begin_at_touch(measured, at_touch);
   drop_left(measured, meeting.part.id, at_touch);
   add_contacts(kept_[meeting.object], meeting.part.id, measured, at_touch);

@@ -6,19 +6,15 @@
 //   impact      An object that a part reaches within a step is moved back along their relative
 //               motion to where it first touches. The contact is computed there, so that its normal
 //               does not depend on how far the step went in; the object is then moved out.
-//   contact     Fewer pixels than kProbe of depth do not determine a normal. The object is
-//   therefore
-//               measured that deep: moved in along the contact's first normal, its patches there
-//               (contact_patch.h) give the contact's planes. They join those that the object keeps
-//               (kept_contacts.h).
+//   contact     The contact's planes are measured (contact_probe.h) and join those that the object
+//               keeps (kept_contacts.h).
 //   constraint  Bullet solves the contacts together with those among the objects, with friction and
 //               restitution relative to the part's velocity.
 #pragma once
 #include <vector>
 
-#include "common/collision/response/contact_patch.h"
 #include "common/config/deployment.h"
-#include "sim_node/contact/kept_contacts.h"
+#include "sim_node/contact/contact_probe.h"
 #include "sim_node/hull/current_hull.h"
 #include "sim_node/objects/object_models.h"
 #include "sim_node/objects/rigid_bodies.h"
@@ -50,7 +46,7 @@ class HullManifolds {
   const Counters& counters() const { return counters_; }
 
  private:
-  // An object relative to a part of the hull at its place of the newest frame.
+  // An object and a part in a step.
   struct Meeting;
   // When and how an object first touches a part within a step.
   struct Touch {
@@ -73,15 +69,7 @@ class HullManifolds {
   void touch(const Meeting& meeting, double step_s);
   // Whether all collision points belong to the kept contacts, so that nothing is to be measured.
   bool is_explained(const Meeting& meeting, const collision::ObjectCollision& collision) const;
-  collision::ObjectCollision detect(const Meeting& meeting, const Eigen::Vector3d& move_world_m);
   collision::ObjectCollision detect_before(const Meeting& meeting, double back_s);
-  // The patches of the object with the part, when it is moved, and the planes of one of them.
-  std::vector<collision::ContactPatch> patches(const Meeting& meeting,
-                                               const collision::ObjectCollision& collision,
-                                               const Eigen::Vector3d& move_world_m);
-  std::vector<KeptContact> planes(const Meeting& meeting,
-                                  const collision::ContactPatch& patch) const;
-  std::vector<KeptContact> measure(const Meeting& meeting, const Touch& touch);
   Touch first_touch(const Meeting& meeting, double step_s, bool is_new);
   static void begin_at_touch(std::vector<KeptContact>& measured, const Eigen::Isometry3d& at_touch);
   void move_out(const Meeting& meeting, double fraction);
@@ -97,16 +85,13 @@ class HullManifolds {
   // By object, in the newest frame: all, and those that continue the motion of the frame before.
   std::vector<std::vector<SurfaceMotion>> seen_motions_, surface_motions_;
   std::vector<std::vector<Detected>> detected_;  // by object
-  std::vector<double> ball_radius_m_;            // by object; 0: not a ball
   std::vector<Eigen::Vector3d> lift_m_;          // by object: moves out in the current step
+  ContactProbe probe_;
   std::vector<HullManifold> manifolds_;
   std::vector<std::vector<std::size_t>> kept_of_manifold_;  // indices of the points in kept_
   Counters counters_;
 };
 
-// Depth at which a contact is measured, in footprints of a pixel. The patch of a ball of 30 mm then
-// covers some 100 pixels of 2 mm.
-inline constexpr double kProbe = 1.5;
 // Fraction of a penetration that a step removes, as a move without velocity: after the 8 steps of a
 // frame at 30 Hz, 0.4 % of a penetration remain.
 inline constexpr double kHullCorrection = 0.5;

@@ -8,7 +8,7 @@
 #include <set>
 
 #include "capture_node/lens/undistortion.h"
-#include "capture_node/synthetic/noise.h"
+#include "capture_node/synthetic/noise/noise.h"
 #include "capture_node/synthetic/shading.h"
 #include "common/hull/hull.h"
 #include "tests/support/capture/capture_rig.h"

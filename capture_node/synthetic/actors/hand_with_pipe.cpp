@@ -3,7 +3,7 @@
 
 #include "capture_node/synthetic/actors/actors.h"
 #include "capture_node/synthetic/actors/body.h"
-#include "capture_node/synthetic/noise.h"
+#include "capture_node/synthetic/noise/noise.h"
 
 namespace fivepipe::capture {
 namespace {

@@ -1,9 +1,9 @@
-#include "capture_node/synthetic/sensor_noise.h"
+#include "capture_node/synthetic/noise/sensor_noise.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "capture_node/synthetic/noise.h"
+#include "capture_node/synthetic/noise/noise.h"
 
 namespace fivepipe::capture {
 namespace {

@@ -1,0 +1,158 @@
+#include "sim_node/contact/contact_probe.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "common/collision/response/ball_contact.h"
+#include "common/collision/response/farthest_point_sample.h"
+#include "common/collision/response/recovery.h"
+#include "sim_node/objects/rigid_bodies.h"
+
+namespace fivepipe::sim {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+// Smallest reach of the search for an exit [m]; a larger object may leave by its own size.
+constexpr double kMinReach_m = 0.05;
+// Parts of a contact this many footprints apart are contacts of their own.
+constexpr double kPatchGap = 3;
+// Cells of a patch per footprint of a pixel: the normal's error falls with their number.
+constexpr double kCellsPerFootprint = 3;
+// Number of points of a patch at which the hull's surface is measured.
+constexpr std::size_t kPlaneSamples = 16;
+// Number of times that a contact is measured: its first direction is that of a few pixels.
+constexpr int kProbes = 2;
+
+Vector3d mean(const std::vector<Vector3d>& points_m) {
+  Vector3d sum = Vector3d::Zero();
+  for (const Vector3d& p : points_m) sum += p;
+  return sum / double(points_m.size());
+}
+
+const collision::ContactPatch& most_similar(const std::vector<collision::ContactPatch>& patches,
+                                            const Vector3d& normal) {
+  return *std::max_element(patches.begin(), patches.end(), [&](const auto& a, const auto& b) {
+    return a.normal_world.dot(normal) < b.normal_world.dot(normal);
+  });
+}
+
+}  // namespace
+
+PlacedObject moved(PlacedObject placed, const Vector3d& move_world_m) {
+  placed.world_from_object = Eigen::Translation3d(move_world_m) * placed.world_from_object;
+  placed.center_world_m += move_world_m;
+  return placed;
+}
+
+ContactProbe::ContactProbe(const config::Scene& scene, const ObjectModels& models,
+                           CurrentHull& hull)
+    : models_(models), hull_(hull), ball_radius_m_(scene.objects.size(), 0) {
+  for (const std::size_t object : models.touching)
+    if (const auto* ball = std::get_if<config::SphereShape>(&scene.objects[object].shape))
+      ball_radius_m_[object] = ball->radius_m;
+}
+
+collision::ObjectCollision ContactProbe::detect(const PlacedObject& placed) {
+  const collision::DetectionObject object{&models_.objects[placed.object].bvh,
+                                          placed.world_from_object, placed.center_world_m};
+  collision::ObjectCollision found = std::move(hull_.detect({&object, 1}).front());
+  // The hull holds the other parts too, at their places of the newest frame.
+  std::erase_if(found.points, [&](const collision::CollisionPoint& point) {
+    return !placed.part.box_world_m.contains(point.p_world_m);
+  });
+  return found;
+}
+
+std::vector<collision::ContactPatch> ContactProbe::patches(
+    const PlacedObject& placed, const collision::ObjectCollision& collision) {
+  if (collision.points.empty()) return {};
+  const double footprint_m =
+      collision::pixel_footprint_m(*hull_.query(), collision.points.front().p_world_m);
+  std::vector<collision::ContactPatch> patches = collision::contact_patches(
+      *hull_.query(), models_.objects[placed.object].bvh.mesh(), placed.world_from_object,
+      collision.triangles,
+      {.cell_m = footprint_m / kCellsPerFootprint, .gap_m = kPatchGap * footprint_m});
+  std::erase_if(patches, [&](const collision::ContactPatch& patch) {
+    return !placed.part.box_world_m.contains(patch.points_world_m.front());
+  });
+  return patches;
+}
+
+std::vector<KeptContact> ContactProbe::planes(const PlacedObject& placed,
+                                              const collision::ContactPatch& patch) const {
+  const hull::HullQuery& query = *hull_.query();
+  const Vector3d& normal = patch.normal_world;
+  const double footprint_m = collision::pixel_footprint_m(query, patch.points_world_m.front()),
+               reach_m = std::max(kMinReach_m, 2 * models_.objects[placed.object].radius_m);
+  // First the point that is lowest along the normal: it is the deepest in a flat hull.
+  std::size_t lowest = 0;
+  for (std::size_t i = 1; i < patch.points_world_m.size(); ++i)
+    if (normal.dot(patch.points_world_m[i]) < normal.dot(patch.points_world_m[lowest])) lowest = i;
+  std::vector<KeptContact> planes;
+  double top_m = -std::numeric_limits<double>::infinity();  // of the hull along the normal
+  for (const std::size_t i :
+       collision::farthest_point_sample(patch.points_world_m, lowest, kPlaneSamples, footprint_m)) {
+    const Vector3d& p_world_m = patch.points_world_m[i];
+    const auto exit = collision::exit_outward(query, p_world_m, normal, reach_m);
+    if (!exit) continue;
+    planes.push_back({.part = placed.part.id,
+                      .on_object_m = placed.world_from_object.inverse() * p_world_m,
+                      .on_hull_world_m = p_world_m + exit->distance_m * normal,
+                      .normal_world = normal,
+                      .footprint_m = footprint_m,
+                      .ball_radius_m = ball_radius_m_[placed.object]});
+    top_m = std::max(top_m, normal.dot(planes.back().on_hull_world_m));
+  }
+  if (ball_radius_m_[placed.object] > 0 && !planes.empty()) {
+    planes.resize(1);
+    planes[0].on_hull_world_m += (top_m - normal.dot(planes[0].on_hull_world_m)) * normal;
+  }
+  return planes;
+}
+
+std::vector<KeptContact> ContactProbe::measure(const PlacedObject& at_touch,
+                                               const collision::ObjectCollision& collision) {
+  const hull::HullQuery& query = *hull_.query();
+  std::vector<Vector3d> directions;
+  for (const collision::ContactPatch& patch : patches(at_touch, collision))
+    if (directions.size() < kMaxHullContacts) directions.push_back(patch.normal_world);
+  const Vector3d& first_m = collision.points.front().p_world_m;
+  if (directions.empty())  // smaller than a cell: towards RP_obj, as in the paper
+    directions.push_back((at_touch.center_world_m - first_m).normalized());
+  const double probe_m = kProbe * collision::pixel_footprint_m(query, first_m),
+               ball_m = ball_radius_m_[at_touch.object];
+  const Isometry3d& touch_pose = at_touch.world_from_object;
+  std::vector<KeptContact> contacts;
+  std::vector<Vector3d> measured_m;  // the centres of the patches
+  for (Vector3d direction : directions) {
+    for (int probe = 0; probe < kProbes; ++probe) {
+      const PlacedObject probed = moved(at_touch, -probe_m * direction);
+      const auto found = patches(probed, detect(probed));
+      if (found.empty()) break;
+      collision::ContactPatch patch = most_similar(found, direction);
+      direction = patch.normal_world;
+      if (probe + 1 < kProbes) continue;
+      if (ball_m > 0)
+        patch.normal_world = collision::ball_contact_normal(query, touch_pose.translation(), ball_m,
+                                                            patch.normal_world);
+      // Pixels that touch first at several places may belong to one patch.
+      const Vector3d center_m = mean(patch.points_world_m);
+      if (std::any_of(measured_m.begin(), measured_m.end(), [&](const Vector3d& other_m) {
+            return (other_m - center_m).norm() <= kPatchGap * probe_m;
+          }))
+        continue;
+      measured_m.push_back(center_m);
+      for (KeptContact& contact : planes(probed, patch)) {
+        const double above_m = distance_m(contact, touch_pose);
+        contact.on_hull_world_m =
+            point_world_m(contact, touch_pose) - above_m * contact.normal_world;
+        contacts.push_back(contact);
+      }
+    }
+  }
+  return contacts;
+}
+
+}  // namespace fivepipe::sim
