@@ -273,6 +273,25 @@ TEST_F(Pipeline, HandsPartTheCurtainBeforeTheWindow) {
   EXPECT_GT(most, 0.06);
 }
 
+// A hand in real images turns a virtual door about its hinge.
+TEST_F(Pipeline, AHandPushesADoorOpen) {
+  auto states = bus_.reader<bus::topics::VirtualState>();
+  Deployed deployed(std::string(FIVEPIPE_SOURCE_DIR) + "/launch/deployments/door.yaml", domain_,
+                    out_);
+  double least = 1, most = -1;  // sine of half of the door's angle
+  EXPECT_TRUE(eventually(
+      bus_, kStart,
+      [&] {
+        for (const auto& sample : states.take())
+          for (std::uint32_t i = 0; sample.valid() && i < sample->objects._length; ++i) {
+            const auto& turn = sample->objects._buffer[i].world_from_object.rotation;
+            least = std::min(least, std::abs(turn.z)), most = std::max(most, std::abs(turn.z));
+          }
+        return least < 0.02 && most > 0.26;  // 2 and 30 degrees
+      }))
+      << log() << least << ' ' << most;
+}
+
 // The messages of a running pipeline have warmth, proximity, contacts, the response with the names
 // of the cameras, and the hull's components, each only if the scene requests it.
 TEST_F(Pipeline, CollisionResultsHoldRequestedOutputs) {
