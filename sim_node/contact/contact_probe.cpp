@@ -22,6 +22,10 @@ constexpr double kPatchGap = 3;
 constexpr double kCellsPerFootprint = 3;
 // Number of points of a patch at which the hull's surface is measured.
 constexpr std::size_t kPlaneSamples = 16;
+// Contacts on opposite sides that are deeper than this, in footprints, cannot both be obeyed.
+constexpr double kOpposed = 3;
+// Smallest cosine between the normals of contacts on one side.
+constexpr double kSameSide = 0.7;
 // Number of times that a contact is measured: its first direction is that of a few pixels.
 constexpr int kProbes = 2;
 
@@ -49,6 +53,9 @@ PlacedObject moved(PlacedObject placed, const Vector3d& move_world_m) {
 ContactProbe::ContactProbe(const config::Scene& scene, const ObjectModels& models,
                            CurrentHull& hull)
     : models_(models), hull_(hull), ball_radius_m_(scene.objects.size(), 0) {
+  for (const config::SceneObject& object : scene.objects)
+    joints_.push_back(object.joint ? std::optional(Jointed{*object.joint, object.world_from_object})
+                                   : std::nullopt);
   for (const std::size_t object : models.touching)
     if (const auto* ball = std::get_if<config::SphereShape>(&scene.objects[object].shape))
       ball_radius_m_[object] = ball->radius_m;
@@ -152,7 +159,69 @@ std::vector<KeptContact> ContactProbe::measure(const PlacedObject& at_touch,
       }
     }
   }
-  return contacts;
+  drop_opposed(at_touch, contacts);
+  return contacts.empty() ? escape(at_touch, collision) : contacts;
+}
+
+// A hull that appears in an object is on both sides of it. Keeps the contacts that the joint can
+// follow, else those of the shorter way.
+void ContactProbe::drop_opposed(const PlacedObject& placed,
+                                std::vector<KeptContact>& contacts) const {
+  const Isometry3d& pose = placed.world_from_object;
+  if (const auto& joint = joints_[placed.object]) {
+    const double position = joint->position(pose);
+    std::erase_if(contacts, [&](const KeptContact& contact) {
+      const double gain = contact.normal_world.dot(joint->rate(point_world_m(contact, pose)));
+      return gain > 0 ? position >= joint->joint.highest : position <= joint->joint.lowest;
+    });
+  }
+  const std::vector<KeptContact> all = contacts;
+  const auto deepest_along_m = [&](const Vector3d& normal) {
+    double deepest_m = 0;
+    for (const KeptContact& contact : all)
+      if (contact.normal_world.dot(normal) > kSameSide)
+        deepest_m = std::max(deepest_m, -distance_m(contact, pose));
+    return deepest_m;
+  };
+  std::erase_if(contacts, [&](const KeptContact& contact) {
+    const double here_m = deepest_along_m(contact.normal_world),
+                 opposite_m = deepest_along_m(-contact.normal_world);
+    return opposite_m > kOpposed * contact.footprint_m && here_m > opposite_m;
+  });
+}
+
+std::vector<KeptContact> ContactProbe::escape(const PlacedObject& placed,
+                                              const collision::ObjectCollision& collision) const {
+  std::vector<Vector3d> points_m;
+  for (const collision::CollisionPoint& point : collision.points)
+    points_m.push_back(point.p_world_m);
+  const Vector3d center_m = mean(points_m);
+  std::vector<Vector3d> ways;
+  if (const auto& joint = joints_[placed.object]) {
+    const double position = joint->position(placed.world_from_object);
+    const Vector3d rate = joint->rate(center_m).normalized();
+    if (position < joint->joint.highest) ways.push_back(rate);
+    if (position > joint->joint.lowest) ways.push_back(-rate);
+  } else {
+    for (int axis = 0; axis < 3; ++axis)
+      for (const double sign : {1.0, -1.0}) ways.push_back(sign * Vector3d::Unit(axis));
+    ways.push_back((placed.center_world_m - center_m).normalized());
+  }
+  std::vector<KeptContact> shortest;
+  double shortest_m = std::numeric_limits<double>::infinity();
+  for (const Vector3d& way : ways) {
+    if (!way.allFinite()) continue;
+    const std::vector<KeptContact> contacts =
+        planes(placed, {.normal_world = way, .points_world_m = points_m});
+    double deepest_m = 0;
+    for (const KeptContact& contact : contacts)
+      deepest_m = std::max(deepest_m, -distance_m(contact, placed.world_from_object));
+    if (!contacts.empty() && deepest_m < shortest_m) {
+      shortest_m = deepest_m;
+      shortest = contacts;
+    }
+  }
+  return shortest;
 }
 
 }  // namespace fivepipe::sim

@@ -1,15 +1,21 @@
 // Measures the contacts of an object that touches a part of the hull.
 //
+// If the hull is on both sides, as in a closed door in which a hull appears, the object has no
+// normal. It then leaves by the shortest of a few ways: those of its joint, or along the world's
+// axes and towards its centre.
+//
 // Fewer pixels than kProbe of depth do not determine a normal. The object is therefore measured
 // that deep: moved in along the normal of its first patch (contact_patch.h), its patches there give
 // the normals of the contacts' planes. A ball's normal is that of the smooth hull (ball_contact.h).
 #pragma once
+#include <optional>
 #include <vector>
 
 #include "common/collision/response/contact_patch.h"
 #include "common/config/scene.h"
 #include "sim_node/contact/kept_contacts.h"
 #include "sim_node/hull/current_hull.h"
+#include "sim_node/objects/joint_motion.h"
 #include "sim_node/objects/object_models.h"
 
 namespace fivepipe::sim {
@@ -38,13 +44,18 @@ class ContactProbe {
  private:
   std::vector<collision::ContactPatch> patches(const PlacedObject& placed,
                                                const collision::ObjectCollision& collision);
+  void drop_opposed(const PlacedObject& placed, std::vector<KeptContact>& contacts) const;
+  // The contacts of the shortest way out of the hull.
+  std::vector<KeptContact> escape(const PlacedObject& placed,
+                                  const collision::ObjectCollision& collision) const;
   // The planes of a patch of the object at this place.
   std::vector<KeptContact> planes(const PlacedObject& placed,
                                   const collision::ContactPatch& patch) const;
 
   const ObjectModels& models_;
   CurrentHull& hull_;
-  std::vector<double> ball_radius_m_;  // by object; 0: not a ball
+  std::vector<double> ball_radius_m_;           // by object; 0: not a ball
+  std::vector<std::optional<Jointed>> joints_;  // by object
 };
 
 // Depth at which a contact is measured, in footprints of a pixel. The patch of a ball of 30 mm then

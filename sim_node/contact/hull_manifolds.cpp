@@ -229,18 +229,21 @@ void HullManifolds::move_out(const Meeting& meeting, double fraction) {
   const Isometry3d newest_from_object =
       meeting.newest_from_now * bodies_.world_from_object(meeting.object);
   double deepest_m = 0;
-  Vector3d normal = Vector3d::Zero();
+  Vector3d normal = Vector3d::Zero(), point_m = Vector3d::Zero();
   for (const KeptContact& contact : kept_[meeting.object])
     if (const double depth_m = -distance_m(contact, newest_from_object);
-        contact.part == meeting.part.id && depth_m > deepest_m)
-      deepest_m = depth_m, normal = contact.normal_world;
+        contact.part == meeting.part.id && depth_m > deepest_m) {
+      deepest_m = depth_m;
+      normal = contact.normal_world;
+      point_m = point_world_m(contact, newest_from_object);
+    }
   if (!(deepest_m > 0)) return;
   const Vector3d normal_now = meeting.newest_from_now.linear().transpose() * normal;
   const Vector3d velocity_m_s = bodies_.velocity_m_s(meeting.object) -
                                 meeting.velocity.at(bodies_.center_world_m(meeting.object));
   if (normal_now.dot(velocity_m_s) > kMinBounce_m_s) return;  // it leaves by itself
   const Vector3d move_m = fraction * deepest_m * normal_now;
-  bodies_.translate(meeting.object, move_m);
+  bodies_.move_out(meeting.object, meeting.newest_from_now.inverse() * point_m, move_m);
   lift_m_[meeting.object] += move_m;
 }
 

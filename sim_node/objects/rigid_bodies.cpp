@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <numbers>
+#include <map>
 
 namespace fivepipe::sim {
 namespace {
@@ -16,6 +16,10 @@ namespace {
 // with half that extent as radius, well inside the body.
 constexpr double kSweptFromExtents = 1.0, kSweptSphereExtents = 0.5;
 
+// Smallest cosine between the motion that a joint allows and a move out of the hull.
+constexpr double kMinJointGain = 0.1;
+// Torque against rolling, as a fraction of the normal force times the radius: that of hard rubber.
+constexpr double kRollingResistance = 0.01;
 // Iterations of the contact solver per step.
 constexpr int kSolverIterations = 30;
 
@@ -94,6 +98,8 @@ Body body_of(const config::SceneObject& object) {
   info.m_startWorldTransform = body.start_world_from_body;
   info.m_restitution = dynamic ? object.restitution : 1.0;  // Bullet multiplies both bodies' values
   info.m_friction = object.friction;
+  if (const auto* ball = std::get_if<config::SphereShape>(&object.shape))
+    info.m_rollingFriction = kRollingResistance * ball->radius_m;
   body.body = std::make_unique<btRigidBody>(info);
   if (dynamic) {
     body.start_velocity_m_s = bt(object.velocity_world_m_s);
@@ -151,32 +157,20 @@ double held_velocity(double position, double velocity, const config::Joint& join
 
 // Moves the body to the nearest pose that its joint allows, and removes the other velocities.
 // Bullet's constraints are soft: they drift and overshoot.
-void hold_joint(const config::Joint& joint, const Eigen::Isometry3d& world_from_object_at_start,
-                Body& body) {
-  const Eigen::Isometry3d start = world_from_object_at_start,
-                          now = eigen(body.body->getWorldTransform()) *
-                                body.object_from_body.inverse();
-  const Eigen::Vector3d axis_world = start.linear() * joint.axis;
-  Eigen::Isometry3d held = start;
-  if (joint.kind == config::JointKind::hinge) {
-    const Eigen::Quaterniond turn(now.linear() * start.linear().transpose());
-    const double full_rad = 2 * std::atan2(turn.vec().dot(axis_world), turn.w()),
-                 angle_rad = std::clamp(std::remainder(full_rad, 2 * std::numbers::pi),
-                                        joint.lowest, joint.highest);
-    const Eigen::Vector3d point_m = start * joint.point_m;
-    held = Eigen::Translation3d(point_m) * Eigen::AngleAxisd(angle_rad, axis_world) *
-           Eigen::Translation3d(-point_m) * start;
-    const double speed_rad_s =
-        held_velocity(angle_rad, axis_world.dot(eigen(body.body->getAngularVelocity())), joint);
-    const Eigen::Vector3d arm_m = held * body.object_from_body.translation() - point_m;
+void hold_joint(const Jointed& jointed, Body& body) {
+  const double position =
+      jointed.position(eigen(body.body->getWorldTransform()) * body.object_from_body.inverse());
+  const Eigen::Isometry3d held = jointed.pose(position);
+  const Eigen::Vector3d axis_world = jointed.axis_world();
+  if (jointed.joint.kind == config::JointKind::hinge) {
+    const double speed_rad_s = held_velocity(
+        position, axis_world.dot(eigen(body.body->getAngularVelocity())), jointed.joint);
     body.body->setAngularVelocity(bt(Eigen::Vector3d(speed_rad_s * axis_world)));
-    body.body->setLinearVelocity(bt(Eigen::Vector3d(speed_rad_s * axis_world.cross(arm_m))));
+    body.body->setLinearVelocity(bt(
+        Eigen::Vector3d(speed_rad_s * jointed.rate(held * body.object_from_body.translation()))));
   } else {
-    const double slide_m = std::clamp(axis_world.dot(now.translation() - start.translation()),
-                                      joint.lowest, joint.highest);
-    held.translation() += slide_m * axis_world;
-    const double speed_m_s =
-        held_velocity(slide_m, axis_world.dot(eigen(body.body->getLinearVelocity())), joint);
+    const double speed_m_s = held_velocity(
+        position, axis_world.dot(eigen(body.body->getLinearVelocity())), jointed.joint);
     body.body->setAngularVelocity({0, 0, 0});
     body.body->setLinearVelocity(bt(Eigen::Vector3d(speed_m_s * axis_world)));
   }
@@ -192,12 +186,7 @@ struct RigidBodies::World {
   btSequentialImpulseConstraintSolver solver;
   btDiscreteDynamicsWorld dynamics{&dispatcher, &broadphase, &solver, &configuration};
   std::vector<Body> bodies;
-  struct Jointed {
-    std::size_t body;
-    config::Joint joint;
-    Eigen::Isometry3d world_from_object_at_start;
-  };
-  std::vector<Jointed> jointed;
+  std::map<std::size_t, Jointed> jointed;  // by body
   // The hull's surfaces, one per manifold of a step. Bullet reads their velocities. They have no
   // shape, so the manifolds are their only contacts.
   btEmptyShape no_shape;
@@ -207,7 +196,7 @@ struct RigidBodies::World {
   btPersistentManifold* add(const HullManifold& manifold, btRigidBody& surface);
 
   ~World() {
-    for (const Jointed& one : jointed) dynamics.removeConstraint(bodies[one.body].joint.get());
+    for (const auto& [body, joint] : jointed) dynamics.removeConstraint(bodies[body].joint.get());
     for (const auto& surface : surfaces) dynamics.removeRigidBody(surface.get());
     for (Body& body : bodies)
       if (body.body->isInWorld()) dynamics.removeRigidBody(body.body.get());
@@ -243,6 +232,7 @@ btPersistentManifold* RigidBodies::World::add(const HullManifold& manifold, btRi
     added.m_positionWorldOnA = on_body;
     added.m_positionWorldOnB = on_hull;
     added.m_combinedFriction = body.getFriction();
+    added.m_combinedRollingFriction = body.getRollingFriction();
     added.m_combinedRestitution = point.restitution;
     added.m_appliedImpulse = point.impulse_n_s;
     points->addManifoldPoint(added);
@@ -269,7 +259,7 @@ RigidBodies::RigidBodies(const config::Scene& scene) : world_(std::make_unique<W
     if (!object.joint) continue;
     add_joint(*object.joint, body);
     world_->dynamics.addConstraint(body.joint.get());
-    world_->jointed.push_back({world_->bodies.size() - 1, *object.joint, object.world_from_object});
+    world_->jointed[world_->bodies.size() - 1] = {*object.joint, object.world_from_object};
   }
 }
 
@@ -282,8 +272,7 @@ void RigidBodies::step(double step_s, std::span<HullManifold> manifolds) {
   for (std::size_t i = 0; i < manifolds.size(); ++i)
     added.push_back(world_->add(manifolds[i], world_->surface(i)));
   world_->dynamics.stepSimulation(step_s, 0);  // 0: exactly one step, no substeps
-  for (const World::Jointed& one : world_->jointed)
-    hold_joint(one.joint, one.world_from_object_at_start, world_->bodies[one.body]);
+  for (const auto& [body, joint] : world_->jointed) hold_joint(joint, world_->bodies[body]);
   for (std::size_t i = manifolds.size(); i-- > 0;) {
     for (std::size_t k = 0; k < manifolds[i].points.size(); ++k)
       manifolds[i].points[k].impulse_n_s = added[i]->getContactPoint(int(k)).m_appliedImpulse;
@@ -318,6 +307,28 @@ void RigidBodies::translate(std::size_t object, const Eigen::Vector3d& move_worl
   btTransform world_from_body = body.getWorldTransform();
   world_from_body.getOrigin() += bt(move_world_m);
   body.setWorldTransform(world_from_body);
+}
+
+void RigidBodies::move_out(std::size_t object, const Eigen::Vector3d& p_world_m,
+                           const Eigen::Vector3d& move_world_m) {
+  const auto found = world_->jointed.find(object);
+  if (found == world_->jointed.end()) return translate(object, move_world_m);
+  const Jointed& jointed = found->second;
+  Body& body = world_->bodies[object];
+  // The joint moves p along the direction of the move by its length.
+  const Eigen::Vector3d rate = jointed.rate(p_world_m);
+  const double gain = rate.dot(move_world_m.normalized());
+  if (!(std::abs(gain) > kMinJointGain * rate.norm())) return;  // the joint does not move it there
+  const Eigen::Isometry3d now = world_from_object(object);
+  const double position = jointed.position(now) + move_world_m.norm() / gain,
+               allowed = std::clamp(position, jointed.joint.lowest, jointed.joint.highest);
+  body.body->setWorldTransform(bt(jointed.pose(allowed) * body.object_from_body));
+}
+
+std::optional<Jointed> RigidBodies::joint_of(std::size_t object) const {
+  const auto found = world_->jointed.find(object);
+  if (found == world_->jointed.end()) return std::nullopt;
+  return found->second;
 }
 
 void RigidBodies::respawn(std::size_t object) {

@@ -3,11 +3,13 @@
 // the same bits.
 #pragma once
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "common/config/scene.h"
 #include "sim_node/hull/hull_part.h"
+#include "sim_node/objects/joint_motion.h"
 
 namespace fivepipe::sim {
 
@@ -56,6 +58,11 @@ class RigidBodies {
   // The functions below require a dynamic object.
   void set_velocity_m_s(std::size_t object, const Eigen::Vector3d& velocity_world_m_s);
   void translate(std::size_t object, const Eigen::Vector3d& move_world_m);
+  // Moves the object, without velocity, so that its point p moves by this; as far as its joint
+  // allows.
+  void move_out(std::size_t object, const Eigen::Vector3d& p_world_m,
+                const Eigen::Vector3d& move_world_m);
+  std::optional<Jointed> joint_of(std::size_t object) const;
   void respawn(std::size_t object);  // moves it to its start pose, with its start velocity
 
  private:

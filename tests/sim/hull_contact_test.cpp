@@ -2,34 +2,13 @@
 #include <algorithm>
 #include <numeric>
 
-#include "tests/support/sim_scene.h"
+#include "tests/support/sim_contact.h"
 
 namespace fivepipe::test {
 namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
-
-config::SceneObject touching(config::SceneObject object) {
-  object.motion = config::Motion::dynamic;
-  object.reaction = config::Reaction::contact;
-  return object;
-}
-
-config::SceneObject touching_ball(const Vector3d& center_m, double radius_m, double restitution,
-                                  double friction = 0) {
-  config::SceneObject ball = touching(virtual_ball(center_m, restitution));
-  ball.shape = config::SphereShape{radius_m, 4};
-  ball.friction = friction;
-  return ball;
-}
-
-// A real block with its top at z = 0, seen by five cameras at that height: the top of the hull is
-// flat. A pixel's footprint is 2 mm.
-std::vector<hull::Silhouette> real_block() {
-  return silhouettes_of(Eigen::AlignedBox3d(Vector3d(-0.08, -0.08, -0.1), Vector3d(0.08, 0.08, 0)),
-                        ring(5, 1.5, 0, 300, 0.6));
-}
 
 // Each pixel at the silhouettes' borders belongs to the object with probability 1/2.
 class Noise {
@@ -57,13 +36,6 @@ class Noise {
   std::vector<hull::Silhouette> clean_;
   std::vector<std::vector<std::pair<int, int>>> borders_;
 };
-
-Vector3d center_m(const sim::Simulation& simulation, std::size_t object = 0) {
-  return simulation.states()[object].world_from_object.translation();
-}
-Vector3d velocity_m_s(const sim::Simulation& simulation, std::size_t object = 0) {
-  return simulation.states()[object].velocity_world_m_s;
-}
 
 TEST(HullContact, ABallComesToRestOnARealBlock) {
   const auto silhouettes = real_block();
@@ -153,7 +125,7 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-double angle_deg(const Vector3d& a, const Vector3d& b) {
+double between_deg(const Vector3d& a, const Vector3d& b) {
   return std::atan2(a.cross(b).norm(), a.dot(b)) * 180 / std::numbers::pi;
 }
 
@@ -197,11 +169,11 @@ TEST(HullContact, ABallIsReflectedAtTheHull) {
     const Vector3d touch_m = start_m + free * before_m_s,
                    normal = (touch_m - real.nearest(touch_m)).normalized(),
                    expected = before_m_s - 2 * before_m_s.dot(normal) * normal;
-    to_hull_deg.push_back(angle_deg(velocity_m_s(simulation), expected));
+    to_hull_deg.push_back(between_deg(velocity_m_s(simulation), expected));
     const Vector3d true_normal = (touch_m - real.center_m).normalized();
     const Vector3d at_ball = before_m_s - 2 * before_m_s.dot(true_normal) * true_normal;
-    to_ball_deg.push_back(angle_deg(velocity_m_s(simulation), at_ball));
-    hull_to_ball_deg.push_back(angle_deg(expected, at_ball));
+    to_ball_deg.push_back(between_deg(velocity_m_s(simulation), at_ball));
+    hull_to_ball_deg.push_back(between_deg(expected, at_ball));
     EXPECT_NEAR(velocity_m_s(simulation).norm(), before_m_s.norm(), 1e-6 * before_m_s.norm());
   }
   ASSERT_GT(to_hull_deg.size(), 60u);
@@ -330,7 +302,7 @@ TEST(HullContact, AFastPipeStrikesEveryBall) {
         Vector3d(std::sqrt(std::pow(pipe_m + ball_m, 2) - start_m.y() * start_m.y()), start_m.y(),
                  0)
             .normalized();
-    off_deg.push_back(angle_deg(after_m_s, normal));
+    off_deg.push_back(between_deg(after_m_s, normal));
   }
   std::sort(off_deg.begin(), off_deg.end());
   std::printf("struck %d of %d; direction: median %.1f, worst %.1f deg\n", struck, count,

@@ -1,29 +1,10 @@
 // Objects that turn on a hinge or move along a slider.
-#include "tests/support/sim_scene.h"
+#include "tests/support/sim_contact.h"
 
 namespace fivepipe::test {
 namespace {
 
 using Eigen::Vector3d;
-
-constexpr double kDegree_rad = std::numbers::pi / 180;
-
-// A door leaf of 80 x 4 x 100 cm. Its hinge is 40 cm to the left of its centre.
-config::SceneObject door(double to_deg = 100) {
-  config::SceneObject door =
-      virtual_box("door", kOrigin, {0.8, 0.04, 1.0}, config::Reaction::contact);
-  door.motion = config::Motion::dynamic;
-  door.mass_kg = 5;
-  door.friction = 0;
-  door.restitution = 0;
-  door.joint = config::Joint{.kind = config::JointKind::hinge,
-                             .point_m = {-0.4, 0, 0},
-                             .axis = {0, 0, 1},
-                             .lowest = 0,
-                             .highest = to_deg * kDegree_rad,
-                             .damping_1_s = 0.5};
-  return door;
-}
 
 config::SceneObject drawer() {
   config::SceneObject drawer = door();
@@ -35,7 +16,27 @@ config::SceneObject drawer() {
   return drawer;
 }
 
-double angle_rad(const Eigen::Isometry3d& pose) { return std::atan2(pose(1, 0), pose(0, 0)); }
+// The pose at a position has this position, and a point moves at the rate.
+TEST(Jointed, PositionPoseAndRateAgree) {
+  const Eigen::Isometry3d start = Eigen::Translation3d(0.3, -0.2, 1) *
+                                  Eigen::Isometry3d(Eigen::AngleAxisd(0.7, Vector3d::UnitZ()));
+  for (const config::SceneObject& object : {door(), drawer()}) {
+    const sim::Jointed jointed{*object.joint, start};
+    const double lowest = object.joint->lowest, highest = object.joint->highest;
+    EXPECT_TRUE(jointed.pose(0).isApprox(start, 1e-12));
+    for (const double part : {0.0, 0.3, 1.0}) {
+      const double position = lowest + part * (highest - lowest);
+      const Eigen::Isometry3d pose = jointed.pose(position);
+      EXPECT_NEAR(jointed.position(pose), position, 1e-12);
+      const Vector3d p_m(0.1, 0.2, -0.3);
+      const double step = 1e-6;
+      const Vector3d moved_m = jointed.pose(position + step) * p_m - pose * p_m;
+      EXPECT_LT((moved_m / step - jointed.rate(pose * p_m)).norm(), 1e-5);
+    }
+    EXPECT_EQ(jointed.position(jointed.pose(highest + 0.1)), highest) << "held at the limits";
+    EXPECT_EQ(jointed.position(jointed.pose(lowest - 0.1)), lowest) << "held at the limits";
+  }
+}
 
 TEST(Hinge, TurnsAboutItsAxisAndStopsAtItsLimits) {
   for (const double impulse_m_s : {3.0, -3.0}) {
