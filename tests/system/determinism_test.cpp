@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <fstream>
 
 #include "tests/support/recording/replayed_nodes.h"
 
@@ -73,6 +74,48 @@ TEST_F(Determinism, SimulationIsIdenticalForTwoThreads) {
   ASSERT_FALSE(by_one.at(bus::topics::CollisionResult::name).empty());
   EXPECT_TRUE(replayed(recording, {kSimulation}, kSimOutputs, {"--rate", "max"}, threads).outputs ==
               by_one);
+}
+
+// Cloth, rigid bodies and a door around the hand, which is at (0, 0.19, 0.34) m and moves along +x.
+const std::string kEverything = R"(name: everything
+history: {}
+objects:
+  - {name: floor, box: {size_m: [2, 2, 0.1]}, position_m: [0, 0, -0.05], reaction: none}
+  - {name: panel, curtain: {width_m: 0.3, height_m: 0.4, columns: 10, rows: 12, fold_depth_m: 0.01,
+     fold_count: 2}, position_m: [0.05, 0.2, 0.55], motion: cloth,
+     cloth: {pins: [{from_m: [-1, -1, -0.001], to_m: [1, 1, 0.001]}]}}
+  - {name: ball, sphere: {radius_m: 0.04}, position_m: [0.03, 0.17, 0.45], motion: dynamic,
+     reaction: contact}
+  - {name: paper_ball, sphere: {radius_m: 0.03}, position_m: [-0.03, 0.10, 0.45], motion: dynamic,
+     reaction: bounce}
+  - {name: door, box: {size_m: [0.3, 0.02, 0.3]}, position_m: [0.1, 0.1, 0.3], motion: dynamic,
+     reaction: contact,
+     hinge: {point_m: [0.15, 0, 0], axis: [0, 0, 1], from_deg: -90, to_deg: 90}}
+)";
+
+TEST_F(Determinism, ClothBodiesAndADoorAreIdenticalAtEveryRateAndForTwoThreads) {
+  std::ofstream(folder_ / "everything.yaml") << kEverything;
+  const std::string scene = "scene: " FIVEPIPE_SOURCE_DIR "/scenes/demo/scene.yaml",
+                    everything = "scene: " + (folder_ / "everything.yaml").string();
+  const std::string one = test::changed_deployment(folder_ / "one", scene, everything);
+  const std::string two = test::changed_deployment(folder_ / "two", scene, everything);
+  const std::string simulation = "{name: simulation, program: sim_node}";
+  std::ofstream(two) << test::replaced(test::text_of(one), simulation,
+                                       "{name: simulation, program: sim_node, threads: 2}");
+  const auto recording = recorded(0.5);
+  const auto expected =
+      replayed(recording, {kSimulation}, kSimOutputs, {"--rate", "max"}, one).outputs;
+  const auto& states = expected.at(bus::topics::VirtualState::name);
+  ASSERT_GT(states.size(), 5u);
+  EXPECT_FALSE(states.front() == states.back()) << "nothing moves";
+  for (int run = 0; run < runs(); ++run) {
+    for (const char* rate : {"0.5", "max"})
+      EXPECT_TRUE(replayed(recording, {kSimulation}, kSimOutputs, {"--rate", rate}, one).outputs ==
+                  expected)
+          << rate;
+    EXPECT_TRUE(replayed(recording, {kSimulation}, kSimOutputs, {"--rate", "max"}, two).outputs ==
+                expected);
+  }
 }
 
 // A node that has handled a recording starts from its initial state when the replay starts again.
