@@ -52,13 +52,19 @@ PlacedObject moved(PlacedObject placed, const Vector3d& move_world_m) {
 
 ContactProbe::ContactProbe(const config::Scene& scene, const ObjectModels& models,
                            CurrentHull& hull)
-    : models_(models), hull_(hull), ball_radius_m_(scene.objects.size(), 0) {
+    : models_(models),
+      hull_(hull),
+      ball_radius_m_(scene.objects.size(), 0),
+      surface_m_(scene.objects.size()) {
   for (const config::SceneObject& object : scene.objects)
     joints_.push_back(object.joint ? std::optional(Jointed{*object.joint, object.world_from_object})
                                    : std::nullopt);
-  for (const std::size_t object : models.touching)
+  for (const std::size_t object : models.touching) {
     if (const auto* ball = std::get_if<config::SphereShape>(&scene.objects[object].shape))
       ball_radius_m_[object] = ball->radius_m;
+    surface_m_[object] =
+        collision::surface_points_m(models.objects[object].bvh.mesh(), kSurfacePoints_m);
+  }
 }
 
 collision::ObjectCollision ContactProbe::detect(const PlacedObject& placed) {
@@ -70,6 +76,20 @@ collision::ObjectCollision ContactProbe::detect(const PlacedObject& placed) {
     return !placed.part.box_world_m.contains(point.p_world_m);
   });
   return found;
+}
+
+bool ContactProbe::is_explained(const PlacedObject& placed,
+                                std::span<const KeptContact> contacts) const {
+  std::vector<Vector3d> points_m;
+  for (const Vector3d& p_m : surface_m_[placed.object])
+    points_m.push_back(placed.world_from_object * p_m);
+  std::vector<std::uint8_t> inside(points_m.size());
+  hull_.query()->contains(points_m, inside);
+  for (std::size_t i = 0; i < points_m.size(); ++i)
+    if (inside[i] && placed.part.box_world_m.contains(points_m[i]) &&
+        !is_on_kept_plane(contacts, points_m[i]))
+      return false;
+  return true;
 }
 
 std::vector<collision::ContactPatch> ContactProbe::patches(
@@ -128,8 +148,8 @@ std::vector<KeptContact> ContactProbe::measure(const PlacedObject& at_touch,
   const Vector3d& first_m = collision.points.front().p_world_m;
   if (directions.empty())  // smaller than a cell: towards RP_obj, as in the paper
     directions.push_back((at_touch.center_world_m - first_m).normalized());
-  const double probe_m = kProbe * collision::pixel_footprint_m(query, first_m),
-               ball_m = ball_radius_m_[at_touch.object];
+  const double footprint_m = collision::pixel_footprint_m(query, first_m),
+               probe_m = kProbe * footprint_m, ball_m = ball_radius_m_[at_touch.object];
   const Isometry3d& touch_pose = at_touch.world_from_object;
   std::vector<KeptContact> contacts;
   std::vector<Vector3d> measured_m;  // the centres of the patches
@@ -147,7 +167,7 @@ std::vector<KeptContact> ContactProbe::measure(const PlacedObject& at_touch,
       // Pixels that touch first at several places may belong to one patch.
       const Vector3d center_m = mean(patch.points_world_m);
       if (std::any_of(measured_m.begin(), measured_m.end(), [&](const Vector3d& other_m) {
-            return (other_m - center_m).norm() <= kPatchGap * probe_m;
+            return (other_m - center_m).norm() <= kPatchGap * footprint_m;
           }))
         continue;
       measured_m.push_back(center_m);
@@ -163,18 +183,34 @@ std::vector<KeptContact> ContactProbe::measure(const PlacedObject& at_touch,
   return contacts.empty() ? escape(at_touch, collision) : contacts;
 }
 
-// A hull that appears in an object is on both sides of it. Keeps the contacts that the joint can
-// follow, else those of the shorter way.
+bool ContactProbe::can_move(const PlacedObject& placed, const Vector3d& p_world_m,
+                            const Vector3d& direction_world, double footprint_m) const {
+  const auto& joint = joints_[placed.object];
+  if (!joint) return true;
+  const Isometry3d now_from_newest = placed.newest_from_now.inverse();
+  const Vector3d rate = joint->rate(now_from_newest * p_world_m),
+                 direction = now_from_newest.linear() * direction_world;
+  // Within a pixel of the limit it is at the limit.
+  const double position = joint->position(now_from_newest * placed.world_from_object),
+               margin = footprint_m / std::max(rate.norm(), kMinJointLever_m),
+               gain = rate.dot(direction);
+  if (gain > 0) return position < joint->joint.highest - margin;
+  return gain < 0 && position > joint->joint.lowest + margin;
+}
+
+// A hull that appears in an object is on both sides of it. Drops the contacts that the joint cannot
+// follow if there are others, and those in the direction with the longer exit.
 void ContactProbe::drop_opposed(const PlacedObject& placed,
                                 std::vector<KeptContact>& contacts) const {
   const Isometry3d& pose = placed.world_from_object;
-  if (const auto& joint = joints_[placed.object]) {
-    const double position = joint->position(pose);
+  const auto can_follow = [&](const KeptContact& contact) {
+    return can_move(placed, point_world_m(contact, pose), contact.normal_world,
+                    contact.footprint_m);
+  };
+  if (std::any_of(contacts.begin(), contacts.end(), can_follow))
     std::erase_if(contacts, [&](const KeptContact& contact) {
-      const double gain = contact.normal_world.dot(joint->rate(point_world_m(contact, pose)));
-      return gain > 0 ? position >= joint->joint.highest : position <= joint->joint.lowest;
+      return !can_follow(contact) && -distance_m(contact, pose) > kOpposed * contact.footprint_m;
     });
-  }
   const std::vector<KeptContact> all = contacts;
   const auto deepest_along_m = [&](const Vector3d& normal) {
     double deepest_m = 0;
@@ -195,24 +231,26 @@ std::vector<KeptContact> ContactProbe::escape(const PlacedObject& placed,
   std::vector<Vector3d> points_m;
   for (const collision::CollisionPoint& point : collision.points)
     points_m.push_back(point.p_world_m);
-  const Vector3d center_m = mean(points_m);
-  std::vector<Vector3d> ways;
+  const Vector3d center_m = mean(points_m), to_center_m = placed.center_world_m - center_m;
+  const double footprint_m = collision::pixel_footprint_m(*hull_.query(), center_m);
+  std::vector<Vector3d> directions;
   if (const auto& joint = joints_[placed.object]) {
-    const double position = joint->position(placed.world_from_object);
-    const Vector3d rate = joint->rate(center_m).normalized();
-    if (position < joint->joint.highest) ways.push_back(rate);
-    if (position > joint->joint.lowest) ways.push_back(-rate);
+    const Vector3d rate =
+        placed.newest_from_now.linear() * joint->rate(placed.newest_from_now.inverse() * center_m);
+    if (rate.norm() > kMinJointLever_m)
+      for (const double sign : {1.0, -1.0})
+        if (can_move(placed, center_m, sign * rate, footprint_m))
+          directions.push_back(sign * rate.normalized());
   } else {
     for (int axis = 0; axis < 3; ++axis)
-      for (const double sign : {1.0, -1.0}) ways.push_back(sign * Vector3d::Unit(axis));
-    ways.push_back((placed.center_world_m - center_m).normalized());
+      for (const double sign : {1.0, -1.0}) directions.push_back(sign * Vector3d::Unit(axis));
+    if (to_center_m.norm() > footprint_m) directions.push_back(to_center_m.normalized());
   }
   std::vector<KeptContact> shortest;
   double shortest_m = std::numeric_limits<double>::infinity();
-  for (const Vector3d& way : ways) {
-    if (!way.allFinite()) continue;
+  for (const Vector3d& direction : directions) {
     const std::vector<KeptContact> contacts =
-        planes(placed, {.normal_world = way, .points_world_m = points_m});
+        planes(placed, {.normal_world = direction, .points_world_m = points_m});
     double deepest_m = 0;
     for (const KeptContact& contact : contacts)
       deepest_m = std::max(deepest_m, -distance_m(contact, placed.world_from_object));

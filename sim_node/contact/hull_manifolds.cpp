@@ -29,9 +29,8 @@ bool continues(const SurfaceMotion& motion, const std::vector<SurfaceMotion>& be
 }  // namespace
 
 struct HullManifolds::Meeting : PlacedObject {
-  Isometry3d newest_from_now;  // motion of the part up to the newest frame
-  RigidVelocity velocity;      // of the part, now
-  Vector3d relative_m_s;       // velocity of the object's centre relative to the part
+  RigidVelocity velocity;  // of the part, now
+  Vector3d relative_m_s;   // velocity of the object's centre relative to the part
 };
 
 HullManifolds::HullManifolds(const config::Scene& scene, const ObjectModels& models,
@@ -54,7 +53,7 @@ std::span<HullManifold> HullManifolds::before_step(double step_s, double before_
   if (hull_.frames() != frame_) follow_new_hull();
   for (const std::size_t object : models_.touching) {
     lift_m_[object].setZero();
-    for (const HullPart& part : hull_.parts()) meet(object, part, step_s, before_s);
+    meet(object, step_s, before_s);
   }
   return manifolds_;
 }
@@ -78,8 +77,10 @@ void HullManifolds::reset() {
 }
 
 void HullManifolds::follow_new_hull() {
-  const double between_s = hull_.time_s() - frame_time_s_,
-               reach_m = scene_.history ? scene_.history->max_speed_m_s * between_s : 0;
+  const double between_s = hull_.time_s() - frame_time_s_;
+  // After a pause, the parts' motion does not reach back to the last frame.
+  if (!(between_s > 0 && between_s <= kMaxGap_s)) reset();
+  const double reach_m = scene_.history ? scene_.history->max_speed_m_s * between_s : 0;
   for (std::size_t object = 0; object < kept_.size(); ++object) {
     std::vector<SurfaceMotion> motions =
         follow_hull(kept_[object], hull_.parts(), between_s, *hull_.query(), reach_m);
@@ -100,23 +101,31 @@ HullPart HullManifolds::local(std::size_t object, HullPart part) const {
   return part;
 }
 
-void HullManifolds::meet(std::size_t object, const HullPart& tracked, double step_s,
-                         double before_s) {
-  const HullPart part = local(object, tracked);
+// All parts first, because each may move the object and change its kept contacts.
+void HullManifolds::meet(std::size_t object, double step_s, double before_s) {
+  std::vector<HullPart> parts;
+  for (const HullPart& tracked : hull_.parts()) parts.push_back(local(object, tracked));
+  std::vector<Meeting> near;
+  for (const HullPart& part : parts) {
+    const Meeting meeting = meeting_with(object, part, before_s);
+    drop_left(kept_[object], part.id, meeting.world_from_object);
+    if (!is_near(meeting, step_s)) continue;
+    if (!is_still(meeting)) touch(meeting, step_s);
+    move_out(meeting, kHullCorrection);
+    near.push_back(meeting);
+  }
+  for (const Meeting& meeting : near) add_manifold(meeting);
+}
+
+HullManifolds::Meeting HullManifolds::meeting_with(std::size_t object, const HullPart& part,
+                                                   double before_s) const {
   const Isometry3d newest_from_now = newest_from_before(part, before_s);
   const RigidVelocity velocity = velocity_before(part, before_s);
   const Vector3d center_m = bodies_.center_world_m(object);
-  const Meeting meeting{
-      {object, part, newest_from_now * bodies_.world_from_object(object),
-       newest_from_now * center_m},
-      newest_from_now,
-      velocity,
-      newest_from_now.linear() * (bodies_.velocity_m_s(object) - velocity.at(center_m))};
-  drop_left(kept_[object], part.id, meeting.world_from_object);
-  if (!is_near(meeting, step_s)) return;
-  if (!is_still(meeting)) touch(meeting, step_s);
-  move_out(meeting, kHullCorrection);
-  add_manifold(meeting);
+  return {{object, part, newest_from_now, newest_from_now * bodies_.world_from_object(object),
+           newest_from_now * center_m},
+          velocity,
+          newest_from_now.linear() * (bodies_.velocity_m_s(object) - velocity.at(center_m))};
 }
 
 bool HullManifolds::is_near(const Meeting& meeting, double step_s) const {
@@ -187,23 +196,22 @@ HullManifolds::Touch HullManifolds::first_touch(const Meeting& meeting, double s
   return first;
 }
 
-bool HullManifolds::is_explained(const Meeting& meeting,
-                                 const collision::ObjectCollision& collision) const {
-  std::vector<KeptContact> with_part;
+std::vector<KeptContact> HullManifolds::kept_with(const Meeting& meeting) const {
+  std::vector<KeptContact> contacts;
   for (const KeptContact& contact : kept_[meeting.object])
-    if (contact.part == meeting.part.id) with_part.push_back(contact);
-  return std::all_of(collision.points.begin(), collision.points.end(), [&](const auto& point) {
-    return is_on_kept_plane(with_part, point.p_world_m);
-  });
+    if (contact.part == meeting.part.id) contacts.push_back(contact);
+  return contacts;
 }
 
 void HullManifolds::touch(const Meeting& meeting, double step_s) {
-  const bool is_new = !has_contact(meeting);
-  const Touch found = first_touch(meeting, step_s, is_new);
   std::vector<Detected>& detected = detected_[meeting.object];
   std::erase_if(detected, [&](const Detected& last) { return last.part == meeting.part.id; });
   detected.push_back({meeting.part.id, meeting.world_from_object});
-  if (found.collision.points.empty() || is_explained(meeting, found.collision)) return;
+  const std::vector<KeptContact> kept = kept_with(meeting);
+  const bool is_new = kept.empty();
+  if (!is_new && probe_.is_explained(meeting, kept)) return;
+  const Touch found = first_touch(meeting, step_s, is_new);
+  if (found.collision.points.empty()) return;
   const PlacedObject touching = moved(meeting, -found.back_s * meeting.relative_m_s);
   std::vector<KeptContact> measured = probe_.measure(touching, found.collision);
   const Isometry3d& at_touch = touching.world_from_object;
@@ -239,12 +247,12 @@ void HullManifolds::move_out(const Meeting& meeting, double fraction) {
     }
   if (!(deepest_m > 0)) return;
   const Vector3d normal_now = meeting.newest_from_now.linear().transpose() * normal;
-  const Vector3d velocity_m_s = bodies_.velocity_m_s(meeting.object) -
-                                meeting.velocity.at(bodies_.center_world_m(meeting.object));
+  const Vector3d point_now_m = meeting.newest_from_now.inverse() * point_m;
+  const Vector3d velocity_m_s =
+      bodies_.velocity_m_s(meeting.object, point_now_m) - meeting.velocity.at(point_now_m);
   if (normal_now.dot(velocity_m_s) > kMinBounce_m_s) return;  // it leaves by itself
-  const Vector3d move_m = fraction * deepest_m * normal_now;
-  bodies_.move_out(meeting.object, meeting.newest_from_now.inverse() * point_m, move_m);
-  lift_m_[meeting.object] += move_m;
+  lift_m_[meeting.object] +=
+      bodies_.move_out(meeting.object, point_now_m, fraction * deepest_m * normal_now);
 }
 
 void HullManifolds::add_manifold(const Meeting& meeting) {

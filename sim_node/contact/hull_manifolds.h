@@ -65,10 +65,10 @@ class HullManifolds {
   // Whether object and part touch, and have not moved since their last detection.
   bool is_still(const Meeting& meeting) const;
   HullPart local(std::size_t object, HullPart part) const;
-  void meet(std::size_t object, const HullPart& tracked, double step_s, double before_s);
+  void meet(std::size_t object, double step_s, double before_s);
+  Meeting meeting_with(std::size_t object, const HullPart& part, double before_s) const;
   void touch(const Meeting& meeting, double step_s);
-  // Whether all collision points belong to the kept contacts, so that nothing is to be measured.
-  bool is_explained(const Meeting& meeting, const collision::ObjectCollision& collision) const;
+  std::vector<KeptContact> kept_with(const Meeting& meeting) const;
   collision::ObjectCollision detect_before(const Meeting& meeting, double back_s);
   Touch first_touch(const Meeting& meeting, double step_s, bool is_new);
   static void begin_at_touch(std::vector<KeptContact>& measured, const Eigen::Isometry3d& at_touch);

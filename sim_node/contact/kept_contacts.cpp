@@ -47,6 +47,18 @@ std::optional<double> surface_m(const KeptContact& contact, const hull::HullQuer
   return entry ? std::optional(-*entry) : std::nullopt;
 }
 
+// Keeps the first and a farthest-point sample, at most kMaxHullContacts, in their order.
+std::vector<KeptContact> spread(const std::vector<KeptContact>& contacts, std::size_t first) {
+  std::vector<Vector3d> points_m;
+  for (const KeptContact& contact : contacts) points_m.push_back(contact.on_hull_world_m);
+  std::vector<std::size_t> chosen =
+      collision::farthest_point_sample(points_m, first, kMaxHullContacts, 0);
+  std::sort(chosen.begin(), chosen.end());  // the solver's result depends on the order
+  std::vector<KeptContact> kept;
+  for (const std::size_t i : chosen) kept.push_back(contacts[i]);
+  return kept;
+}
+
 const HullPart* part_of(const KeptContact& contact, std::span<const HullPart> parts) {
   for (const HullPart& part : parts)
     if (part.id == contact.part) return &part;
@@ -101,6 +113,12 @@ std::vector<SurfaceMotion> follow_hull(std::vector<KeptContact>& contacts,
     moves_m[contact.part].push_back(move_m);
     return false;
   });
+  // Parts may have merged, and their contacts with them.
+  std::map<std::uint64_t, std::vector<KeptContact>> by_part;
+  for (const KeptContact& contact : contacts) by_part[contact.part].push_back(contact);
+  contacts.clear();
+  for (const auto& [part, of_part] : by_part)
+    for (const KeptContact& contact : spread(of_part, 0)) contacts.push_back(contact);
   std::vector<SurfaceMotion> motions;
   for (const auto& [part, of_part_m] : moves_m) {
     const Vector3d sum_m =
@@ -152,18 +170,12 @@ void add_contacts(std::vector<KeptContact>& contacts, std::uint64_t part,
     with_part.push_back(contact);
   }
   if (with_part.empty()) return;
-  std::vector<Vector3d> points_m;
   std::size_t deepest = 0;
-  for (std::size_t i = 0; i < with_part.size(); ++i) {
-    points_m.push_back(point_world_m(with_part[i], world_from_object));
+  for (std::size_t i = 0; i < with_part.size(); ++i)
     if (distance_m(with_part[i], world_from_object) <
         distance_m(with_part[deepest], world_from_object))
       deepest = i;
-  }
-  std::vector<std::size_t> chosen =
-      collision::farthest_point_sample(points_m, deepest, kMaxHullContacts, 0);
-  std::sort(chosen.begin(), chosen.end());  // the solver's result depends on the order
-  for (const std::size_t i : chosen) contacts.push_back(with_part[i]);
+  for (const KeptContact& contact : spread(with_part, deepest)) contacts.push_back(contact);
 }
 
 }  // namespace fivepipe::sim

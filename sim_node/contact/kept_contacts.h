@@ -51,7 +51,8 @@ void drop_left(std::vector<KeptContact>& contacts, std::uint64_t part,
 // Moves the planes with their parts to a new frame, `between_s` after the last one. If the new
 // hull's surface is not near a plane, the plane moves along its normal to the surface, by at most
 // reach_m; the contact is dropped if there is no surface. A contact with a part that is no longer
-// known goes to one whose box contains it. Returns the mean motion of each part's moved planes.
+// known goes to one whose box contains it; a part keeps at most kMaxHullContacts. Returns the mean
+// motion of each part's moved planes.
 std::vector<SurfaceMotion> follow_hull(std::vector<KeptContact>& contacts,
                                        std::span<const HullPart> parts, double between_s,
                                        const hull::HullQuery& query, double reach_m);

@@ -14,8 +14,9 @@ double Jointed::position(const Isometry3d& world_from_object) const {
   double free;
   if (joint.kind == config::JointKind::hinge) {
     const Eigen::Quaterniond turn(world_from_object.linear() * start.linear().transpose());
-    free = std::remainder(2 * std::atan2(turn.vec().dot(axis_world()), turn.w()),
-                          2 * std::numbers::pi);
+    const double angle_rad = 2 * std::atan2(turn.vec().dot(axis_world()), turn.w()),
+                 middle_rad = 0.5 * (joint.lowest + joint.highest);
+    free = middle_rad + std::remainder(angle_rad - middle_rad, 2 * std::numbers::pi);
   } else {
     free = axis_world().dot(world_from_object.translation() - start.translation());
   }

@@ -15,7 +15,7 @@ struct ObjectModel {
 
 struct ObjectModels {
   std::vector<ObjectModel> objects;    // in the scene's order
-  std::vector<std::size_t> reacting;   // objects that react to the hull, ascending
+  std::vector<std::size_t> reacting;   // objects with a report, ascending
   std::vector<std::size_t> bouncing;   // dynamic objects that bounce off the hull, ascending
   std::vector<std::size_t> touching;   // dynamic objects in contact with the hull, ascending
   Eigen::AlignedBox3d start_bounds_m;  // world box of all objects at the start

@@ -17,7 +17,7 @@ namespace {
 constexpr double kSweptFromExtents = 1.0, kSweptSphereExtents = 0.5;
 
 // Smallest cosine between the motion that a joint allows and a move out of the hull.
-constexpr double kMinJointGain = 0.1;
+constexpr double kMinJointGain = 0.3;
 // Torque against rolling, as a fraction of the normal force times the radius: that of hard rubber.
 constexpr double kRollingResistance = 0.01;
 // Iterations of the contact solver per step.
@@ -309,20 +309,26 @@ void RigidBodies::translate(std::size_t object, const Eigen::Vector3d& move_worl
   body.setWorldTransform(world_from_body);
 }
 
-void RigidBodies::move_out(std::size_t object, const Eigen::Vector3d& p_world_m,
-                           const Eigen::Vector3d& move_world_m) {
+Eigen::Vector3d RigidBodies::move_out(std::size_t object, const Eigen::Vector3d& p_world_m,
+                                      const Eigen::Vector3d& move_world_m) {
   const auto found = world_->jointed.find(object);
-  if (found == world_->jointed.end()) return translate(object, move_world_m);
+  if (found == world_->jointed.end()) {
+    translate(object, move_world_m);
+    return move_world_m;
+  }
   const Jointed& jointed = found->second;
   Body& body = world_->bodies[object];
   // The joint moves p along the direction of the move by its length.
   const Eigen::Vector3d rate = jointed.rate(p_world_m);
   const double gain = rate.dot(move_world_m.normalized());
-  if (!(std::abs(gain) > kMinJointGain * rate.norm())) return;  // the joint does not move it there
+  if (!(std::abs(gain) > kMinJointGain * std::max(rate.norm(), kMinJointLever_m)))
+    return Eigen::Vector3d::Zero();  // the joint does not move it there
   const Eigen::Isometry3d now = world_from_object(object);
   const double position = jointed.position(now) + move_world_m.norm() / gain,
                allowed = std::clamp(position, jointed.joint.lowest, jointed.joint.highest);
-  body.body->setWorldTransform(bt(jointed.pose(allowed) * body.object_from_body));
+  const Eigen::Isometry3d moved = jointed.pose(allowed);
+  body.body->setWorldTransform(bt(moved * body.object_from_body));
+  return moved * (now.inverse() * p_world_m) - p_world_m;
 }
 
 std::optional<Jointed> RigidBodies::joint_of(std::size_t object) const {

@@ -59,9 +59,9 @@ class RigidBodies {
   void set_velocity_m_s(std::size_t object, const Eigen::Vector3d& velocity_world_m_s);
   void translate(std::size_t object, const Eigen::Vector3d& move_world_m);
   // Moves the object, without velocity, so that its point p moves by this; as far as its joint
-  // allows.
-  void move_out(std::size_t object, const Eigen::Vector3d& p_world_m,
-                const Eigen::Vector3d& move_world_m);
+  // allows. Returns the point's move.
+  Eigen::Vector3d move_out(std::size_t object, const Eigen::Vector3d& p_world_m,
+                           const Eigen::Vector3d& move_world_m);
   std::optional<Jointed> joint_of(std::size_t object) const;
   void respawn(std::size_t object);  // moves it to its start pose, with its start velocity
 

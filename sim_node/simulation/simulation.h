@@ -67,7 +67,8 @@ class Simulation {
 
   double time_s() const { return clock_.time_s(); }
   std::vector<ObjectState> states() const;  // all objects, in the scene's order
-  // One per reacting object, in the scene's order.
+  // One per object with a reaction, in the scene's order; with reaction `contact` only if the scene
+  // requests a report.
   const std::vector<CollisionReport>& collisions() const { return reports_; }
   // Returns null if the scene has no history.
   const std::vector<collision::TrackedComponent>* hull_components() const;

@@ -246,7 +246,9 @@ TEST_F(Pipeline, HandsPartTheCurtainBeforeTheWindow) {
   text = replaced(text, "synthetic: {", "synthetic: {actor: parting_hands, ");
   std::ofstream(file) << text;
   auto states = bus_.reader<bus::topics::VirtualState>();
-  Deployed deployed(file, domain_, out_, {"--duration", "9"});  // two periods of the hands
+  // Two periods of the hands.
+  const int duration_s = 9 * kSlowdown;
+  Deployed deployed(file, domain_, out_, {"--duration", std::to_string(duration_s)});
   const auto has_both_panels = [&] {
     for (const auto& sample : states.take())
       if (sample.valid()) {
@@ -258,9 +260,9 @@ TEST_F(Pipeline, HandsPartTheCurtainBeforeTheWindow) {
     return false;
   };
   EXPECT_TRUE(eventually(bus_, kStart, has_both_panels)) << log();
-  ASSERT_EQ(deployed.wait_for_end(kStart), 0) << log();
+  ASSERT_EQ(deployed.wait_for_end(kStart + std::chrono::seconds(duration_s)), 0) << log();
   const auto report = nlohmann::json::parse(std::ifstream(out_ / "report.json"));
-  EXPECT_GT(report["nodes"]["simulation"]["counts"]["cloth_contacts"].get<int>(), 0);
+  EXPECT_GT(report["nodes"]["simulation"]["counts"].value("cloth_contacts", 0), 0);
   cv::VideoCapture video((out_ / "composite.mp4").string());
   double least = 1, most = 0;
   for (cv::Mat image; video.read(image);) {
@@ -280,7 +282,7 @@ TEST_F(Pipeline, AHandPushesADoorOpen) {
                     out_);
   double least = 1, most = -1;  // sine of half of the door's angle
   EXPECT_TRUE(eventually(
-      bus_, kStart,
+      bus_, kStart * kSlowdown,
       [&] {
         for (const auto& sample : states.take())
           for (std::uint32_t i = 0; sample.valid() && i < sample->objects._length; ++i) {

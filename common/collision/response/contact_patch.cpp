@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <stdexcept>
 
 namespace fivepipe::collision {
@@ -134,6 +135,14 @@ std::vector<ContactPatch> contact_patches(const hull::HullQuery& query, const ge
       with_normal.begin(), with_normal.end(),
       [](const ContactPatch& a, const ContactPatch& b) { return a.area_m2 > b.area_m2; });
   return with_normal;
+}
+
+std::vector<Vector3d> surface_points_m(const geometry::Mesh& mesh, double cell_m) {
+  if (!(cell_m > 0 && std::isfinite(cell_m)))
+    throw std::invalid_argument("surface points: cell_m is not positive and finite");
+  std::vector<std::uint32_t> all(mesh.triangles.size());
+  std::iota(all.begin(), all.end(), 0u);
+  return cells_of(mesh, Eigen::Isometry3d::Identity(), all, cell_m).centers_world_m;
 }
 
 }  // namespace fivepipe::collision

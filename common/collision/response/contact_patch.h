@@ -40,6 +40,10 @@ std::vector<ContactPatch> contact_patches(const hull::HullQuery& query, const ge
                                           std::span<const std::uint32_t> triangles,
                                           const PatchOptions& options = {});
 
+// Returns the centres of the cells into which the mesh's triangles are divided, in the mesh's
+// frame: as contact_patches() does it, at most kMaxPatchCells.
+std::vector<Eigen::Vector3d> surface_points_m(const geometry::Mesh& mesh, double cell_m);
+
 inline constexpr std::size_t kMaxPatchCells = 16384;
 // The area vectors of a patch with a normal do not cancel to less than this fraction of its area.
 inline constexpr double kMinPatchDirection = 0.1;

@@ -194,6 +194,12 @@ std::vector<TangentPlane> tangent_planes(const HullQuery& query, const Vector3d&
     planes.push_back({normal, normal.dot(eye_m), fit.error_rad,
                       thickness_px(map, fit.on_contour_px, fit.normal)});
   }
+  std::stable_sort(planes.begin(), planes.end(), [&](const auto& a, const auto& b) {
+    return std::abs(a.normal_world.dot(p_world_m) - a.offset_m) <
+           std::abs(b.normal_world.dot(p_world_m) - b.offset_m);
+  });
+  if (planes.size() > kMaxTangentPlanes)
+    planes.erase(planes.begin() + kMaxTangentPlanes, planes.end());
   return planes;
 }
 

@@ -71,10 +71,11 @@ struct TangentPlane {
   int thickness_px;
 };
 inline constexpr int kMaxThickness_px = 64;
+inline constexpr std::size_t kMaxTangentPlanes = 8;
 // Returns the planes that bound the hull near a point: for each camera whose border is at most
 // reach_px from the point's pixel, the plane of the fitted contour's tangent there. They are smooth
 // where the hull's surface has steps of a pixel: on a ball of 25 px 0.5 degrees and 0.1 px from the
-// cones of the true silhouettes (median).
+// cones of the true silhouettes (median). At most the kMaxTangentPlanes nearest to the point.
 std::vector<TangentPlane> tangent_planes(const HullQuery& query, const Eigen::Vector3d& p_world_m,
                                          int reach_px);
 // Returns the point nearest to p that is on the hull's side of all planes, or nullopt if there is
