@@ -13,7 +13,8 @@ struct OrientedBox {
 };
 
 // Returns the length of the shortest translation that separates the boxes [m]; 0 if they do not
-// overlap. Separating axes: Gottschalk, Lin and Manocha, "OBBTree", 1996.
+// overlap, infinity if one is not finite. Separating axes: Gottschalk, Lin and Manocha, "OBBTree",
+// 1996.
 double overlap_m(const OrientedBox& a, const OrientedBox& b);
 
 // Returns the ray parameter (in units of the direction's length) at which the ray enters the box, 0

@@ -88,6 +88,13 @@ TEST(OrientedBoxes, AgreeWithSampledPoints) {
   EXPECT_GT(apart, 300);
 }
 
+TEST(OrientedBoxes, ThatAreNotFiniteOverlapWithoutEnd) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const OrientedBox unit = box(Vector3d::Zero(), {1, 1, 1});
+  EXPECT_EQ(overlap_m(unit, box({nan, 0, 0}, {1, 1, 1})), std::numeric_limits<double>::infinity());
+  EXPECT_EQ(overlap_m(box({9, 0, 0}, {1, nan, 1}), unit), std::numeric_limits<double>::infinity());
+}
+
 TEST(OrientedBoxes, ARayEntersWhereItFirstMeetsTheBox) {
   std::mt19937_64 random(8);
   std::uniform_real_distribution<double> unit(-1, 1);

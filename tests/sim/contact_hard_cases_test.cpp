@@ -64,6 +64,28 @@ TEST(ContactHardCase, AHullRisesIntoABallDuringAPauseOfTenSeconds) {
   EXPECT_NEAR(center_m(simulation).z(), 0.03 + 0.04, 0.003);
 }
 
+// The same with a history: the pause is no motion of the block.
+TEST(ContactHardCase, APauseOfTenSecondsIsNoMotionOfAPart) {
+  const auto cameras = ring(5, 12, 0, 500, 1.2);
+  const auto low = block_with_top_at(0, cameras), high = block_with_top_at(0.03, cameras);
+  config::Scene scene = scene_of({touching_ball({0, 0, 0.05}, 0.04, 0.5, 0.5)});
+  scene.history.emplace();
+  sim::Simulation simulation(scene, {}, {Vector3d(-0.3, -0.3, -0.3), Vector3d(0.3, 0.3, 0.5)});
+  // The block moves until the pause.
+  std::vector<hull::Silhouette> seen;
+  for (int frame = 0; frame <= 30; ++frame) {
+    seen = block_with_top_at(frame < 20 ? -0.05 : -0.05 + 0.005 * (frame - 20), cameras);
+    simulation.advance_to(frame * kFrame_s, seen);
+  }
+  simulation.pause();
+  simulation.advance_to(11, low);
+  simulation.resume();
+  EXPECT_LT(fastest_m_s(simulation, 11, 60), 0.3);
+  EXPECT_NEAR(center_m(simulation).z(), 0.04, 0.004);
+  simulation.advance_to(11 + 61 * kStep_s, high);
+  EXPECT_TRUE(all_finite(simulation));
+}
+
 // Without one of its cameras the hull of the block is larger, but as flat.
 TEST(ContactHardCase, ACameraIsLostWhileABallRestsOnTheHull) {
   const auto silhouettes = real_block();
@@ -146,6 +168,38 @@ TEST(ContactHardCase, ABallBetweenTwoBarsStaysThere) {
   }
   EXPECT_LT(early_m_s, 0.1);
   EXPECT_LT(late_m_s, 1e-3) << "it has come to rest";
+}
+
+// Two tracked hands carry a box up, and one moves away. The contacts with the other stay, whatever
+// the order of the parts.
+TEST(ContactHardCase, ABoxHeldByTwoHandsKeepsTheContactsOfTheOther) {
+  const auto cameras = ring(7, 2, 0.15, 500, 0.8, {0, 0, 0.1});
+  for (const double side : {-1.0, 1.0}) {
+    config::SceneObject box = touching(virtual_box("box", {0, 0, 0.1}, {0.1, 0.1, 0.1}));
+    box.friction = 1;
+    config::Scene scene = scene_of({box});
+    scene.history.emplace();
+    sim::Simulation simulation(scene, {},
+                               {Vector3d(-0.35, -0.35, -0.2), Vector3d(0.35, 0.35, 0.5)});
+    std::vector<hull::Silhouette> seen;
+    for (int frame = 0; frame <= 60; ++frame) {
+      // From frame 40 on, the hand on this side moves away.
+      const double away_m = frame < 40 ? 0 : 0.01 * (frame - 40),
+                   z_m = 0.04 + 0.002 * std::max(0, std::min(frame, 40) - 15);
+      const auto hand = [&](double x_m) {
+        return hull::Capsule{{x_m, -0.04, z_m}, {x_m, 0.04, z_m}, 0.02};
+      };
+      // They support it from below, at its left and right.
+      seen =
+          silhouettes_of(std::vector{hand(side * (0.035 + away_m)), hand(-side * 0.035)}, cameras);
+      simulation.advance_to(frame * kFrame_s, seen);
+      ASSERT_TRUE(all_finite(simulation));
+      if (frame == 39) {
+        EXPECT_NEAR(center_m(simulation).z(), z_m + 0.02 + 0.05, 0.02) << "it is carried";
+      }
+    }
+    EXPECT_LT(center_m(simulation).z(), 0.15) << "it tips off the other";
+  }
 }
 
 // Bodies of every kind, at rest and thrown.

@@ -36,6 +36,13 @@ TEST(Jointed, PositionPoseAndRateAgree) {
     EXPECT_EQ(jointed.position(jointed.pose(highest + 0.1)), highest) << "held at the limits";
     EXPECT_EQ(jointed.position(jointed.pose(lowest - 0.1)), lowest) << "held at the limits";
   }
+  // The nearer limit, also beyond half a turn.
+  config::Joint wide = *door().joint;
+  wide.lowest = 0;
+  wide.highest = 170 * kDegree_rad;
+  const sim::Jointed hinge{wide, start};
+  EXPECT_EQ(hinge.position(hinge.pose(185 * kDegree_rad)), wide.highest);
+  EXPECT_EQ(hinge.position(hinge.pose(-20 * kDegree_rad)), wide.lowest);
 }
 
 TEST(Hinge, TurnsAboutItsAxisAndStopsAtItsLimits) {
@@ -147,6 +154,22 @@ TEST(Door, OpensByTheAngleThatTheHandDemands) {
   }
 }
 
+// A rod pushes the closed door against its lower stop.
+TEST(Door, PushedAgainstItsClosedSideItStays) {
+  config::Scene scene = scene_of({door(20)});
+  scene.history.emplace();
+  sim::Simulation simulation(scene, {}, {Vector3d(-0.6, -0.6, -0.4), Vector3d(0.8, 0.8, 0.4)});
+  const auto cameras = ring(8, 2.5, 0.02, 600, 1.4, {0.1, 0.1, 0});
+  std::vector<hull::Silhouette> silhouettes;
+  for (int frame = 0; frame < 20; ++frame) {
+    // It stops where its surface is 5 mm in the door.
+    const double y_m = std::max(0.1 - 0.2 * frame * kFrame_s, 0.035);
+    silhouettes = silhouettes_of({{{0.2, y_m, -0.2}, {0.2, y_m, 0.2}, 0.02}}, cameras);
+    simulation.advance_to(frame * kFrame_s, silhouettes);
+    EXPECT_NEAR(angle_rad(simulation.states()[0].world_from_object), 0, 1e-9) << frame;
+  }
+}
+
 TEST(Door, PushedFurtherAtItsStopItStays) {
   config::SceneObject leaf = door(20);
   config::Scene scene = scene_of({leaf});
@@ -162,6 +185,10 @@ TEST(Door, PushedFurtherAtItsStopItStays) {
     EXPECT_LE(angle, 20 * kDegree_rad + 1e-9);
     EXPECT_GE(angle, -1e-9);
     EXPECT_TRUE(all_finite(simulation));
+    // The rod, 60 cm from the hinge, demands more than 20 degrees, and passes through the door.
+    if (y_m > 0.2 && y_m < 0.35) {
+      EXPECT_NEAR(angle, 20 * kDegree_rad, 2 * kDegree_rad) << y_m;
+    }
   }
 }
 
