@@ -135,6 +135,8 @@ void check_behaviour(YamlMap& map, const SceneObject& object) {
        {"mass_kg", "restitution", "friction", "velocity_m_s", "hinge", "slider"})
     if (!is_dynamic && map.has(key))
       map.problem_at(key, key + " has no effect without motion dynamic");
+  if (object.joint && object.reaction == Reaction::bounce)
+    map.problem_at("reaction", "reaction bounce takes an object off its joint: use contact");
   if (object.reaction == Reaction::none && object.requests.any())
     map.problem_at("report", "report has no effect with reaction none: the object is not queried");
   if (object.pattern == Pattern::plain && map.has("pattern_size_m"))

@@ -1,11 +1,11 @@
 // Contacts that a rigid object keeps from step to step, as planes on the hull.
 //
-// Each frame measures the hull's surface anew, and each measurement is uncertain by about a pixel's
-// footprint. An object at rest would follow these changes and wander. A contact therefore keeps its
-// plane as long as the measured surface is within kPlaneTolerance footprints of it, and a new
-// contact on the same plane takes that plane. The paper has no counterpart; physics engines keep
-// contacts in the same way, without the tolerance (persistent manifold, Moravanszky and Terdiman,
-// "Fast Contact Reduction for Dynamics Simulation", 2004).
+// Each frame measures the hull's surface again, and each measurement is uncertain by about a
+// pixel's footprint. An object at rest would follow these changes and wander. A contact therefore
+// keeps its plane as long as the measured surface is within kPlaneTolerance footprints of it, and a
+// new contact on the same plane takes that plane. The paper has no counterpart; physics engines
+// keep contacts in the same way, without the tolerance (persistent manifold, Moravanszky and
+// Terdiman, "Fast Contact Reduction for Dynamics Simulation", 2004).
 #pragma once
 #include <span>
 #include <vector>
@@ -68,11 +68,10 @@ void add_contacts(std::vector<KeptContact>& contacts, std::uint64_t part,
 // no farther from their centre than the farthest of them.
 bool is_on_kept_plane(std::span<const KeptContact> contacts, const Eigen::Vector3d& p_world_m);
 
-// In footprints. A border pixel that comes and goes moves the surface by one; the plane may be that
-// of either state.
+// In footprints. A border pixel that appears and disappears moves the surface by one; the plane may
+// be that of either state.
 inline constexpr double kPlaneTolerance = 1.5;
-// Contacts whose normals differ by less may share a plane: twice the error of a patch's normal
-// (contact_patch.h) on the border of a real object of 25 px.
+// Contacts whose normals differ by less may share a plane.
 inline constexpr double kSamePlane_rad = 0.1;
 
 }  // namespace fivepipe::sim

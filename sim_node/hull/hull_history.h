@@ -34,9 +34,9 @@ class HullHistory {
   }
 
   // Returns a part per component of the newest frame, in the order of components(). A tracked one
-  // moves as its centroid has moved since the previous frame, and rotates as its motion says. A
-  // motion that the maps do not resolve counts as rest: one that is shorter than a pixel's
-  // footprint over the time for which the component is observed.
+  // moves as its centroid has moved since the previous frame, and rotates with its motion's angular
+  // velocity. A motion that the maps do not resolve counts as rest: one that is shorter than a
+  // pixel's footprint over the time for which the component is observed.
   std::vector<HullPart> parts() const;
 
   // Stores an object's pose at the newest frame, for the first contacts of the next one.

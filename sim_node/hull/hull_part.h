@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <limits>
 
+#include "sim_node/objects/rigid_velocity.h"
+
 namespace fivepipe::sim {
 
 // A tracked component of the hull, or the whole hull at rest.
@@ -25,13 +27,6 @@ struct HullPart {
 // newest frame. After the newest frame (before_s < 0), the part rests.
 Eigen::Isometry3d newest_from_before(const HullPart& part, double before_s);
 
-// Velocities of the points of a rigid body [world].
-struct RigidVelocity {
-  Eigen::Vector3d center_world_m, velocity_world_m_s, angular_velocity_world_rad_s;
-  Eigen::Vector3d at(const Eigen::Vector3d& p_world_m) const {
-    return velocity_world_m_s + angular_velocity_world_rad_s.cross(p_world_m - center_world_m);
-  }
-};
 // Zero at the newest frame and after it.
 RigidVelocity velocity_before(const HullPart& part, double before_s);
 

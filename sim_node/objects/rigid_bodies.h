@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "common/config/scene.h"
-#include "sim_node/hull/hull_part.h"
 #include "sim_node/objects/joint_motion.h"
+#include "sim_node/objects/rigid_velocity.h"
 
 namespace fivepipe::sim {
 

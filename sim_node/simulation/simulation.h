@@ -25,7 +25,9 @@ struct ObjectState {
 // Totals since construction.
 struct SimulationCounters {
   std::uint64_t steps = 0;
-  std::uint64_t contacts = 0;  // see RigidContact::Counters for these three; of both kinds
+  // Objects with reaction `bounce`: see RigidContact::Counters. The first two also count those with
+  // reaction `contact`: see HullManifolds::Counters.
+  std::uint64_t contacts = 0;
   std::uint64_t unrecovered = 0;
   std::uint64_t still_colliding = 0;
   std::uint64_t impacts = 0;    // see HullManifolds::Counters
@@ -41,9 +43,9 @@ struct SimulationCounters {
 class Simulation {
  public:
   // real_volume_world_m: box that contains all real objects (Rig::volume_m); required if the scene
-  // has a history. stop: advance_to() asks it before each step, and when it returns true,
-  // advance_to() returns without the other steps and without reports. Throws std::invalid_argument
-  // if an argument is out of range.
+  // has a history. stop: advance_to() calls it before each step; if it returns true, advance_to()
+  // returns without the remaining steps and without reports. Throws std::invalid_argument if an
+  // argument is out of range.
   Simulation(
       const config::Scene& scene, const config::SimConfig& config,
       const Eigen::AlignedBox3d& real_volume_world_m = {},

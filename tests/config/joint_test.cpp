@@ -77,6 +77,12 @@ objects:
     box: {size_m: [1, 1, 1]}
     position_m: [15, 0, 0]
     slider: {axis: [0, 0, 1], to_m: 1}
+  - name: e
+    box: {size_m: [1, 1, 1]}
+    position_m: [20, 0, 0]
+    motion: dynamic
+    reaction: bounce
+    slider: {axis: [0, 0, 1], to_m: 1}
 )"),
       ElementsAre(
           "scene.yaml:7:12: point_m is missing in hinge",
@@ -88,7 +94,8 @@ objects:
           "scene.yaml:12:35: unknown key point_m; known keys: axis, from_m, to_m, damping_1_s",
           "scene.yaml:17:12: the joint cannot move: set from_deg, to_deg or both",
           "scene.yaml:18:13: hinge and slider are both set: an object has one joint",
-          "scene.yaml:22:13: slider has no effect without motion dynamic"));
+          "scene.yaml:22:13: slider has no effect without motion dynamic",
+          "scene.yaml:27:15: reaction bounce takes an object off its joint: use contact"));
 }
 
 // The frame's posts are 2 cm from the door; in the second scene one overlaps it by 5 mm.

@@ -18,7 +18,7 @@ double fastest_m_s(sim::Simulation& simulation, double from_s, int steps) {
 
 std::vector<hull::Silhouette> block_with_top_at(double z_m,
                                                 const std::vector<geometry::Camera>& cameras) {
-  return silhouettes_of(
+  return silhouettes_of_box(
       Eigen::AlignedBox3d(Vector3d(-0.08, -0.08, z_m - 0.1), Vector3d(0.08, 0.08, z_m)), cameras);
 }
 
@@ -190,8 +190,7 @@ TEST(ContactHardCase, ABoxHeldByTwoHandsKeepsTheContactsOfTheOther) {
         return hull::Capsule{{x_m, -0.04, z_m}, {x_m, 0.04, z_m}, 0.02};
       };
       // They support it from below, at its left and right.
-      seen =
-          silhouettes_of(std::vector{hand(side * (0.035 + away_m)), hand(-side * 0.035)}, cameras);
+      seen = silhouettes_of({hand(side * (0.035 + away_m)), hand(-side * 0.035)}, cameras);
       simulation.advance_to(frame * kFrame_s, seen);
       ASSERT_TRUE(all_finite(simulation));
       if (frame == 39) {

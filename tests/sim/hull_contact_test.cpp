@@ -253,7 +253,7 @@ TEST(HullContact, AThrownBallLeavesWithTheHandsVelocity) {
       const double t = (frame - 12) * kFrame_s;
       const double v = t <= 0 ? 0 : t < 0.2 ? speed_m_s * t / 0.2 : t < 0.3 ? speed_m_s : 0;
       z_m += v * kFrame_s;
-      seen = silhouettes_of(
+      seen = silhouettes_of_box(
           Eigen::AlignedBox3d(Vector3d(-0.08, -0.08, z_m - 0.06), Vector3d(0.08, 0.08, z_m)),
           cameras);
       simulation.advance_to(frame * kFrame_s, seen);

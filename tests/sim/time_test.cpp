@@ -76,8 +76,8 @@ TEST_F(SimulationTime, SkippedTimeIsCounted) {
 
 // sim_node ends in time although it has many slow steps to catch up.
 TEST_F(SimulationTime, StopsBetweenSteps) {
-  int asked = 0;
-  sim::Simulation simulation(ball_over_floor(), {}, {}, [&] { return ++asked > 3; });
+  int calls = 0;
+  sim::Simulation simulation(ball_over_floor(), {}, {}, [&] { return ++calls > 3; });
   simulation.advance_to(0, {});
   simulation.advance_to(5, {});
   EXPECT_EQ(simulation.counters().steps, 3u);

@@ -24,7 +24,7 @@ inline config::SceneObject touching_ball(const Eigen::Vector3d& center_m, double
 // A real block with its top at z = 0, seen by five cameras at that height: the top of the hull is
 // flat. A pixel's footprint is 2 mm.
 inline std::vector<hull::Silhouette> real_block() {
-  return silhouettes_of(
+  return silhouettes_of_box(
       Eigen::AlignedBox3d(Eigen::Vector3d(-0.08, -0.08, -0.1), Eigen::Vector3d(0.08, 0.08, 0)),
       ring(5, 1.5, 0, 300, 0.6));
 }

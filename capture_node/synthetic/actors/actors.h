@@ -17,7 +17,7 @@ std::vector<SyntheticPart> hand_with_pipe(double turn, std::uint64_t seed);
 std::vector<SyntheticPart> parting_hands(double turn);
 
 // Two wooden blocks stand on the table. A hand beside them holds a wooden tray; it lowers the tray
-// and throws up what lies on it: with a period of 8 s at up to 1.4 m/s.
+// and throws the objects on it upwards: with a period of 8 s at up to 1.4 m/s.
 std::vector<SyntheticPart> hand_with_tray(double turn);
 
 // A flat hand, fingers up, pushes away from the person, 0.3 m at x = 0.1 and z = 0.3 m, and

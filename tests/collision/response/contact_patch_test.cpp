@@ -16,8 +16,9 @@ using Eigen::Vector3d;
 
 // Pixels of 2 mm.
 std::vector<hull::Silhouette> block() {
-  return silhouettes_of(Eigen::AlignedBox3d(Vector3d(-0.08, -0.08, -0.1), Vector3d(0.08, 0.08, 0)),
-                        ring(5, 1.5, 0, 300, 0.6));
+  return silhouettes_of_box(
+      Eigen::AlignedBox3d(Vector3d(-0.08, -0.08, -0.1), Vector3d(0.08, 0.08, 0)),
+      ring(5, 1.5, 0, 300, 0.6));
 }
 
 std::vector<std::uint32_t> all_triangles(const geometry::Mesh& mesh) {

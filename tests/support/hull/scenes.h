@@ -51,8 +51,8 @@ inline std::vector<hull::Silhouette> silhouettes_of(
 }
 
 // Object pixels of a real box: those whose centre's line of sight meets it.
-inline std::vector<hull::Silhouette> silhouettes_of(const Eigen::AlignedBox3d& box_world_m,
-                                                    const std::vector<geometry::Camera>& cameras) {
+inline std::vector<hull::Silhouette> silhouettes_of_box(
+    const Eigen::AlignedBox3d& box_world_m, const std::vector<geometry::Camera>& cameras) {
   const geometry::OrientedBox box{Eigen::Isometry3d(Eigen::Translation3d(box_world_m.center())),
                                   0.5 * box_world_m.sizes()};
   std::vector<hull::Silhouette> silhouettes;
