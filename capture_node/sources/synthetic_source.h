@@ -4,8 +4,8 @@
 #include <memory>
 
 #include "capture_node/sources/image_source.h"
-#include "capture_node/synthetic/render.h"
 #include "capture_node/synthetic/noise/sensor_noise.h"
+#include "capture_node/synthetic/render.h"
 
 namespace fivepipe::capture {
 
