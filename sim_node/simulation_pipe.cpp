@@ -23,6 +23,19 @@ constexpr auto kFrameSetTimeout = 100ms;
 // arrives.
 constexpr auto kMaxHullAge = 1s;
 
+// Time for the frame in progress after the process is told to end, which it must within 2 s.
+constexpr auto kFinishFrame = 500ms;
+
+// Returns whether the node has been told to end, and this time has passed since the first such
+// call.
+std::function<bool()> stop_after(Clock::duration time) {
+  return [time, told = std::optional<Clock::time_point>()]() mutable {
+    if (node::running()) return false;
+    if (!told) told = Clock::now();
+    return Clock::now() - *told > time;
+  };
+}
+
 void count(node::NodeStatusReporter& status, const CollisionReport& report) {
   if (report.details.first_contact) status.first_contact(report.name);
   if (report.collision.colliding()) status.collided(report.name, report.collision.points.size());
@@ -86,8 +99,7 @@ class SimulationPipe {
  private:
   std::unique_ptr<Simulation> new_simulation() const {
     return std::make_unique<Simulation>(scene_, node::config_of<config::SimConfig>(node_),
-                                        node_.deployment.rig.volume_m,
-                                        [] { return !node::running(); });
+                                        node_.deployment.rig.volume_m, stop_after(kFinishFrame));
   }
 
   // Restores the state after the start of the process, so that a replay gives the same bits again.
@@ -107,8 +119,7 @@ class SimulationPipe {
     last_set_time_ = Clock::now();
     node::FrameSteps steps;
     steps.begin("simulate");
-    simulation_->advance_to(stamp_s(), held_->silhouettes);
-    if (!node::running()) return;  // the steps are incomplete
+    if (!simulation_->advance_to(stamp_s(), held_->silhouettes)) return;
     steps.begin("write_state");
     count_new(node_.status, simulation_->counters(), reported_);
     for (const CollisionReport& report : simulation_->collisions()) count(node_.status, report);
@@ -127,9 +138,9 @@ class SimulationPipe {
     if (waited < kFrameSetTimeout || waited > kMaxHullAge) return;
     {
       const node::StageTimer timer(node_.status, "simulate_held_hull");
-      simulation_->advance_to(stamp_s() + std::chrono::duration<double>(waited).count());
+      if (!simulation_->advance_to(stamp_s() + std::chrono::duration<double>(waited).count()))
+        return;
     }
-    if (!node::running()) return;
     count_new(node_.status, simulation_->counters(), reported_);
     publish();
   }

@@ -51,25 +51,26 @@ void Simulation::reset() {
   if (cloths_) cloths_->reset();
 }
 
-void Simulation::advance_to(double time_s, std::span<const hull::Silhouette> silhouettes) {
+bool Simulation::advance_to(double time_s, std::span<const hull::Silhouette> silhouettes) {
   if (!std::isfinite(time_s)) throw std::invalid_argument("simulation time is not finite");
   proximity_.clear();
   hull_.set(time_s, silhouettes);
-  advance(time_s, true);
+  return advance(time_s, true);
 }
 
-void Simulation::advance_to(double time_s) {
+bool Simulation::advance_to(double time_s) {
   if (!std::isfinite(time_s)) throw std::invalid_argument("simulation time is not finite");
-  advance(time_s, false);
+  return advance(time_s, false);
 }
 
-void Simulation::advance(double time_s, bool is_new_hull) {
+bool Simulation::advance(double time_s, bool is_new_hull) {
   for (std::uint64_t steps = clock_.advance_to(time_s); steps > 0; --steps) {
-    if (stop_()) return;
+    if (stop_()) return false;
     step(steps);
   }
   refit_cloths();
   report(is_new_hull);
+  return true;
 }
 
 void Simulation::step(std::uint64_t steps_left) {

@@ -54,11 +54,11 @@ class Simulation {
 
   // Simulates up to time_s [s, any epoch] against the hull of this frame set, then makes the
   // reports. SimulationClock::advance_to() defines the number of steps. Without silhouettes there
-  // is no hull. The silhouettes must stay valid until the next call that passes silhouettes. Throws
-  // std::invalid_argument if time_s is not finite.
-  void advance_to(double time_s, std::span<const hull::Silhouette> silhouettes);
+  // is no hull. The silhouettes must stay valid until the next call that passes silhouettes.
+  // Returns false if `stop` ended it. Throws std::invalid_argument if time_s is not finite.
+  bool advance_to(double time_s, std::span<const hull::Silhouette> silhouettes);
   // As above, without a new frame set: uses the last hull.
-  void advance_to(double time_s);
+  bool advance_to(double time_s);
 
   // While paused, advance_to() sets the clock and makes reports, but no object moves. The pause is
   // not simulated afterwards.
@@ -77,7 +77,7 @@ class Simulation {
   SimulationCounters counters() const;
 
  private:
-  void advance(double time_s, bool is_new_hull);
+  bool advance(double time_s, bool is_new_hull);
   // steps_left: steps up to the time of advance(), at least 1, this one included.
   void step(std::uint64_t steps_left);
   void step_bodies(std::uint64_t steps_left);

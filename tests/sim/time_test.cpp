@@ -78,8 +78,8 @@ TEST_F(SimulationTime, SkippedTimeIsCounted) {
 TEST_F(SimulationTime, StopsBetweenSteps) {
   int calls = 0;
   sim::Simulation simulation(ball_over_floor(), {}, {}, [&] { return ++calls > 3; });
-  simulation.advance_to(0, {});
-  simulation.advance_to(5, {});
+  EXPECT_TRUE(simulation.advance_to(0, {}));
+  EXPECT_FALSE(simulation.advance_to(5, {}));
   EXPECT_EQ(simulation.counters().steps, 3u);
 }
 
