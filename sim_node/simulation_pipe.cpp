@@ -1,5 +1,6 @@
 #include "sim_node/simulation_pipe.h"
 
+#include <functional>
 #include <memory>
 #include <optional>
 
@@ -23,16 +24,15 @@ constexpr auto kFrameSetTimeout = 100ms;
 // arrives.
 constexpr auto kMaxHullAge = 1s;
 
-// Time for the frame in progress after the process is told to end, which it must within 2 s.
+// Time for the frame in progress after a signal to end. The process must end within 2 s.
 constexpr auto kFinishFrame = 500ms;
 
-// Returns whether the node has been told to end, and this time has passed since the first such
-// call.
+// Returns a function that returns true from this time after a signal to end. It is called often.
 std::function<bool()> stop_after(Clock::duration time) {
-  return [time, told = std::optional<Clock::time_point>()]() mutable {
+  return [time, first_seen = std::optional<Clock::time_point>()]() mutable {
     if (node::running()) return false;
-    if (!told) told = Clock::now();
-    return Clock::now() - *told > time;
+    if (!first_seen) first_seen = Clock::now();
+    return Clock::now() - *first_seen > time;
   };
 }
 

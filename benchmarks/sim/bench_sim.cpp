@@ -45,14 +45,8 @@ std::vector<geometry::Camera> cameras_at(int count, double height_m) {
 std::vector<hull::Silhouette> block_silhouettes() {
   const geometry::OrientedBox block{Isometry3d(Eigen::Translation3d(0, 0, -0.1)), {0.3, 0.3, 0.1}};
   std::vector<hull::Silhouette> silhouettes;
-  for (const geometry::Camera& camera : cameras_at(5, 0)) {
-    hull::ObjectPixels pixels(camera.pinhole.width_px, camera.pinhole.height_px);
-    for (int v = 0; v < pixels.height_px(); ++v)
-      for (int u = 0; u < pixels.width_px(); ++u)
-        if (geometry::ray_entry(block, geometry::ray_through(camera, {double(u), double(v)})))
-          pixels.set(u, v);
-    silhouettes.push_back({camera, pixels});
-  }
+  for (const geometry::Camera& camera : cameras_at(5, 0))
+    silhouettes.push_back({camera, hull::true_object_pixels(block, camera)});
   return silhouettes;
 }
 

@@ -15,8 +15,8 @@ namespace fivepipe::base {
 using nlohmann::ordered_json;
 
 std::string machine_line(const std::string& gl_renderer) {
-  return fmt::format("{}, {} cores, {}, build {} {}", cpu_name(), core_count(), gl_renderer,
-                     build_type(), commit());
+  return fmt::format("{}, {} cores, {}build {} {}", cpu_name(), core_count(),
+                     gl_renderer.empty() ? "" : gl_renderer + ", ", build_type(), commit());
 }
 
 ordered_json suite_json(const std::string& suite, const std::string& gl_renderer,

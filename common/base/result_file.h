@@ -10,8 +10,8 @@
 
 namespace fivepipe::base {
 
-// Returns one line with the processor, the number of cores, the OpenGL renderer, the build type and
-// the commit.
+// Returns one line with the processor, the number of cores, the OpenGL renderer (empty: none), the
+// build type and the commit.
 std::string machine_line(const std::string& gl_renderer);
 
 // Returns {"suite": .., "commit": .., "machine": {..}, "results": [..]}. `results` is an array.

@@ -331,12 +331,6 @@ Eigen::Vector3d RigidBodies::move_out(std::size_t object, const Eigen::Vector3d&
   return moved * (now.inverse() * p_world_m) - p_world_m;
 }
 
-std::optional<Jointed> RigidBodies::joint_of(std::size_t object) const {
-  const auto found = world_->jointed.find(object);
-  if (found == world_->jointed.end()) return std::nullopt;
-  return found->second;
-}
-
 void RigidBodies::respawn(std::size_t object) {
   btRigidBody& body = *world_->bodies[object].body;
   body.setWorldTransform(world_->bodies[object].start_world_from_body);

@@ -3,7 +3,6 @@
 // the same bits.
 #pragma once
 #include <memory>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -62,7 +61,6 @@ class RigidBodies {
   // allows. Returns the point's move.
   Eigen::Vector3d move_out(std::size_t object, const Eigen::Vector3d& p_world_m,
                            const Eigen::Vector3d& move_world_m);
-  std::optional<Jointed> joint_of(std::size_t object) const;
   void respawn(std::size_t object);  // moves it to its start pose, with its start velocity
 
  private:

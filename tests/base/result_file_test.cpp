@@ -59,6 +59,8 @@ TEST(ResultFile, MachineLineNamesCpuCoresRendererAndBuild) {
   EXPECT_EQ(machine_line("llvmpipe"), cpu_name() + ", " + std::to_string(core_count()) +
                                           " cores, llvmpipe, build " + build_type() + " " +
                                           commit());
+  EXPECT_EQ(machine_line(""), cpu_name() + ", " + std::to_string(core_count()) + " cores, build " +
+                                  build_type() + " " + commit());
 }
 
 TEST(ResultFile, AFileNameAloneIsInTheWorkingDirectory) {

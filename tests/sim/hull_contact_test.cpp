@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "tests/support/hull/tangent_cones.h"
 #include "tests/support/sim_contact.h"
 
 namespace fivepipe::test {
@@ -89,44 +90,10 @@ TEST(HullContact, AnElasticBallNeverGainsEnergyIn1000Bounces) {
               now_J_kg / start_J_kg, (highest_m - 0.04) / (start_m - 0.04));
 }
 
-// The hull of a real ball, without pixels: the intersection of the cones that touch it.
-struct TangentCones {
-  std::vector<geometry::Camera> cameras;
-  Vector3d center_m;
-  double radius_m;
-
-  Vector3d nearest_on_cone(const geometry::Camera& camera, const Vector3d& p_m) const {
-    const Vector3d eye_m = camera.camera_from_world.inverse().translation(),
-                   to_m = center_m - eye_m, axis = to_m.normalized(), q_m = p_m - eye_m;
-    const double half_rad = std::asin(radius_m / to_m.norm());
-    const double along_m = q_m.dot(axis);
-    const Vector3d across_m = q_m - along_m * axis;
-    if (across_m.norm() <= along_m * std::tan(half_rad)) return p_m;
-    const Vector3d side = std::cos(half_rad) * axis + std::sin(half_rad) * across_m.normalized();
-    return eye_m + std::max(0.0, q_m.dot(side)) * side;
-  }
-  // Dykstra's projection onto the intersection of convex sets (1983).
-  Vector3d nearest(const Vector3d& p_m) const {
-    std::vector<Vector3d> corrections(cameras.size(), Vector3d::Zero());
-    Vector3d x = p_m;
-    for (int i = 0; i < 2000; ++i)
-      for (std::size_t c = 0; c < cameras.size(); ++c) {
-        const Vector3d y = x + corrections[c];
-        x = nearest_on_cone(cameras[c], y);
-        corrections[c] = y - x;
-      }
-    return x;
-  }
-};
-
 double median(std::vector<double> values) {
   std::nth_element(values.begin(), values.begin() + std::ptrdiff_t(values.size() / 2),
                    values.end());
   return values[values.size() / 2];
-}
-
-double between_deg(const Vector3d& a, const Vector3d& b) {
-  return std::atan2(a.cross(b).norm(), a.dot(b)) * 180 / std::numbers::pi;
 }
 
 // The outline of the real ball has a radius of 25 px. Balls without friction and gravity fly at it

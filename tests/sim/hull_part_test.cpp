@@ -142,6 +142,15 @@ TEST(KeptContacts, FollowTheHullAsLongAsItsSurfaceIsNear) {
     EXPECT_EQ(motions[0].part, 3u);
     EXPECT_NEAR(motions[0].velocity_world_m_s.z(), -z_m / 0.1, 0.03);
   }
+  // Two parts have become one: it keeps as many contacts as one part may.
+  std::vector<sim::KeptContact> of_two;
+  for (const std::uint64_t part : {5u, 6u})
+    for (int i = 0; i < 4; ++i)
+      of_two.push_back(on_plane({0.01 * i, 0, 0}, {0.01 * i, 0, 0}, part));
+  const sim::HullPart merged{.id = 7};
+  sim::follow_hull(of_two, {&merged, 1}, 0.1, *hull.query(), 0);
+  EXPECT_EQ(of_two.size(), sim::kMaxHullContacts);
+  for (const sim::KeptContact& contact : of_two) EXPECT_EQ(contact.part, 7u);
   // A turning part turns the normal: 0.05 rad about y in 0.1 s.
   const sim::HullPart turning{.id = 3, .angular_velocity_world_rad_s = {0, 0.5, 0}};
   std::vector<sim::KeptContact> turned = {on_plane(kOrigin, kOrigin, 3)};

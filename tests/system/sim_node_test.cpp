@@ -3,11 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
+#include <thread>
 
 #include "common/collision/oracle/triangle_reference.h"
 #include "common/pipeline/node/status_names.h"
 #include "sim_node/simulation/simulation.h"
 #include "tests/support/checked_gl_context.h"
+#include "tests/support/sanitizer.h"
 #include "tests/support/scripted/capture.h"
 
 namespace fivepipe::test {
@@ -284,6 +287,25 @@ TEST_F(SimNode, ReportsTheTimesOfEachFrame) {
   EXPECT_EQ(report.latencies.at("write_state").count, 2u);
 }
 
+// A quarter of a second to catch up takes longer than the two seconds in which the node must end:
+// 2,500 steps with a cloth of 5,000 triangles.
+TEST_F(SimNode, EndsInTimeWhileItCatchesUp) {
+  start_with(R"(
+name: slow
+objects:
+  - {name: cloth, curtain: {width_m: 1, height_m: 1, columns: 50, rows: 50}, position_m: [2, 0, 1],
+     motion: cloth, cloth: {pins: [{from_m: [-1, -1, -0.001], to_m: [1, 1, 0.001]}]}}
+)",
+             ", step_s: 0.0001");
+  simulate(0);
+  send_maps(1, 250'000'000);
+  std::this_thread::sleep_for(300ms);  // it has begun
+  const auto start = std::chrono::steady_clock::now();
+  ended();
+  EXPECT_LT(std::chrono::steady_clock::now() - start, 2s * kSlowdown);
+  EXPECT_EQ(traces().size(), 1u) << "it had caught up already";
+}
+
 // Without frame sets for 100 ms, the simulation continues against the last hull until that is 1 s
 // old.
 TEST_F(SimNode, ContinuesByTheClockForASecond) {
@@ -456,6 +478,8 @@ objects:
      reaction: bounce}
   - {name: falling, sphere: {radius_m: 0.02}, position_m: [0.3, 0.3, 0], motion: dynamic,
      reaction: none}
+  - {name: resting, sphere: {radius_m: 0.02}, position_m: [-0.01, 0.02, 0.3], motion: dynamic,
+     reaction: contact}
 )";
 
 using Counts = std::map<std::string, std::uint64_t>;
@@ -497,6 +521,7 @@ class SimNodeEvents : public SimNode {
       add("contacts", now.contacts);
       add("contacts_unrecovered", now.unrecovered);
       add("contacts_still_colliding", now.still_colliding);
+      add("contact_impacts", now.impacts);
       add("objects_respawned", now.respawned);
       add("backward_stamps", now.backward_stamps);
       add("milliseconds_skipped", std::uint64_t(1e3 * now.skipped_s));
@@ -510,8 +535,9 @@ class SimNodeEvents : public SimNode {
 
 TEST_F(SimNodeEvents, AreCountedAsTheSimulationCountsThem) {
   const Counts counts = replayed_twice("");
-  for (const char* name : {"contacts", "contacts_unrecovered", "contacts_still_colliding",
-                           "objects_respawned", "backward_stamps", "milliseconds_skipped"})
+  for (const char* name :
+       {"contacts", "contacts_unrecovered", "contacts_still_colliding", "contact_impacts",
+        "objects_respawned", "backward_stamps", "milliseconds_skipped"})
     EXPECT_TRUE(counts.contains(name)) << name;
   EXPECT_EQ(ended().counts, counts);
 }

@@ -17,8 +17,8 @@ const PathPoint kTrayPath[] = {{0.00, {0.26, -0.10, 0.17}},   {0.36, {0.26, -0.1
                                {1.00, {0.26, -0.10, 0.17}}};
 
 SyntheticPart wooden_box(const Vector3d& center_world_m, const Vector3d& half_m) {
-  return {geometry::OrientedBox{Eigen::Isometry3d(Eigen::Translation3d(center_world_m)), half_m},
-          Material::wood};
+  return moved(Eigen::Isometry3d(Eigen::Translation3d(center_world_m)),
+               {geometry::OrientedBox{Eigen::Isometry3d::Identity(), half_m}, Material::wood});
 }
 
 }  // namespace

@@ -17,9 +17,11 @@ constexpr int kReach_px = 6;
 // intersection: the whole way overshoots on a round hull.
 constexpr int kSteps = 8;
 constexpr double kStep = 0.5;
+// A nearest point that is closer to the centre, in radii, gives no direction.
+constexpr double kMinDistance = 0.1;
 
 bool is_certain(const std::vector<hull::TangentPlane>& planes, const Vector3d& touch_m) {
-  constexpr double kTouching_m = 1e-6;
+  constexpr double kTouching_m = 1e-6;  // above the rounding of nearest_in()
   return std::all_of(planes.begin(), planes.end(), [&](const hull::TangentPlane& plane) {
     return (plane.error_rad <= kMaxPlaneError_rad && plane.thickness_px >= kMinThickness_px) ||
            plane.normal_world.dot(touch_m) < plane.offset_m - kTouching_m;
@@ -34,7 +36,8 @@ Vector3d ball_contact_normal(const hull::HullQuery& query, const Vector3d& cente
   for (int step = 0; step < kSteps; ++step) {
     const std::vector<hull::TangentPlane> planes = hull::tangent_planes(query, at_m, kReach_px);
     const auto nearest = hull::nearest_in(planes, center_world_m);
-    if (!nearest || !((center_world_m - *nearest).norm() > 0.1 * radius_m)) return normal_world;
+    if (!nearest || !((center_world_m - *nearest).norm() > kMinDistance * radius_m))
+      return normal_world;
     normal = (center_world_m - *nearest).normalized();
     at_m += kStep * (*nearest - at_m);
     if (step + 1 == kSteps && !is_certain(planes, *nearest)) return normal_world;

@@ -33,15 +33,16 @@ struct PatchOptions {
 
 // Returns the patches of these triangles, by descending area. The mesh is closed, and its triangles
 // are oriented outward. A surface that passes through the hull on both sides, such as a thin
-// plate's, has no normal: its patch is omitted. More than kMaxPatchCells cells are made larger
-// instead. Throws std::invalid_argument if an option or the pose is out of range.
+// plate's, has no normal: its patch is omitted. Cells are larger than cell_m if there would be more
+// than about kMaxPatchCells; each triangle has at least one. Throws std::invalid_argument if an
+// option or the pose is out of range.
 std::vector<ContactPatch> contact_patches(const hull::HullQuery& query, const geometry::Mesh& mesh,
                                           const Eigen::Isometry3d& world_from_object,
                                           std::span<const std::uint32_t> triangles,
                                           const PatchOptions& options = {});
 
-// Returns the centres of the cells into which the mesh's triangles are divided, in the mesh's
-// frame: as contact_patches() does it, at most kMaxPatchCells.
+// Returns the centres of the cells into which contact_patches() divides the mesh's triangles, in
+// the mesh's frame.
 std::vector<Eigen::Vector3d> surface_points_m(const geometry::Mesh& mesh, double cell_m);
 
 inline constexpr std::size_t kMaxPatchCells = 16384;

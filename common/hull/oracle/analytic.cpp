@@ -224,4 +224,13 @@ ObjectPixels true_object_pixels(std::span<const Capsule> object, const geometry:
   return pixels;
 }
 
+ObjectPixels true_object_pixels(const geometry::OrientedBox& box, const geometry::Camera& camera) {
+  ObjectPixels pixels(camera.pinhole.width_px, camera.pinhole.height_px);
+  for (int v = 0; v < pixels.height_px(); ++v)
+    for (int u = 0; u < pixels.width_px(); ++u)
+      if (geometry::ray_entry(box, geometry::ray_through(camera, {double(u), double(v)})))
+        pixels.set(u, v);
+  return pixels;
+}
+
 }  // namespace fivepipe::hull

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "common/geometry/oriented_box.h"
 #include "common/hull/hull.h"
 
 namespace fivepipe::hull {
@@ -37,5 +38,7 @@ enum class PixelRule { center, touched };
 // Returns the pixels of the camera's image that the rule sets.
 ObjectPixels true_object_pixels(std::span<const Capsule> object, const geometry::Camera& camera,
                                 PixelRule rule);
+// The same for a box, by PixelRule::center.
+ObjectPixels true_object_pixels(const geometry::OrientedBox& box, const geometry::Camera& camera);
 
 }  // namespace fivepipe::hull

@@ -5,6 +5,7 @@
 #include "common/hull/silhouette/hull_border.h"
 #include "tests/support/collision/scene.h"
 #include "tests/support/hull/queries.h"
+#include "tests/support/hull/tangent_cones.h"
 #include "tests/support/not_finite.h"
 
 namespace fivepipe::test {
@@ -14,10 +15,6 @@ using Eigen::Vector3d;
 using hull::TangentPlane;
 
 constexpr double kReal_m = 0.05;
-
-double angle_rad(const Vector3d& a, const Vector3d& b) {
-  return std::atan2(a.cross(b).norm(), a.dot(b));
-}
 
 // A real ball at the origin whose outline has this radius in each of seven cameras.
 struct RealBall {
@@ -48,7 +45,7 @@ TEST(TangentPlanes, AreThoseOfTheConesThatTouchTheBall) {
       return std::abs(other.normal_world.dot(eye_m) - other.offset_m) < 1e-9;
     });
     ASSERT_NE(plane, planes.end());
-    angles_deg.push_back(angle_rad(plane->normal_world, normal) * 180 / 3.14159265358979);
+    angles_deg.push_back(between_deg(plane->normal_world, normal));
     offsets_px.push_back(std::abs(plane->normal_world.dot(p_m) - plane->offset_m) / (kReal_m / 25));
     EXPECT_NEAR(plane->thickness_px, 50, 3);
   }
@@ -85,30 +82,10 @@ TEST(NearestInPlanes, IsThePointOfTheFaceEdgeOrCorner) {
   EXPECT_EQ(hull::nearest_in({}, {1, 2, 3}), Vector3d(1, 2, 3));
 }
 
-// The nearest point of the tangent cones by Dykstra's projections (1983).
-Vector3d nearest_on_cones(const std::vector<geometry::Camera>& cameras, const Vector3d& p_m) {
-  const auto on_cone = [](const Vector3d& eye_m, const Vector3d& x_m) {
-    const Vector3d axis = -eye_m.normalized(), q_m = x_m - eye_m;
-    const double half_rad = std::asin(kReal_m / eye_m.norm()), along_m = q_m.dot(axis);
-    const Vector3d across_m = q_m - along_m * axis;
-    if (across_m.norm() <= along_m * std::tan(half_rad)) return x_m;
-    const Vector3d side = std::cos(half_rad) * axis + std::sin(half_rad) * across_m.normalized();
-    return Vector3d(eye_m + std::max(0.0, q_m.dot(side)) * side);
-  };
-  std::vector<Vector3d> corrections(cameras.size(), Vector3d::Zero());
-  Vector3d x_m = p_m;
-  for (int i = 0; i < 2000; ++i)
-    for (std::size_t c = 0; c < cameras.size(); ++c) {
-      const Vector3d y_m = x_m + corrections[c];
-      x_m = on_cone(geometry::camera_center_world_m(cameras[c]), y_m);
-      corrections[c] = y_m - x_m;
-    }
-  return x_m;
-}
-
 TEST(BallContact, HasTheNormalOfTheAnalyticHull) {
   Random random(22);
   const RealBall real(25);
+  const TangentCones cones{real.cameras, Vector3d::Zero(), kReal_m};
   std::vector<double> off_deg;
   for (int i = 0; i < 100; ++i) {
     const double radius_m = uniform(random, 0.01, 0.05);
@@ -117,16 +94,16 @@ TEST(BallContact, HasTheNormalOfTheAnalyticHull) {
     double far_m = 0.3, near_m = 0.05;
     while (far_m - near_m > 1e-6) {
       const double d = 0.5 * (far_m + near_m);
-      const double gap_m = (nearest_on_cones(real.cameras, d * direction) - d * direction).norm();
+      const double gap_m = (cones.nearest(d * direction) - d * direction).norm();
       (gap_m > radius_m ? far_m : near_m) = d;
     }
     const Vector3d center_m = far_m * direction,
-                   expected = (center_m - nearest_on_cones(real.cameras, center_m)).normalized();
+                   expected = (center_m - cones.nearest(center_m)).normalized();
     const Vector3d estimate = (expected + 0.3 * random_direction(random)).normalized();
     const Vector3d normal =
         collision::ball_contact_normal(real.hull.query, center_m, radius_m, estimate);
     EXPECT_NEAR(normal.norm(), 1, 1e-12);
-    off_deg.push_back(angle_rad(normal, expected) * 180 / 3.14159265358979);
+    off_deg.push_back(between_deg(normal, expected));
   }
   std::sort(off_deg.begin(), off_deg.end());
   std::printf("contact normal of a ball: %.2f deg median, %.2f p95\n", off_deg[50], off_deg[95]);

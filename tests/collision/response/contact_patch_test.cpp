@@ -5,6 +5,7 @@
 
 #include "tests/support/collision/scene.h"
 #include "tests/support/hull/queries.h"
+#include "tests/support/hull/tangent_cones.h"
 #include "tests/support/not_finite.h"
 
 namespace fivepipe::test {
@@ -38,16 +39,12 @@ Eigen::Isometry3d placed(const Vector3d& place_m, double turn_rad = 0) {
          Eigen::Isometry3d(Eigen::AngleAxisd(turn_rad, Vector3d::UnitX()));
 }
 
-double off_deg(const Vector3d& a, const Vector3d& b) {
-  return std::atan2(a.cross(b).norm(), a.dot(b)) * 180 / 3.14159265358979;
-}
-
 TEST(ContactPatches, ABoxOnTheBlockHasOnePatchWithTheBlocksNormal) {
   const geometry::Mesh box = geometry::box_mesh({0.06, 0.04, 0.05}, 0);
   for (const double turn_rad : {0.0, 0.05}) {
     const auto patches = patches_of(box, placed({0.01, 0, 0.025 - 0.005}, turn_rad));
     ASSERT_EQ(patches.size(), 1u);
-    EXPECT_LT(off_deg(patches[0].normal_world, Vector3d::UnitZ()), 3) << turn_rad;
+    EXPECT_LT(between_deg(patches[0].normal_world, Vector3d::UnitZ()), 3) << turn_rad;
     EXPECT_NEAR(patches[0].normal_world.norm(), 1, 1e-12);
     // The lower face and 5 mm of the sides.
     if (turn_rad == 0) {
@@ -109,7 +106,7 @@ TEST(ContactPatches, LimitsTheNumberOfCells) {
   const auto patches = patches_of(box, placed({0, 0, 0.07}), {.cell_m = 1e-5});
   ASSERT_EQ(patches.size(), 1u);
   EXPECT_LE(patches[0].points_world_m.size(), 1.2 * double(collision::kMaxPatchCells));
-  EXPECT_LT(off_deg(patches[0].normal_world, Vector3d::UnitZ()), 3);
+  EXPECT_LT(between_deg(patches[0].normal_world, Vector3d::UnitZ()), 3);
 }
 
 TEST(ContactPatches, RefusesOptionsAndPosesOutOfRange) {

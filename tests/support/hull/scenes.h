@@ -50,20 +50,13 @@ inline std::vector<hull::Silhouette> silhouettes_of(
   return silhouettes;
 }
 
-// Object pixels of a real box: those whose centre's line of sight meets it.
 inline std::vector<hull::Silhouette> silhouettes_of_box(
     const Eigen::AlignedBox3d& box_world_m, const std::vector<geometry::Camera>& cameras) {
   const geometry::OrientedBox box{Eigen::Isometry3d(Eigen::Translation3d(box_world_m.center())),
                                   0.5 * box_world_m.sizes()};
   std::vector<hull::Silhouette> silhouettes;
-  for (const geometry::Camera& camera : cameras) {
-    hull::ObjectPixels pixels(camera.pinhole.width_px, camera.pinhole.height_px);
-    for (int v = 0; v < pixels.height_px(); ++v)
-      for (int u = 0; u < pixels.width_px(); ++u)
-        if (geometry::ray_entry(box, geometry::ray_through(camera, {double(u), double(v)})))
-          pixels.set(u, v);
-    silhouettes.push_back({camera, pixels});
-  }
+  for (const geometry::Camera& camera : cameras)
+    silhouettes.push_back({camera, hull::true_object_pixels(box, camera)});
   return silhouettes;
 }
 
