@@ -82,32 +82,35 @@ Reconstructor::Reconstructor(const config::ReconConfig& config,
   if (config.backend == config::HullBackend::gl) gl_.emplace();
 }
 
-std::vector<hull::DepthTile> Reconstructor::depths_by_gl(
-    std::span<const hull::Silhouette> silhouettes, const hull::View& view,
-    std::span<const Tile> tiles) {
-  std::vector<hull::PixelRect> rects;
-  for (const Tile& tile : tiles) rects.push_back(tile.rect);
-  if (gl_) {
-    gl_->set_silhouettes(silhouettes);
-    return gl_->depth(view, rects);
-  }
-  const geometry::Pinhole& k = view.camera.pinhole;
-  if (!sweep_ || sweep_->width_px() != k.width_px || sweep_->height_px() != k.height_px)
-    sweep_.emplace(k.width_px, k.height_px, config_.sweep_planes);
-  sweep_->set_silhouettes(silhouettes);
-  return sweep_->depth(view, hull::sweep_range(view, volume_world_m_), rects);
+void Reconstructor::set_silhouettes(std::span<const hull::Silhouette> silhouettes) {
+  silhouettes_ = silhouettes;
+  if (config_.backend == config::HullBackend::cpu) cpu_.assign(silhouettes);
+  if (gl_) gl_->set_silhouettes(silhouettes);
 }
 
-Reconstructor::Depths Reconstructor::depths(std::span<const hull::Silhouette> silhouettes,
-                                            const hull::View& view, std::span<const Tile> tiles) {
+hull::PlaneSweep& Reconstructor::sweep_of(const geometry::Pinhole& pinhole) {
+  if (!sweep_ || sweep_->width_px() != pinhole.width_px || sweep_->height_px() != pinhole.height_px)
+    sweep_.emplace(pinhole.width_px, pinhole.height_px, config_.sweep_planes);
+  sweep_->set_silhouettes(silhouettes_);
+  return *sweep_;
+}
+
+std::vector<hull::DepthTile> Reconstructor::depths_by_gl(const hull::View& view,
+                                                         std::span<const Tile> tiles) {
+  std::vector<hull::PixelRect> rects;
+  for (const Tile& tile : tiles) rects.push_back(tile.rect);
+  if (gl_) return gl_->depth(view, rects);
+  return sweep_of(view.camera.pinhole).depth(view, hull::sweep_range(view, volume_world_m_), rects);
+}
+
+Reconstructor::Depths Reconstructor::depths(const hull::View& view, std::span<const Tile> tiles) {
   Depths made;
   if (config_.backend != config::HullBackend::cpu) {
     const Stopwatch watch;
-    made.tiles = depths_by_gl(silhouettes, view, tiles);
+    made.tiles = depths_by_gl(view, tiles);
     made.cost_s = divided_by_hits(watch.s(), made.tiles);
     return made;
   }
-  cpu_.assign(silhouettes);
   for (const Tile& tile : tiles) {
     const Stopwatch watch;
     made.tiles.push_back(cpu_.depth(view, tile.rect));
@@ -121,16 +124,27 @@ std::vector<ReconTile> Reconstructor::reconstruct(std::span<const hull::Silhouet
                                                   std::span<const Tile> tiles,
                                                   std::span<const hull::ColourRegion> colours,
                                                   bool want_colour) {
-  const Depths depth = depths(silhouettes, view, tiles);
+  const ViewTiles one{view, {tiles.begin(), tiles.end()}, want_colour};
+  return std::move(reconstruct(silhouettes, std::span(&one, 1), colours).front());
+}
+
+std::vector<std::vector<ReconTile>> Reconstructor::reconstruct(
+    std::span<const hull::Silhouette> silhouettes, std::span<const ViewTiles> views,
+    std::span<const hull::ColourRegion> colours) {
+  set_silhouettes(silhouettes);
   const HullColour colour(silhouettes, colours);
-  std::vector<ReconTile> parts;
-  for (std::size_t i = 0; i < tiles.size(); ++i) {
-    const Stopwatch watch;
-    parts.push_back(covered_part(tiles[i], depth.tiles[i]));
-    if (want_colour) add_colour(parts.back(), view, colour);
-    parts.back().cost_s = depth.cost_s[i] + watch.s();
+  std::vector<std::vector<ReconTile>> made;
+  for (const ViewTiles& of : views) {
+    const Depths depth = depths(of.view, of.tiles);
+    std::vector<ReconTile>& parts = made.emplace_back();
+    for (std::size_t i = 0; i < of.tiles.size(); ++i) {
+      const Stopwatch watch;
+      parts.push_back(covered_part(of.tiles[i], depth.tiles[i]));
+      if (of.want_colour) add_colour(parts.back(), of.view, colour);
+      parts.back().cost_s = depth.cost_s[i] + watch.s();
+    }
   }
-  return parts;
+  return made;
 }
 
 }  // namespace fivepipe::recon

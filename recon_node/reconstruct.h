@@ -49,22 +49,35 @@ class Reconstructor {
                                      const hull::View& view, std::span<const Tile> tiles,
                                      std::span<const hull::ColourRegion> colours, bool want_colour);
 
+  // Tiles of one view; they must be disjoint and inside the view.
+  struct ViewTiles {
+    hull::View view;
+    std::vector<Tile> tiles;
+    bool want_colour;
+  };
+  // The same for several views of one frame; one result per view. Prepares the silhouettes once.
+  std::vector<std::vector<ReconTile>> reconstruct(std::span<const hull::Silhouette> silhouettes,
+                                                  std::span<const ViewTiles> views,
+                                                  std::span<const hull::ColourRegion> colours);
+
  private:
   struct Depths {
     std::vector<hull::DepthTile> tiles;
     std::vector<double> cost_s;
   };
-  Depths depths(std::span<const hull::Silhouette> silhouettes, const hull::View& view,
-                std::span<const Tile> tiles);
-  std::vector<hull::DepthTile> depths_by_gl(std::span<const hull::Silhouette> silhouettes,
-                                            const hull::View& view, std::span<const Tile> tiles);
+  void set_silhouettes(std::span<const hull::Silhouette> silhouettes);
+  // Of the silhouettes set last.
+  Depths depths(const hull::View& view, std::span<const Tile> tiles);
+  std::vector<hull::DepthTile> depths_by_gl(const hull::View& view, std::span<const Tile> tiles);
+  hull::PlaneSweep& sweep_of(const geometry::Pinhole& pinhole);
 
   config::ReconConfig config_;
   Eigen::AlignedBox3d volume_world_m_;
   base::WorkerPool pool_;
   hull::CpuHull cpu_;
   std::optional<hull::GlHull> gl_;
-  std::optional<hull::PlaneSweep> sweep_;  // has the size of the last view
+  std::span<const hull::Silhouette> silhouettes_;  // during reconstruct()
+  std::optional<hull::PlaneSweep> sweep_;          // has the size of the last view
 };
 
 }  // namespace fivepipe::recon

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "common/base/realtime.h"
+#include "common/config/views.h"
 #include "common/pipeline/frames/tile_balancer.h"
 #include "common/pipeline/messages/view_messages.h"
 #include "common/pipeline/node/frame_set_reader.h"
@@ -24,6 +25,7 @@ class ReconstructionPipe {
   ReconstructionPipe(node::NodeContext& node, config::HullBackend backend)
       : node_(node),
         viewer_(node.deployment.viewer.name),
+        light_(config::light_view(node.deployment.scene)),
         config_(decided(node::config_of<config::ReconConfig>(node), backend)),
         reconstructor_(config_, node.deployment.rig.volume_m),
         sets_(node.bus, node.deployment.rig, node.status),
@@ -131,35 +133,66 @@ class ReconstructionPipe {
     }
   }
 
-  void reconstruct(const frames::FrameSet& set, const messages::FramePose& pose) {
+  // A view, and the tiles of it that this node reconstructs.
+  struct OwnView {
+    TileFrame frame;
+    std::vector<Tile> tiles;
+  };
+  // The light's view comes before the viewer's, whose last tile completes the frame.
+  std::vector<OwnView> own_views(const frames::FrameSet& set, const messages::FramePose& pose) {
+    const auto frame_of = [&](const std::string& name, const hull::View& view) {
+      return TileFrame{name,
+                       set.frame,
+                       set.capture_stamp_ns,
+                       view,
+                       config_.tile_columns * config_.tile_rows,
+                       set.empty_cameras};
+    };
     const hull::View view{
         {geometry_->recon, pose.eye_from_world}, geometry_->near_m, geometry_->far_m};
-    const TileFrame frame{viewer_,
-                          set.frame,
-                          set.capture_stamp_ns,
-                          view,
-                          config_.tile_columns * config_.tile_rows,
-                          set.empty_cameras};
     const std::vector<Tile> tiles = own_tiles(pose, view.camera.pinhole);
+    std::vector<OwnView> views;
+    if (light_) {
+      const hull::View from_light{{light_->recon, *light_->fixed}, light_->near_m, light_->far_m};
+      std::vector<Tile> light_tiles = tiles_of(light_->recon.width_px, light_->recon.height_px,
+                                               config_.tile_columns, config_.tile_rows);
+      // A tile of the light's view has the owner of the viewer's tile with the same index.
+      std::erase_if(light_tiles, [&](const Tile& tile) {
+        return std::none_of(tiles.begin(), tiles.end(),
+                            [&](const Tile& own) { return own.index == tile.index; });
+      });
+      views.push_back({frame_of(light_->name, from_light), std::move(light_tiles)});
+    }
+    views.push_back({frame_of(viewer_, view), tiles});
+    return views;
+  }
+
+  void reconstruct(const frames::FrameSet& set, const messages::FramePose& pose) {
+    const std::vector<OwnView> views = own_views(set, pose);
     node::FrameSteps steps;
     const node::InputTimes times{set.first_received_ns, set.last_received_ns};
-    if (tiles.empty())
+    if (views.back().tiles.empty())
       return traces_.handled(set.frame, set.capture_stamp_ns, times, std::move(steps));
     const std::vector<hull::ColourRegion> colours =
         inputs_.take_colours(set.frame, set.capture_stamp_ns);
-    // Only readers of tiles need colour; skip it if there are none.
+    // Only readers of tiles need colour; skip it if there are none. A light needs none.
     const bool want_colour = tiles_.readers() > 0 && !colours.empty();
+    std::vector<Reconstructor::ViewTiles> requests;
+    for (const OwnView& of : views)
+      requests.push_back({of.frame.view, of.tiles, want_colour && &of == &views.back()});
     steps.begin("reconstruct");
-    std::vector<ReconTile> made =
-        reconstructor_.reconstruct(set.silhouettes, view, tiles, colours, want_colour);
-    const bool is_seen = std::any_of(made.begin(), made.end(),
+    std::vector<std::vector<ReconTile>> made =
+        reconstructor_.reconstruct(set.silhouettes, requests, colours);
+    const bool is_seen = std::any_of(made.back().begin(), made.back().end(),
                                      [](const ReconTile& tile) { return !tile.covered.empty(); });
     if (is_seen && tiles_.readers() > 0 && colours.empty())
       node_.status.count("frames_without_colour");
     steps.begin("write_tiles");
     if (costs_.readers() > 0)
-      costs_.write(costs_message(frame, config_.worker_index, made).message());
-    for (ReconTile& tile : made) tiles_.write(tile_message(frame, std::move(tile)).message());
+      costs_.write(costs_message(views.back().frame, config_.worker_index, made.back()).message());
+    for (std::size_t i = 0; i < views.size(); ++i)
+      for (ReconTile& tile : made[i])
+        tiles_.write(tile_message(views[i].frame, std::move(tile)).message());
     if (replay_.replaying())
       node_.status.latency("arrival_to_tiles",
                            1e-9 * double(base::now_realtime_ns() - times.first_ns));
@@ -172,6 +205,7 @@ class ReconstructionPipe {
 
   node::NodeContext& node_;
   const std::string viewer_;
+  const std::optional<config::HullView> light_;  // present if the scene has shadows
   const config::ReconConfig config_;
   Reconstructor reconstructor_;
   node::FrameSetReader sets_;

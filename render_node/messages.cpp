@@ -1,5 +1,7 @@
 #include "render_node/messages.h"
 
+#include <algorithm>
+
 #include "common/pipeline/bus/topics.h"
 
 namespace fivepipe::render {
@@ -42,6 +44,22 @@ messages::Received<Highlight> highlight_from(const fivepipe_v1_CollisionResult& 
   return Highlight{message.frame, message.capture_stamp_ns,
                    message.verdict == fivepipe_v1_colliding ||
                        !messages::span_of(message.first_contact).empty()};
+}
+
+messages::Received<ReceivedParticles> particles_from(const fivepipe_v1_Particles& message,
+                                                     const config::Scene& scene) {
+  if (const auto why = messages::why_implausible(message.frame, message.capture_stamp_ns))
+    return messages::BadMessage{"bad_particles", message.source, *why};
+  const auto source =
+      std::find_if(scene.particles.begin(), scene.particles.end(),
+                   [&](const config::ParticleSource& of) { return of.name == message.source; });
+  if (source == scene.particles.end())
+    return messages::BadMessage{"bad_particles", message.source, "not in the scene"};
+  const auto p_m = messages::span_of(message.p_m);
+  return ReceivedParticles{
+      message.frame,
+      message.capture_stamp_ns,
+      {std::size_t(source - scene.particles.begin()), {p_m.begin(), p_m.end()}}};
 }
 
 messages::Received<std::vector<ObjectPose>> poses_from(const fivepipe_v1_VirtualState& message,

@@ -33,6 +33,15 @@ struct Highlight {
 };
 messages::Received<Highlight> highlight_from(const fivepipe_v1_CollisionResult& message);
 
+struct ReceivedParticles {
+  std::uint64_t frame = 0;
+  std::int64_t capture_stamp_ns = 0;
+  ParticleCloud particles;
+};
+// Also returns BadMessage if the scene has no such source; Renderer validates the particles.
+messages::Received<ReceivedParticles> particles_from(const fivepipe_v1_Particles& message,
+                                                     const config::Scene& scene);
+
 fivepipe_v1_FrameComposited composited_message(const std::string& viewer, const HullFrame& hull,
                                                std::int64_t composited_stamp_ns);
 

@@ -4,6 +4,8 @@
 #include <optional>
 
 #include "common/base/realtime.h"
+#include "common/config/views.h"
+#include "common/pipeline/frames/recent_frames.h"
 #include "common/pipeline/node/frame_trace.h"
 #include "common/pipeline/node/replay_monitor.h"
 #include "common/pipeline/node/status_names.h"
@@ -33,12 +35,16 @@ class ParentPipe {
         presenter_(node::config_of<config::RenderConfig>(node), viewer_,
                    node.deployment.frame_rate_hz, node.out),
         tile_assembler_(config::recon_pinhole(viewer_), viewer_.near_m, viewer_.far_m),
+        light_(config::light_view(node.deployment.scene)),
         tiles_(node.bus.reader<bus::topics::HullTile>()),
         states_(node.bus.reader<bus::topics::VirtualState>()),
         collisions_(node.bus.reader<bus::topics::CollisionResult>()),
         replay_(node.bus),
         traces_(node.bus, node.status, node.node.name),
         composited_(node.bus.writer<bus::topics::FrameComposited>()) {
+    if (light_) light_assembler_.emplace(light_->recon, light_->near_m, light_->far_m);
+    if (!node.deployment.scene.particles.empty())
+      particles_.emplace(node.bus.reader<bus::topics::Particles>());
     for (const config::SceneObject& object : node.deployment.scene.objects)
       if (object.reaction == config::Reaction::highlight) highlighted_.insert(object.name);
   }
@@ -47,14 +53,15 @@ class ParentPipe {
     while (node::running()) {
       node_.bus.wait(pending_ ? 5ms : node::kMaxWait);
       if (replay_.update()) reset();
-      // sim_node sends the collisions of a frame before its state. Taking the states first
-      // guarantees that the collisions of every taken state are available.
+      // sim_node sends the collisions and particles of a frame before its state. Taking the states
+      // first guarantees that those of every taken state are available.
       take_states();
       take_collisions();
+      take_particles();
       // In a lossless replay a newer frame must not replace the pending one before its state
-      // arrives.
-      if (!(replay_.lossless() && pending_)) take_tiles();
-      if (pending_ && (virtual_frames_.has(pending_->frame) || states_.writers() == 0)) composite();
+      // arrives. The tiles of the light's view may still be missing.
+      if (!(replay_.lossless() && pending_ && (!light_ || light_hull_of(*pending_)))) take_tiles();
+      if (pending_ && has_all_inputs(*pending_)) composite();
       if (pending_ && Clock::now() >= pending_until_) composite();
     }
     if (unread_frame_ && presenter_.needs_still())
@@ -68,7 +75,20 @@ class ParentPipe {
     pending_.reset();
     after_pending_.clear();
     tile_assembler_.reset();
+    if (light_assembler_) light_assembler_->reset();
+    light_frames_.clear();
     virtual_frames_ = {};
+  }
+
+  bool has_all_inputs(const HullFrame& hull) const {
+    return (virtual_frames_.has(hull.frame) || states_.writers() == 0) &&
+           (!light_ || light_hull_of(hull));
+  }
+
+  // Returns the hull of the same frame in the light's view, or null.
+  const HullFrame* light_hull_of(const HullFrame& hull) const {
+    const HullFrame* const found = light_frames_.find(hull.frame);
+    return found && found->capture_stamp_ns == hull.capture_stamp_ns ? found : nullptr;
   }
 
   void take_collisions() {
@@ -79,6 +99,24 @@ class ParentPipe {
         node_.status.drop_from(collisions_.process(sample), *bad);
       else if (const auto& [frame, stamp_ns, collides] = std::get<Highlight>(highlight); collides)
         virtual_frames_.add_collision(frame, stamp_ns, sample->object);
+    }
+  }
+
+  void take_particles() {
+    if (!particles_) return;
+    for (const auto& sample : particles_->take()) {
+      if (!sample.valid()) continue;
+      auto received = particles_from(*sample, node_.deployment.scene);
+      if (const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&received)) {
+        node_.status.drop_from(particles_->process(sample), *bad);
+        continue;
+      }
+      auto& [frame, stamp_ns, cloud] = std::get<ReceivedParticles>(received);
+      if (const auto why = renderer_.why_undrawable(cloud))
+        node_.status.drop_from(particles_->process(sample),
+                               {"bad_particles", sample->source, *why});
+      else
+        virtual_frames_.add_particles(frame, stamp_ns, std::move(cloud));
     }
   }
 
@@ -110,18 +148,25 @@ class ParentPipe {
     const auto samples = tiles_.take();
     const std::int64_t now_ns = base::now_realtime_ns();  // after the take: the node has the tiles
     for (const auto& sample : samples) {
-      if (!sample.valid() || viewer_.name != sample->viewer) continue;
+      if (!sample.valid()) continue;
+      const bool is_light = light_ && light_->name == sample->viewer;
+      if (!is_light && viewer_.name != sample->viewer) continue;
       auto tile = tile_from(*sample, node_.deployment.rig);
       if (const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&tile)) {
         node_.status.drop_from(tiles_.process(sample), *bad);
         continue;
       }
       std::get<ReceivedTile>(tile).received_ns = now_ns;
-      auto added = tile_assembler_.add(std::get<ReceivedTile>(tile));
+      auto added =
+          (is_light ? *light_assembler_ : tile_assembler_).add(std::get<ReceivedTile>(tile));
       if (const RefusedTile* refused = std::get_if<RefusedTile>(&added))
         node_.status.drop_from(tiles_.process(sample), {"bad_tile", "", refused->reason});
       HullFrame* const hull = std::get_if<HullFrame>(&added);
       if (!hull) continue;
+      if (is_light) {
+        light_frames_.get_or_add(hull->frame).value = std::move(*hull);
+        continue;
+      }
       if (pending_ && replay_.lossless()) {
         after_pending_.push_back(std::move(*hull));  // waits for the states of the frames before it
         continue;
@@ -146,12 +191,15 @@ class ParentPipe {
       after_pending_.pop_front();
     }
     if (!virtual_frames_.has(hull.frame) && states_.writers() > 0) node_.status.drop("late_state");
+    const HullFrame* const light_hull = light_hull_of(hull);
+    if (light_ && !light_hull) node_.status.drop("late_light_view");
     static const VirtualFrame kNothing;
     const VirtualFrame* found = virtual_frames_.best_for(hull.frame);
     const VirtualFrame& virtual_frame = found ? *found : kNothing;
     node::FrameSteps steps;
     steps.begin("render");
-    renderer_.draw(hull, virtual_frame.poses, virtual_frame.colliding);
+    renderer_.draw(hull, virtual_frame.poses, virtual_frame.colliding, virtual_frame.particles,
+                   light_hull);
     const bool wanted = present(hull.frame);
     steps.end();
     const std::int64_t now_ns = base::now_realtime_ns();
@@ -193,6 +241,9 @@ class ParentPipe {
   Renderer renderer_;
   Presenter presenter_;
   TileAssembler tile_assembler_;
+  const std::optional<config::HullView> light_;  // present if the scene has shadows
+  std::optional<TileAssembler> light_assembler_;
+  frames::RecentFrames<HullFrame> light_frames_{TileAssembler::kMaxOpenFrames};
   TileCounts reported_;
   std::uint64_t reported_video_drops_ = 0;
   VirtualFrames virtual_frames_;
@@ -204,6 +255,8 @@ class ParentPipe {
   bus::Reader<bus::topics::HullTile> tiles_;
   bus::Reader<bus::topics::VirtualState> states_;
   bus::Reader<bus::topics::CollisionResult> collisions_;
+  // Present if the scene has particles.
+  std::optional<bus::Reader<bus::topics::Particles>> particles_;
   node::ReplayMonitor replay_;
   node::FrameTracer traces_;
   bus::Writer<bus::topics::FrameComposited> composited_;

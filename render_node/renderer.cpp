@@ -12,7 +12,7 @@
 namespace fivepipe::render {
 namespace {
 
-constexpr int kDepthUnit = 0, kColourUnit = 1;
+constexpr int kDepthUnit = 0, kColourUnit = 1, kShadowUnit = 2;
 
 // Two neighbouring pixels of the reconstruction belong to one surface if it is tilted by less than
 // 80 degrees against the image plane: tan(80 degrees) = 5.7.
@@ -60,7 +60,16 @@ double light_reach_m(const config::Scene& scene) {
           .norm());
 }
 
-// Returns the #define lines of an object's shader program.
+// Returns the #define line of the programs whose surfaces receive shadows.
+std::string shadow_features(const config::Scene& scene) {
+  return scene.shadows ? "#define SHADOWED\n" : "";
+}
+// Returns the #define lines of a program that draws the hull.
+std::string hull_features(const config::Scene& scene, bool is_coloured) {
+  return (is_coloured ? "#define COLOURED\n" : "") +
+         std::string(scene.lights_real_objects ? "#define LIT\n" + shadow_features(scene) : "");
+}
+// Returns the #define lines of an object's shader program, without those of shadows.
 std::string features_of(const config::SceneObject& object) {
   // On a box every corner of a triangle has the normal of its face.
   const bool flat = std::holds_alternative<config::BoxShape>(object.shape);
@@ -106,29 +115,37 @@ Renderer::Renderer(const config::Scene& scene, const config::Viewer& viewer)
       light_world_m_(scene.light_world_m),
       light_reach_m_(light_reach_m(scene)),
       background_rgb_(scene.background_rgb),
-      coloured_hull_program_(
-          program("coloured hull", "#define COLOURED\n", shaders::kHullVert, shaders::kHullFrag)),
-      grey_hull_program_(program("hull", "", shaders::kHullVert, shaders::kHullFrag)),
+      lights_real_objects_(scene.lights_real_objects),
+      sources_(scene.particles),
+      coloured_hull_program_(program("coloured hull", hull_features(scene, true),
+                                     shaders::kHullVert, shaders::kHullFrag)),
+      grey_hull_program_(
+          program("hull", hull_features(scene, false), shaders::kHullVert, shaders::kHullFrag)),
       background_program_(
           program("background", "", shaders::kBackgroundVert, shaders::kBackgroundFrag)),
       framebuffer_(pinhole_.width_px, pinhole_.height_px, GL_RGBA8, gl::DepthBuffer::depth) {
+  if (scene.shadows) shadow_map_.emplace(scene);
+  if (!sources_.empty()) particle_points_.emplace(shadow_features(scene));
   objects_.reserve(scene.objects.size());
   for (const config::SceneObject& object : scene.objects) {
     index_of_object_[object.name] = objects_.size();
     objects_.emplace_back(object);
     if (const std::string features = features_of(object); !object_programs_.contains(features))
-      object_programs_.emplace(features, program("virtual object", features, shaders::kObjectVert,
-                                                 shaders::kObjectFrag));
+      object_programs_.emplace(features,
+                               program("virtual object", features + shadow_features(scene),
+                                       shaders::kObjectVert, shaders::kObjectFrag));
   }
 }
 
 void Renderer::draw(const HullFrame& hull, std::span<const ObjectPose> poses,
-                    const std::set<std::string>& colliding) {
+                    const std::set<std::string>& colliding,
+                    std::span<const ParticleCloud> particles, const HullFrame* light_hull) {
   for (const ObjectPose& pose : poses) {
     assert(!why_undrawable(pose));
     set_pose(pose);
   }
 
+  if (shadow_map_) draw_shadow_map(light_hull);
   framebuffer_.bind();
   glDisable(GL_BLEND);
   glDisable(GL_CULL_FACE);
@@ -140,6 +157,7 @@ void Renderer::draw(const HullFrame& hull, std::span<const ObjectPose> poses,
   // Draw roughly front to back, so that the depth test skips the shading of hidden pixels.
   if (!hull.depth_m.empty() && !hull.covered.empty()) draw_hull(hull);
   draw_objects(hull.eye_from_world, colliding);
+  draw_particles(hull.eye_from_world, particles);
   draw_background();
 }
 
@@ -164,6 +182,16 @@ std::optional<std::string> Renderer::why_undrawable(const ObjectPose& pose) cons
   return {};
 }
 
+std::optional<std::string> Renderer::why_undrawable(const ParticleCloud& particles) const {
+  if (particles.source >= sources_.size()) return "not in the scene";
+  if (particles.p_world_m.size() % 3 != 0)
+    return std::to_string(particles.p_world_m.size()) + " coordinates are not three per particle";
+  if (double(particles.p_world_m.size()) > 3 * config::kMaxParticles)
+    return std::to_string(particles.p_world_m.size() / 3) + " particles are too many";
+  if (!finite(particles.p_world_m)) return "particle not finite";
+  return {};
+}
+
 void Renderer::set_pose(const ObjectPose& pose) {
   DrawableObject& drawn = objects_[index_of_object_.at(pose.object)];
   drawn.world_from_object = pose.world_from_object;
@@ -176,6 +204,26 @@ void Renderer::set_pose(const ObjectPose& pose) {
   drawn.corners.upload(moved.data(), moved.size() * sizeof(SurfaceCorner), GL_STREAM_DRAW);
 }
 
+void Renderer::draw_shadow_map(const HullFrame* light_hull) {
+  const auto draw_objects_in_light = [&](const gl::GlProgram& object_program,
+                                         const Eigen::Matrix4d& light_clip_from_world) {
+    for (const DrawableObject& drawn : objects_) {
+      object_program.set(
+          "light_clip_from_object",
+          Eigen::Matrix4f(
+              (light_clip_from_world * drawn.world_from_object.matrix()).cast<float>()));
+      draw_triangles(drawn);
+    }
+  };
+  shadow_map_->draw(draw_objects_in_light, light_hull);
+  shadow_map_->texture().bind(kShadowUnit);
+}
+
+void Renderer::draw_triangles(const DrawableObject& drawn) const {
+  drawn.vertex_array.bind();
+  glDrawArrays(GL_TRIANGLES, 0, GLsizei(3 * drawn.surface.triangles()));
+}
+
 void Renderer::set_view(const gl::GlProgram& program,
                         const Eigen::Isometry3d& eye_from_world) const {
   program.set("clip_from_eye", Eigen::Matrix4f(clip_from_eye_.cast<float>()));
@@ -183,6 +231,14 @@ void Renderer::set_view(const gl::GlProgram& program,
   program.set("up_eye",
               Eigen::Vector3f((eye_from_world.linear() * Eigen::Vector3d::UnitZ()).cast<float>()));
   program.set("light_reach_m", float(light_reach_m_));
+  if (!shadow_map_) return;
+  program.set("shadow_map", kShadowUnit);
+  program.set("light_focal", float(shadow_map_->focal()));
+  program.set("shadow_tolerance", float(shadow_map_->tolerance()));
+  program.set(
+      "light_from_eye",
+      Eigen::Matrix4f(
+          (shadow_map_->light_from_world() * eye_from_world.inverse()).matrix().cast<float>()));
 }
 
 void Renderer::draw_hull(const HullFrame& hull) {
@@ -192,6 +248,7 @@ void Renderer::draw_hull(const HullFrame& hull) {
       hull.bgr.empty() ? grey_hull_program_ : coloured_hull_program_;
   hull_program.use();
   set_view(hull_program, hull.eye_from_world);
+  if (shadow_map_) hull_program.set("shadow_tolerance", float(shadow_map_->hull_tolerance()));
   hull_program.set("window_depth_terms",
                    Eigen::Vector2f(float(clip_from_eye_(2, 2)), float(clip_from_eye_(2, 3))));
   hull_program.set("covered_px",
@@ -215,7 +272,8 @@ void Renderer::upload(const HullFrame& hull) {
   if (!hull_depth_ || hull_depth_->width_px() != k.width_px ||
       hull_depth_->height_px() != k.height_px) {
     hull_depth_.emplace(k.width_px, k.height_px, GL_R32F);
-    hull_bgr_.emplace(k.width_px, k.height_px, GL_RGB8);
+    // Light is computed from linear colours; otherwise the colours stay as they are.
+    hull_bgr_.emplace(k.width_px, k.height_px, lights_real_objects_ ? GL_SRGB8 : GL_RGB8);
   }
   const hull::PixelRect& c = hull.covered;
   const hull::PixelRect part = hull::intersection(
@@ -252,8 +310,7 @@ void Renderer::draw_objects(const Eigen::Isometry3d& eye_from_world,
       object_program.set(
           "warm_albedo",
           Eigen::Vector3f(linear_from_srgb(drawn.object.warming->colour_rgb).cast<float>()));
-    drawn.vertex_array.bind();
-    glDrawArrays(GL_TRIANGLES, 0, GLsizei(3 * drawn.surface.triangles()));
+    draw_triangles(drawn);
   }
   glDisable(GL_CULL_FACE);
 }
@@ -284,6 +341,23 @@ std::vector<std::size_t> Renderer::front_to_back(const Eigen::Isometry3d& eye_fr
   std::vector<std::size_t> order;
   for (const auto& [end_m, index] : by_end) order.push_back(index);
   return order;
+}
+
+void Renderer::draw_particles(const Eigen::Isometry3d& eye_from_world,
+                              std::span<const ParticleCloud> particles) {
+  if (particles.empty()) return;
+  const gl::GlProgram& program = particle_points_->program();
+  program.use();
+  set_view(program, eye_from_world);
+  program.set("eye_from_world", Eigen::Matrix4f(eye_from_world.matrix().cast<float>()));
+  program.set("window_depth_terms",
+              Eigen::Vector2f(float(clip_from_eye_(2, 2)), float(clip_from_eye_(2, 3))));
+  for (const ParticleCloud& cloud : particles) {
+    assert(!why_undrawable(cloud));
+    const config::ParticleSource& source = sources_[cloud.source];
+    particle_points_->draw(cloud.p_world_m, source.radius_m, pinhole_.fy_px,
+                           linear_from_srgb(source.colour_rgb).cast<float>());
+  }
 }
 
 // Draws a vertical gradient around the scene's background colour, darker at the bottom, at depth 1.

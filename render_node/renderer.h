@@ -12,6 +12,8 @@
 #include "common/config/deployment.h"
 #include "common/config/scene.h"
 #include "common/gl/objects.h"
+#include "render_node/particle_points.h"
+#include "render_node/shadow_map.h"
 #include "render_node/surface.h"
 #include "render_node/tile_assembler.h"
 
@@ -32,14 +34,19 @@ class Renderer {
 
   // Draws one frame as seen from hull.eye_from_world. An object without a pose in `poses` keeps its
   // last pose. Colliding objects are tinted red. Virtual and real surfaces occlude each other per
-  // pixel; at equal depth the virtual surface is visible. The poses must be drawable.
+  // pixel; at equal depth the virtual surface is visible. The poses and particles must be drawable.
+  // light_hull: the hull in config::light_view(), which casts shadows; null: it casts none.
   void draw(const HullFrame& hull, std::span<const ObjectPose> poses,
-            const std::set<std::string>& colliding);
+            const std::set<std::string>& colliding, std::span<const ParticleCloud> particles = {},
+            const HullFrame* light_hull = nullptr);
 
   // Returns why draw() cannot draw the pose, or nullopt: unknown object, wrong number of vertices
   // or warmth values, a non-finite pose or vertex, or warmth for an object without `warmth` in the
   // scene.
   std::optional<std::string> why_undrawable(const ObjectPose& pose) const;
+  // The same for particles: unknown source, more than config::kMaxParticles, a coordinate that is
+  // not finite, or not three per particle.
+  std::optional<std::string> why_undrawable(const ParticleCloud& particles) const;
 
   // Waits until the GPU has finished the last frame.
   void finish() const;
@@ -61,6 +68,8 @@ class Renderer {
   };
 
   void set_pose(const ObjectPose& pose);
+  void draw_shadow_map(const HullFrame* light_hull);
+  void draw_triangles(const DrawableObject& drawn) const;
   void set_view(const gl::GlProgram& program, const Eigen::Isometry3d& eye_from_world) const;
   void draw_hull(const HullFrame& hull);
   void upload(const HullFrame& hull);
@@ -69,6 +78,8 @@ class Renderer {
   bool can_cull_back_faces(const DrawableObject& drawn,
                            const Eigen::Isometry3d& eye_from_world) const;
   std::vector<std::size_t> front_to_back(const Eigen::Isometry3d& eye_from_world) const;
+  void draw_particles(const Eigen::Isometry3d& eye_from_world,
+                      std::span<const ParticleCloud> particles);
   void draw_background() const;
 
   geometry::Pinhole pinhole_;
@@ -79,6 +90,10 @@ class Renderer {
   std::array<double, 3> background_rgb_;
   std::vector<DrawableObject> objects_;
   std::map<std::string, std::size_t> index_of_object_;
+  bool lights_real_objects_;
+  std::optional<ShadowMap> shadow_map_;  // present if the scene has shadows
+  std::vector<config::ParticleSource> sources_;
+  std::optional<ParticlePoints> particle_points_;         // present if the scene has a source
   std::map<std::string, gl::GlProgram> object_programs_;  // by the result of features_of()
   gl::GlProgram coloured_hull_program_, grey_hull_program_, background_program_;
   gl::GlFramebuffer framebuffer_;

@@ -13,6 +13,15 @@ void VirtualFrames::add_collision(std::uint64_t frame, std::int64_t capture_stam
   if (VirtualFrame* const found = at(frame, capture_stamp_ns)) found->colliding.insert(object);
 }
 
+void VirtualFrames::add_particles(std::uint64_t frame, std::int64_t capture_stamp_ns,
+                                  ParticleCloud particles) {
+  VirtualFrame* const found = at(frame, capture_stamp_ns);
+  if (!found) return;
+  std::erase_if(found->particles,
+                [&](const ParticleCloud& other) { return other.source == particles.source; });
+  found->particles.push_back(std::move(particles));
+}
+
 void VirtualFrames::add_state(std::uint64_t frame, std::int64_t capture_stamp_ns,
                               std::vector<ObjectPose> poses) {
   VirtualFrame* const found = at(frame, capture_stamp_ns);

@@ -1,5 +1,5 @@
-// Collects the simulation's results by frame: object poses and colliding objects. Keeps at most
-// kMaxFrames frames and drops the one that was added first.
+// Collects the simulation's results by frame: object poses, colliding objects and particles. Keeps
+// at most kMaxFrames frames and drops the one that was added first.
 #pragma once
 #include <cstdint>
 #include <set>
@@ -15,7 +15,8 @@ namespace fivepipe::render {
 struct VirtualFrame {
   std::vector<ObjectPose> poses;
   std::set<std::string> colliding;
-  // True if the state has arrived. sim_node sends the collisions before the state.
+  std::vector<ParticleCloud> particles;  // at most one per source
+  // True if the state has arrived. sim_node sends collisions and particles before the state.
   bool complete = false;
 };
 
@@ -23,9 +24,10 @@ class VirtualFrames {
  public:
   static constexpr std::size_t kMaxFrames = 16;
 
-  // Adds a colliding object or the poses of a frame. Ignores a frame that was displaced. Drops all
-  // kept frames if the source has restarted.
+  // Adds a colliding object, the particles of a source or the poses of a frame. Ignores a frame
+  // that was displaced. Drops all kept frames if the source has restarted.
   void add_collision(std::uint64_t frame, std::int64_t capture_stamp_ns, const std::string& object);
+  void add_particles(std::uint64_t frame, std::int64_t capture_stamp_ns, ParticleCloud particles);
   void add_state(std::uint64_t frame, std::int64_t capture_stamp_ns, std::vector<ObjectPose> poses);
 
   // Returns true if the state of this frame has arrived.

@@ -34,6 +34,23 @@ OutgoingState state_message(const std::string& simulation, std::uint64_t frame,
   return out;
 }
 
+const fivepipe_v1_Particles& OutgoingParticles::message() {
+  messages::borrow(header.p_m, p_m);
+  return header;
+}
+
+OutgoingParticles particles_message(const std::string& source, std::uint64_t frame,
+                                    std::int64_t capture_stamp_ns, const ParticleSet& particles) {
+  OutgoingParticles out;
+  messages::set_text(out.header.source, source);
+  out.header.frame = frame;
+  out.header.capture_stamp_ns = capture_stamp_ns;
+  out.p_m.reserve(3 * particles.size());
+  for (const Eigen::Vector3d& p : particles.p_world_m)
+    out.p_m.insert(out.p_m.end(), {float(p.x()), float(p.y()), float(p.z())});
+  return out;
+}
+
 void apply(const fivepipe_v1_Command& command, const std::string& node, Simulation& simulation) {
   if (command.target[0] != '\0' && node != command.target) return;
   switch (command.kind) {

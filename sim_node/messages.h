@@ -1,4 +1,4 @@
-// Conversion to the message VirtualState, and execution of the message Command.
+// Conversion to the messages VirtualState and Particles, and execution of the message Command.
 #pragma once
 #include <cstdint>
 #include <string>
@@ -21,6 +21,15 @@ struct OutgoingState {
 OutgoingState state_message(const std::string& simulation, std::uint64_t frame,
                             std::int64_t capture_stamp_ns, double simulation_time_s,
                             const config::Scene& scene, const std::vector<ObjectState>& states);
+
+// A Particles message and the storage that it borrows, as above.
+struct OutgoingParticles {
+  fivepipe_v1_Particles header{};
+  std::vector<float> p_m;
+  const fivepipe_v1_Particles& message();
+};
+OutgoingParticles particles_message(const std::string& source, std::uint64_t frame,
+                                    std::int64_t capture_stamp_ns, const ParticleSet& particles);
 
 // Executes the command if its target is this node or empty.
 void apply(const fivepipe_v1_Command& command, const std::string& node, Simulation& simulation);

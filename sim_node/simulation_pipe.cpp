@@ -57,6 +57,9 @@ void count_new(node::NodeStatusReporter& status, const SimulationCounters& now,
   count_increase("cloth_still_colliding", now.cloth.still_colliding,
                  reported.cloth.still_colliding);
   count_increase("cloths_reset", now.cloth.reset, reported.cloth.reset);
+  count_increase("particle_contacts", now.particles.contacts, reported.particles.contacts);
+  count_increase("particles_stuck", now.particles.stuck, reported.particles.stuck);
+  count_increase("particles_not_finite", now.particles.not_finite, reported.particles.not_finite);
   count_increase("backward_stamps", now.backward_stamps, reported.backward_stamps);
   count_increase("milliseconds_skipped", std::uint64_t(1e3 * now.skipped_s),
                  std::uint64_t(1e3 * reported.skipped_s));
@@ -78,6 +81,7 @@ class SimulationPipe {
         traces_(node.bus, node.status, node.node.name),
         states_(node.bus.writer<bus::topics::VirtualState>()),
         collisions_(node.bus.writer<bus::topics::CollisionResult>()) {
+    if (!scene_.particles.empty()) particles_.emplace(node.bus.writer<bus::topics::Particles>());
     if (scene_.history) components_.emplace(node.bus.writer<bus::topics::HullComponents>());
   }
 
@@ -150,12 +154,17 @@ class SimulationPipe {
     return {held_->frame, held_->capture_stamp_ns, stamp_s(), held_->cameras};
   }
 
-  // Writes collisions first, so that a node that receives a frame's state has its collisions too.
+  // Writes the state last, so that a node that receives it has the frame's collisions and
+  // particles.
   void publish() {
     for (const CollisionReport& report : simulation_->collisions())
       collisions_.write(
           collision_message(result_frame(), report, scene_.objects[report.object].requests)
               .message());
+    for (std::size_t i = 0; i < scene_.particles.size(); ++i)
+      particles_->write(particles_message(scene_.particles[i].name, held_->frame,
+                                          held_->capture_stamp_ns, simulation_->particles(i))
+                            .message());
     states_.write(state_message(node_.node.name, held_->frame, held_->capture_stamp_ns,
                                 simulation_->time_s(), scene_, simulation_->states())
                       .message());
@@ -170,6 +179,8 @@ class SimulationPipe {
   node::FrameTracer traces_;
   bus::Writer<bus::topics::VirtualState> states_;
   bus::Writer<bus::topics::CollisionResult> collisions_;
+  // Present if the scene has particles.
+  std::optional<bus::Writer<bus::topics::Particles>> particles_;
   // Present if the scene has a history.
   std::optional<bus::Writer<bus::topics::HullComponents>> components_;
   std::optional<std::int64_t> first_stamp_ns_;

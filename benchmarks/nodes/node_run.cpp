@@ -60,9 +60,9 @@ replay::ReplayPlan plan_of(const recording::Recording& recording, const NodeRunO
   std::set<std::string> read, written;
   for (const std::string& name : options.nodes) {
     const std::string program = config::program_of(*config::find_node(*options.deployment, name));
-    plan.nodes.push_back({name, program});
-    read.merge(replay::inputs_of(program));
-    written.merge(replay::outputs_of(program));
+    plan.nodes.push_back({name, program, replay::inputs_of(program, options.deployment->scene)});
+    read.insert(plan.nodes.back().inputs.begin(), plan.nodes.back().inputs.end());
+    written.merge(replay::outputs_of(program, options.deployment->scene));
   }
   for (const recording::RecordedChannel& channel : recording.channels())
     if (read.contains(channel.topic) &&
@@ -123,8 +123,9 @@ NodeRun run_nodes(const recording::Recording& recording, const NodeRunOptions& o
   NodeProcesses nodes(options, domain);
   bus::Bus bus({domain, profile, "replay", true});
   RunObserver observer(bus, domain, profile, {options.nodes.begin(), options.nodes.end()});
-  if (std::any_of(plan.nodes.begin(), plan.nodes.end(), [](const replay::ReplayedNode& node) {
-        return replay::outputs_of(node.program).contains(bus::topics::FrameComposited::name);
+  if (std::any_of(plan.nodes.begin(), plan.nodes.end(), [&](const replay::ReplayedNode& node) {
+        return replay::outputs_of(node.program, options.deployment->scene)
+            .contains(bus::topics::FrameComposited::name);
       }))
     observer.listen_to_composites();
   replay::Replayer replayer(bus, recording, plan);

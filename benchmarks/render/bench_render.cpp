@@ -7,12 +7,15 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
+#include <optional>
+#include <random>
 
 #include "benchmarks/hull/scenes.h"
 #include "benchmarks/support/suite.h"
 #include "common/base/result_file.h"
 #include "common/base/text_table.h"
 #include "common/base/timing.h"
+#include "common/config/views.h"
 #include "common/gl/context.h"
 #include "common/hull/cpu/cpu_hull.h"
 #include "render_node/renderer.h"
@@ -36,9 +39,8 @@ double ms_since(Clock::time_point start) {
 constexpr int kFrames = 30;
 constexpr double kSecondsPerFrame = 8.0 / kFrames;
 
-// Returns the hull that the reconstruction nodes send for frame f: exact depth, and a color that
-// differs from pixel to pixel.
-render::HullFrame hull_of(const config::Deployment& deployment, int f, bool coloured) {
+// The silhouettes of the hand in frame f.
+std::vector<hull::Silhouette> silhouettes_of(const config::Deployment& deployment, int f) {
   const double angle = 2 * M_PI * f / kFrames;
   const Eigen::Vector3d hand_world_m(0.15 * std::sin(angle), 0.05 + 0.1 * std::cos(angle), 0.12);
   std::vector<hull::Capsule> object = hull_bench::hand_and_forearm();
@@ -54,30 +56,70 @@ render::HullFrame hull_of(const config::Deployment& deployment, int f, bool colo
     silhouettes.push_back(
         {placed, hull::true_object_pixels(object, placed, hull::PixelRule::touched)});
   }
+  return silhouettes;
+}
+
+// The exact hull in a view.
+render::HullFrame hull_in(const hull::View& view, hull::CpuHull& query) {
   render::HullFrame hull;
-  hull.frame = std::uint64_t(f);
-  hull.eye_from_world = config::eye_from_world_at(deployment.viewer, f * kSecondsPerFrame);
-  hull.recon = config::recon_pinhole(deployment.viewer);
-  base::WorkerPool pool(1);
-  hull::CpuHull query(pool, silhouettes);
+  hull.eye_from_world = view.camera.camera_from_world;
+  hull.recon = view.camera.pinhole;
   const int width = hull.recon.width_px, height = hull.recon.height_px;
-  hull.depth_m = query
-                     .depth({{hull.recon, hull.eye_from_world},
-                             deployment.viewer.near_m,
-                             deployment.viewer.far_m},
-                            {0, 0, width, height})
-                     .depth_m;
+  hull.depth_m = query.depth(view, {0, 0, width, height}).depth_m;
   hull.covered = {width, height, 0, 0};
   for (int v = 0; v < height; ++v)
     for (int u = 0; u < width; ++u)
       if (hull.depth_m[std::size_t(v * width + u)] != hull::kNoHull)
         hull.covered = {std::min(hull.covered.u0_px, u), std::min(hull.covered.v0_px, v),
                         std::max(hull.covered.u1_px, u + 1), std::max(hull.covered.v1_px, v + 1)};
-  if (!coloured) return hull;
-  for (int i = 0; i < width * height; ++i)
-    hull.bgr.insert(hull.bgr.end(),
-                    {std::uint8_t(i % width), std::uint8_t(i / width), std::uint8_t(200 - i % 7)});
   return hull;
+}
+
+// What the nodes send for a frame.
+struct Frame {
+  render::HullFrame hull;  // with a colour that differs from pixel to pixel
+  std::optional<render::HullFrame> light_hull;
+};
+struct QueryTimes {
+  std::vector<double> viewer_ms, light_ms;  // the viewer's includes the preparation of the maps
+};
+
+Frame frame_of(const config::Deployment& deployment, int f, bool coloured, QueryTimes& times) {
+  const auto silhouettes = silhouettes_of(deployment, f);
+  base::WorkerPool pool(1);
+  const Clock::time_point start = Clock::now();
+  hull::CpuHull query(pool, silhouettes);
+  Frame frame{hull_in({{config::recon_pinhole(deployment.viewer),
+                        config::eye_from_world_at(deployment.viewer, f * kSecondsPerFrame)},
+                       deployment.viewer.near_m,
+                       deployment.viewer.far_m},
+                      query),
+              {}};
+  times.viewer_ms.push_back(ms_since(start));
+  frame.hull.frame = std::uint64_t(f);
+  if (const auto light = config::light_view(deployment.scene)) {
+    const Clock::time_point light_start = Clock::now();
+    frame.light_hull = hull_in({{light->recon, *light->fixed}, light->near_m, light->far_m}, query);
+    times.light_ms.push_back(ms_since(light_start));
+  }
+  const int width = frame.hull.recon.width_px, height = frame.hull.recon.height_px;
+  for (int i = 0; coloured && i < width * height; ++i)
+    frame.hull.bgr.insert(frame.hull.bgr.end(), {std::uint8_t(i % width), std::uint8_t(i / width),
+                                                 std::uint8_t(200 - i % 7)});
+  return frame;
+}
+
+// Particles in a box above the table.
+std::vector<render::ParticleCloud> particles_of(const config::Scene& scene, int f) {
+  if (scene.particles.empty()) return {};
+  constexpr int kParticles = 10'000;
+  render::ParticleCloud cloud;
+  std::mt19937 random{std::uint32_t(f)};
+  const auto unit = [&] { return float(random() % 10'000) / 10'000 - 0.5f; };
+  for (int i = 0; i < kParticles; ++i)
+    cloud.p_world_m.insert(cloud.p_world_m.end(),
+                           {0.6f * unit(), 0.4f * unit(), 0.2f + 0.4f * unit()});
+  return {cloud};
 }
 
 // FNV-1a, 64 bits.
@@ -96,14 +138,17 @@ struct Times {
   std::vector<double> cpu_ms;
 };
 
-Times measure(const config::Deployment& deployment, const std::vector<render::HullFrame>& hulls,
-              int rounds, std::uint64_t& sum) {
+Times measure(const config::Deployment& deployment, const std::vector<Frame>& frames, int rounds,
+              std::uint64_t& sum) {
   render::Renderer renderer(deployment.scene, deployment.viewer);
   Times times;
   for (int i = -kFrames; i < rounds * kFrames; ++i) {  // the checksum is of the warm-up round
+    const Frame& frame = frames[std::size_t((i + kFrames) % kFrames)];
+    const auto particles = particles_of(deployment.scene, i + kFrames);
     const double cpu_before_ms = cpu_ms();
     const Clock::time_point start = Clock::now();
-    renderer.draw(hulls[std::size_t((i + kFrames) % kFrames)], {}, {"touched_block"});
+    renderer.draw(frame.hull, {}, {"touched_block"}, particles,
+                  frame.light_hull ? &*frame.light_hull : nullptr);
     renderer.finish();
     const double draw_ms = ms_since(start);
     const cv::Mat image = renderer.image_bgr();
@@ -123,14 +168,32 @@ Times measure(const config::Deployment& deployment, const std::vector<render::Hu
 struct Result {
   std::string name;  // "coloured"
   Times times;
+  QueryTimes queries;
   std::uint64_t checksum = 0xcbf29ce484222325;
 };
 
-Result measured(const config::Deployment& deployment, bool coloured, const bench::Args& args) {
-  std::vector<render::HullFrame> hulls;
-  for (int f = 0; f < kFrames; ++f) hulls.push_back(hull_of(deployment, f, coloured));
-  Result result{.name = coloured ? "coloured" : "grey", .times = {}};
-  result.times = measure(deployment, hulls, args.quick ? 1 : 5, result.checksum);
+// A feature of the scene, on top of those that it has.
+struct Variant {
+  std::string name;
+  bool coloured = true, lit = false, shadows = false, particles = false;
+};
+
+config::Deployment with(config::Deployment deployment, const Variant& variant) {
+  deployment.scene.lights_real_objects = variant.lit;
+  if (variant.shadows)
+    deployment.scene.shadows =
+        config::ShadowView{.target_world_m = {0, 0, 0.1}, .fov_rad = 50 * M_PI / 180};
+  if (variant.particles) deployment.scene.particles.resize(1);
+  return deployment;
+}
+
+Result measured(const config::Deployment& plain, const Variant& variant, const bench::Args& args) {
+  const config::Deployment deployment = with(plain, variant);
+  Result result{.name = variant.name, .times = {}, .queries = {}};
+  std::vector<Frame> frames;
+  for (int f = 0; f < kFrames; ++f)
+    frames.push_back(frame_of(deployment, f, variant.coloured, result.queries));
+  result.times = measure(deployment, frames, args.quick ? 1 : 5, result.checksum);
   return result;
 }
 
@@ -145,28 +208,44 @@ void print(const std::vector<Result>& results) {
   const auto ms = [](const std::vector<double>& values, double p) {
     return base::with_decimals(base::percentile(values, p), 2);
   };
-  for (const auto& [name, times, checksum] : results)
+  for (const auto& [name, times, queries, checksum] : results)
     table.add({name, ms(times.draw_ms, 0.5), ms(times.read_ms, 0.5), ms(times.frame_ms, 0.5),
                ms(times.frame_ms, 0.95), ms(times.frame_ms, 0.99), ms(times.cpu_ms, 0.5)});
   std::cout << table.text();
+  for (const Result& result : results)
+    if (!result.queries.light_ms.empty()) {
+      std::cout << fmt::format(
+          "hull query, one thread: {:.2f} ms for the viewer, {:.2f} ms more for the light\n",
+          base::percentile(result.queries.viewer_ms, 0.5),
+          base::percentile(result.queries.light_ms, 0.5));
+      break;
+    }
 }
 
 nlohmann::ordered_json json_of(const Result& result, int threads) {
   const Times& times = result.times;
-  return {{"name", fmt::format("render/{}/{}", result.name, threads)},
-          {"time_ms", base::times_json(times.frame_ms)},
-          {"draw_ms", base::times_json(times.draw_ms)},
-          {"read_back_ms", base::times_json(times.read_ms)},
-          {"cpu_ms", base::times_json(times.cpu_ms)},
-          {"checksum", fmt::format("{:x}", result.checksum)}};
+  nlohmann::ordered_json json = {{"name", fmt::format("render/{}/{}", result.name, threads)},
+                                 {"time_ms", base::times_json(times.frame_ms)},
+                                 {"draw_ms", base::times_json(times.draw_ms)},
+                                 {"read_back_ms", base::times_json(times.read_ms)},
+                                 {"cpu_ms", base::times_json(times.cpu_ms)},
+                                 {"checksum", fmt::format("{:x}", result.checksum)}};
+  if (!result.queries.light_ms.empty()) {
+    json["viewer_query_ms"] = base::times_json(result.queries.viewer_ms);
+    json["light_query_ms"] = base::times_json(result.queries.light_ms);
+  }
+  return json;
 }
 
 constexpr bench::Suite kSuite{
     .name = "render",
     .description =
-        "Measures how long the parent pipe draws and reads back a frame of deployment "
-        "paper, with a coloured hull and with a grey one.",
-    .example = "fivepipe bench render --json out/render.json"};
+        "Measures how long the parent pipe draws and reads back a frame of deployment paper: with "
+        "a "
+        "coloured hull and with a grey one; with shadows of virtual objects and of the hull; with "
+        "light on the hull; with both; and with 10,000 particles.",
+    .example = "fivepipe bench render --json out/render.json",
+    .only_help = "only results whose name contains this text, such as shadows"};
 
 void run(const bench::Args& args) {
   const config::Deployment deployment =
@@ -175,8 +254,13 @@ void run(const bench::Args& args) {
   std::cout << base::machine_line(gl.renderer()) << std::endl;
   std::vector<Result> results;
   nlohmann::ordered_json entries = nlohmann::ordered_json::array();
-  for (const bool coloured : {true, false}) {
-    results.push_back(measured(deployment, coloured, args));
+  for (const Variant& variant :
+       {Variant{.name = "coloured"}, Variant{.name = "grey", .coloured = false},
+        Variant{.name = "shadows", .shadows = true}, Variant{.name = "lit", .lit = true},
+        Variant{.name = "lit_shadows", .lit = true, .shadows = true},
+        Variant{.name = "particles", .particles = true}}) {
+    if (variant.name.find(args.only) == std::string::npos) continue;
+    results.push_back(measured(deployment, variant, args));
     entries.push_back(json_of(results.back(), args.threads));
   }
   print(results);

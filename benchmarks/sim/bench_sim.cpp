@@ -1,45 +1,25 @@
 // fivepipe bench sim: the time of a step of the simulation, with its errors: rigid bodies that fall
-// on a real block, and cloth that a real arm moves.
+// on a real block, cloth that a real arm moves, and particles that it sweeps.
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "benchmarks/sim/particle_rain.h"
+#include "benchmarks/sim/sim_run.h"
 #include "benchmarks/support/suite.h"
 #include "common/base/result_file.h"
 #include "common/base/text_table.h"
 #include "common/base/timing.h"
 #include "common/geometry/oriented_box.h"
 #include "common/hull/oracle/analytic.h"
-#include "sim_node/simulation/simulation.h"
 
 namespace fivepipe::sim_bench {
 namespace {
 
-using Clock = std::chrono::steady_clock;
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
-
-constexpr double kFrame_s = 1.0 / 30, kStep_s = 1.0 / 240;
-constexpr int kStepsPerFrame = 8;
-
-// Cameras in a horizontal circle around the origin, with pixels of 2 mm there.
-std::vector<geometry::Camera> cameras_at(int count, double height_m) {
-  constexpr double kDistance_m = 3, kField_m = 1.0;
-  constexpr int kImage_px = 500;
-  std::vector<geometry::Camera> cameras;
-  for (int i = 0; i < count; ++i) {
-    const double angle = 2 * M_PI * i / count;
-    const double f_px = kImage_px * kDistance_m / kField_m, c_px = 0.5 * (kImage_px - 1);
-    cameras.push_back(
-        {{kImage_px, kImage_px, f_px, f_px, c_px, c_px},
-         geometry::look_at({kDistance_m * std::cos(angle), kDistance_m * std::sin(angle), height_m},
-                           {0, 0, height_m}, Vector3d::UnitZ())});
-  }
-  return cameras;
-}
 
 // The silhouettes of a real block, 60 cm wide, whose top is at z = 0.
 std::vector<hull::Silhouette> block_silhouettes() {
@@ -72,28 +52,6 @@ config::Scene boxes(int count) {
     scene.objects.push_back(box);
   }
   return scene;
-}
-
-struct Result {
-  std::string name;              // "bodies/10"
-  std::vector<double> step_ms;   // mean of the steps of a frame, one per frame
-  std::vector<double> frame_ms;  // all steps of a frame
-  nlohmann::ordered_json error, counts;
-  std::string errors;  // of the table
-};
-
-double ms_since(Clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
-
-// Advances by a frame and records the time.
-void advance(sim::Simulation& simulation, int frame, std::span<const hull::Silhouette> silhouettes,
-             Result& result) {
-  const Clock::time_point start = Clock::now();
-  simulation.advance_to(frame * kFrame_s, silhouettes);
-  if (frame == 0) return;  // only sets the clock
-  result.frame_ms.push_back(ms_since(start));
-  result.step_ms.push_back(result.frame_ms.back() / kStepsPerFrame);
 }
 
 // Depth of the box's lowest corner below the block's top [m].
@@ -210,10 +168,12 @@ constexpr bench::Suite kSuite{
     .name = "sim",
     .description =
         "Measures the steps of the simulation, 240 per second against maps at 30 Hz: boxes that "
-        "fall on a real block and come to rest, and curtains that a real arm moves. A step's time "
-        "is the mean over a frame, with the detection of contacts.",
+        "fall on a real block and come to rest, curtains that a real arm moves, and particles on a "
+        "block that an arm crosses at 1 m/s. A step's time is the mean over a frame, with the "
+        "detection of contacts.",
     .example = "fivepipe bench sim --json out/sim.json",
-    .only_help = "only results whose name contains this text, such as bodies or cloth/720"};
+    .only_help =
+        "only results whose name contains this text, such as bodies, cloth/720 or particles"};
 
 void run(const bench::Args& args) {
   std::cout << base::machine_line("") << std::endl;
@@ -237,6 +197,9 @@ void run(const bench::Args& args) {
       return moved_curtain(columns, rows, with_reference, args);
     });
   }
+  for (const int count : {1000, 10'000, 100'000})
+    add(fmt::format("particles/{}", count),
+        [&] { return swept_particles(count, args.threads, args.quick); });
   std::cout << table.text();
   if (!args.json_file.empty())
     base::write_json(args.json_file, base::suite_json("sim", "", entries));

@@ -13,6 +13,7 @@ std::vector<SyntheticPart> synthetic_parts(const config::SyntheticWorld& world, 
     case config::SyntheticActor::parting_hands: return parting_hands(turn);
     case config::SyntheticActor::hand_with_tray: return hand_with_tray(turn);
     case config::SyntheticActor::pushing_hand: return pushing_hand(turn);
+    case config::SyntheticActor::catching_hand: return catching_hand(turn);
   }
   return {};
 }

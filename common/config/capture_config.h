@@ -31,7 +31,13 @@ struct V4l2Source {
 using CameraSource = std::variant<SyntheticSource, VideoSource, V4l2Source>;
 
 // The actions of the person that synthetic cameras see: capture_node/synthetic/actors/actors.h.
-enum class SyntheticActor { hand_with_pipe, parting_hands, hand_with_tray, pushing_hand };
+enum class SyntheticActor {
+  hand_with_pipe,
+  parting_hands,
+  hand_with_tray,
+  pushing_hand,
+  catching_hand
+};
 
 // The real objects that synthetic cameras see. They repeat their motion exactly.
 struct SyntheticWorld {

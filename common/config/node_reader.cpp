@@ -100,7 +100,8 @@ SyntheticWorld read_synthetic_world(YamlMap map) {
                                            {{"hand_with_pipe", SyntheticActor::hand_with_pipe},
                                             {"parting_hands", SyntheticActor::parting_hands},
                                             {"hand_with_tray", SyntheticActor::hand_with_tray},
-                                            {"pushing_hand", SyntheticActor::pushing_hand}},
+                                            {"pushing_hand", SyntheticActor::pushing_hand},
+                                            {"catching_hand", SyntheticActor::catching_hand}},
                                            world.actor);
   world.seed = std::uint64_t(map.integer64("seed", kCount, std::int64_t(world.seed)));
   world.period_s = map.number("period_s", {0.1, 3600}, world.period_s);

@@ -8,6 +8,8 @@
 #include "common/config/mesh/mesh_file.h"
 #include "common/config/objects/cloth_reader.h"
 #include "common/config/objects/joint_reader.h"
+#include "common/config/objects/lighting_reader.h"
+#include "common/config/objects/particle_source_reader.h"
 #include "common/config/read_files.h"
 #include "common/config/yaml/yaml_reader.h"
 #include "common/geometry/oriented_box.h"
@@ -205,6 +207,21 @@ void check_clearance(const Scene& scene, const std::vector<YamlMap>& maps) {
   }
 }
 
+// Reports names that are used twice.
+class NamesInScene {
+ public:
+  // what: "object" or "source".
+  void add(YamlMap& map, const std::string& what, const std::string& name) {
+    const auto [first, is_new] = line_of_name_.try_emplace(name, map.location_of("name").line);
+    if (!is_new && !name.empty())
+      map.problem_at(
+          "name", fmt::format("{} name {} is already used in line {}", what, name, first->second));
+  }
+
+ private:
+  std::map<std::string, int> line_of_name_;
+};
+
 }  // namespace
 
 Scene read_scene(const std::filesystem::path& file, Problems& problems) {
@@ -214,22 +231,24 @@ Scene read_scene(const std::filesystem::path& file, Problems& problems) {
   scene.name = map.name("name");
   scene.gravity_m_s2 = map.number("gravity_m_s2", {0, 1000}, scene.gravity_m_s2);
   scene.light_world_m = map.vector3("light_m", kAny, scene.light_world_m);
+  scene.lights_real_objects = map.flag("lights_real_objects", false);
+  if (map.has("shadows")) scene.shadows = read_shadows(map.map("shadows"), scene.light_world_m);
   scene.background_rgb = map.rgb("background_rgb", scene.background_rgb);
   if (map.has("history")) scene.history = read_history_requests(map.map("history"));
-  std::map<std::string, int> line_of_name;
+  NamesInScene names;
   std::vector<YamlMap> object_maps = map.maps("objects");
   for (YamlMap& object_map : object_maps) {
     scene.objects.push_back(read_object(object_map));
-    const std::string& name = scene.objects.back().name;
-    const auto [first, is_new] =
-        line_of_name.try_emplace(name, object_map.location_of("name").line);
-    if (!is_new && !name.empty())
-      object_map.problem_at(
-          "name", fmt::format("object name {} is already used in line {}", name, first->second));
+    names.add(object_map, "object", scene.objects.back().name);
     if (scene.objects.back().requests.first_contact && !scene.history)
       object_map.problem_at("report",
                             "first_contact compares two frames: add `history: {}` to the scene");
   }
+  if (map.has("particles"))
+    for (YamlMap& source_map : map.maps("particles")) {
+      scene.particles.push_back(read_particle_source(source_map));
+      names.add(source_map, "source", scene.particles.back().name);
+    }
   check_clearance(scene, object_maps);
   map.finish();
   return scene;

@@ -11,6 +11,8 @@
 #include "common/config/collision_requests.h"
 #include "common/config/objects/cloth_settings.h"
 #include "common/config/objects/joint.h"
+#include "common/config/objects/lighting.h"
+#include "common/config/objects/particle_source.h"
 #include "common/geometry/mesh.h"
 
 namespace fivepipe::config {
@@ -68,8 +70,12 @@ struct Scene {
   std::string name;
   double gravity_m_s2 = 9.80665;  // along -z
   Eigen::Vector3d light_world_m = {0, 0, 3};
+  // Whether the light lights real objects. Otherwise they have the colours of their images.
+  bool lights_real_objects = false;
+  std::optional<ShadowView> shadows = {};                    // absent: nothing casts shadows
   std::array<double, 3> background_rgb = {0.1, 0.12, 0.15};  // 0 to 1, sRGB
   std::vector<SceneObject> objects;
+  std::vector<ParticleSource> particles = {};
   std::optional<HistoryRequests> history = {};  // absent: hull components are not tracked
 };
 

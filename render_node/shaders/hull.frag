@@ -1,14 +1,25 @@
 #version 450 core
 //! variant
 //! variant -DCOLOURED
+//! variant -DLIT -DCOLOURED
+//! variant -DSHADOWED
+//! variant -DLIT -DCOLOURED -DSHADOWED
 // Pixels of the hull. The nearest texel decides whether the pixel shows the hull. Within one
 // surface, depth and colour are interpolated between the four nearest texels, 1 / z linearly, which
 // is exact for planes. The shader never interpolates across a silhouette.
 //
-// COLOURED: the frame has colour. Otherwise the hull is grey, lit by the normal that the gradient
-// of 1 / z gives (for a plane n . p = d, 1 / z = n . ray / d).
+// COLOURED: the frame has colour; otherwise the hull is grey. LIT, or a grey hull: lit by the
+// normal that the gradient of 1 / z gives (for a plane n . p = d, 1 / z = n . ray / d). SHADOWED:
+// the light casts shadows on what it lights.
 #ifndef COLOURED
+#define LIT
+#endif
+#ifdef LIT
 //! include "light.glsl"
+#ifdef SHADOWED
+//! include "shadow.glsl"
+uniform mat4 light_from_eye;
+#endif
 #endif
 in vec2 texel;
 uniform sampler2D depth_m;
@@ -27,7 +38,8 @@ uniform sampler2D bgr;
 vec3 colour_at(ivec2 t) {
   return texelFetch(bgr, clamp(t, ivec2(0), textureSize(bgr, 0) - 1), 0).rgb;
 }
-#else
+#endif
+#ifdef LIT
 uniform vec2 center_px;
 uniform vec3 grey;
 uniform vec3 light_eye_m;
@@ -66,11 +78,23 @@ void main() {
   vec2 c = one_surface ? f : to_nearest;
   colour = mix(mix(colour_at(first), colour_at(first + ivec2(1, 0)), c.x),
                mix(colour_at(first + ivec2(0, 1)), colour_at(first + ivec2(1, 1)), c.x), c.y);
+#endif
+#ifdef LIT
+#ifdef COLOURED
+  vec3 albedo = colour;  // linear: the texture's format is sRGB
 #else
+  vec3 albedo = grey;
+#endif
   vec3 normal = normal_at(first + ivec2(to_nearest), z, jump);
-  vec3 to_light = (light_eye_m - vec3((from_first - center_px) / focal_px, 1.0) / inverse_z) /
-                  light_reach_m;
-  colour = srgb(lit(grey, dot(normal, to_light), dot(normal, up_eye),
+  vec3 p = vec3((from_first - center_px) / focal_px, 1.0) / inverse_z;
+  vec3 to_light = (light_eye_m - p) / light_reach_m;
+  float towards_light = dot(normal, to_light);
+#ifdef SHADOWED
+  if (towards_light > 0.0)
+    towards_light *= light_reaching((light_from_eye * vec4(p, 1.0)).xyz,
+                                    mat3(light_from_eye) * normal);
+#endif
+  colour = srgb(lit(albedo, towards_light, dot(normal, up_eye),
                     max(dot(to_light, to_light), 1e-6)));
 #endif
 }

@@ -3,10 +3,16 @@
 //! variant -DFLAT
 //! variant -DCHECKER -DWARMED
 //! variant -DFLAT -DCHECKER -DWARMED
+//! variant -DSHADOWED
+//! variant -DFLAT -DSHADOWED
 // Pixels of a virtual object; object.vert explains the defines. Both sides of a surface are lit:
 // the normal is turned towards the viewer. The checker is averaged over the footprint of the pixel
 // (Quilez, "Filtering the checkerboard pattern").
 //! include "light.glsl"
+#ifdef SHADOWED
+//! include "shadow.glsl"
+in vec3 p_light;
+#endif
 in vec3 to_light;
 flat in vec3 surface_albedo;
 #ifdef FLAT
@@ -42,13 +48,20 @@ void main() {
 #ifdef WARMED
   surface = mix(surface, warm_albedo, warmth);
 #endif
-#ifndef FLAT
+#ifdef FLAT
+  vec2 towards = towards_light_and_up;
+#else
   // Interpolation between smooth corners shortens the normal, so normalise it.
-  vec2 towards_light_and_up = (gl_FrontFacing ? 1.0 : -1.0) *
-                              inversesqrt(dot(normal_eye, normal_eye)) *
-                              vec2(dot(normal_eye, to_light), normal_up);
+  vec2 towards = (gl_FrontFacing ? 1.0 : -1.0) *
+                 inversesqrt(dot(normal_eye, normal_eye)) *
+                 vec2(dot(normal_eye, to_light), normal_up);
 #endif
-  vec3 light = lit(surface, towards_light_and_up.x, towards_light_and_up.y,
+#ifdef SHADOWED
+  // The normal of the triangle: a smooth normal is not that of the surface in the map.
+  vec3 normal_light = cross(dFdx(p_light), dFdy(p_light));
+  if (towards.x > 0.0) towards.x *= light_reaching(p_light, normal_light);
+#endif
+  vec3 light = lit(surface, towards.x, towards.y,
                    max(dot(to_light, to_light), 1e-6));
 #ifdef WARMED
   light += 0.4 * warmth * warm_albedo;

@@ -3,10 +3,13 @@
 //! variant -DFLAT
 //! variant -DCHECKER -DWARMED
 //! variant -DFLAT -DCHECKER -DWARMED
+//! variant -DSHADOWED
+//! variant -DFLAT -DSHADOWED
 // Vertices of a virtual object.
 //
 // A #define, not a uniform, selects the features of a program, because llvmpipe computes both sides
-// of a branch: FLAT (each triangle has one normal), CHECKER (pattern), WARMED (warmth by vertex).
+// of a branch: FLAT (each triangle has one normal), CHECKER (pattern), WARMED (warmth by vertex),
+// SHADOWED (the light casts shadows).
 // Values that are constant over an object reach the fragment shader as flat attributes, because
 // llvmpipe loads a uniform again for every pixel.
 layout(location = 0) in vec3 p_object_m;
@@ -27,6 +30,10 @@ flat out vec2 towards_light_and_up;  // constant over the triangle
 out vec3 normal_eye;
 out float normal_up;
 #endif
+#ifdef SHADOWED
+uniform mat4 light_from_eye;
+out vec3 p_light;
+#endif
 #ifdef CHECKER
 uniform float cells_per_m;
 out vec2 half_cell;
@@ -40,6 +47,9 @@ void main() {
   to_light = (light_eye_m - p.xyz) / light_reach_m;
   surface_albedo = albedo;
   vec3 n = mat3(eye_from_object) * normal_object;
+#ifdef SHADOWED
+  p_light = (light_from_eye * p).xyz;
+#endif
 #ifdef FLAT
   if (dot(n, p.xyz) > 0.0) n = -n;
   towards_light_and_up = vec2(dot(n, to_light), dot(n, up_eye));

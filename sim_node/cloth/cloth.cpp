@@ -190,10 +190,11 @@ bool Cloth::place(const ClothContact& contact, double offset_m) {
 void Cloth::slow(const ClothContact& contact) {
   const std::array<std::vector<Eigen::Vector3d>*, 1> velocity = {&v_};
   const Eigen::Vector3d& normal = contact.normal_world;
-  const double approach_m_s = -normal.dot(at(contact, v_));
+  const double approach_m_s = normal.dot(contact.velocity_world_m_s - at(contact, v_));
   if (!(approach_m_s > 0)) return;
   push(contact, normal, approach_m_s, velocity);
-  const Eigen::Vector3d v = at(contact, v_), tangential = v - normal.dot(v) * normal;
+  const Eigen::Vector3d v = at(contact, v_) - contact.velocity_world_m_s,
+                        tangential = v - normal.dot(v) * normal;
   const double speed_m_s = tangential.norm();
   if (!(speed_m_s > 0)) return;
   push(contact, -tangential / speed_m_s, std::min(speed_m_s, settings_.friction * approach_m_s),

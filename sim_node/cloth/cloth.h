@@ -2,8 +2,9 @@
 // substeps of one iteration each (Macklin et al., "Small Steps in Physics Simulation", 2019).
 //
 // The hull moves the cloth through contacts. A contact places a point of the cloth; the part of the
-// motion that only corrects a penetration carries no velocity. The velocity towards the hull is
-// then removed, and Coulomb friction acts on the velocity along it, as if the hull were at rest.
+// motion that only corrects a penetration carries no velocity. The velocity towards the hull,
+// relative to that of its surface, is then removed, and Coulomb friction acts on the velocity along
+// it.
 #pragma once
 #include <Eigen/Core>
 #include <span>
@@ -19,6 +20,7 @@ struct ClothContact {
   Eigen::Vector3d weights;       // barycentric: the point is the weighted sum of the corners
   Eigen::Vector3d normal_world;  // unit
   double offset_m;
+  Eigen::Vector3d velocity_world_m_s = Eigen::Vector3d::Zero();  // of the hull's surface
 };
 
 // Deterministic: the same calls give the same bits.

@@ -55,30 +55,42 @@ ClothHullContact::ClothHullContact(const geometry::Mesh& mesh,
 
 void ClothHullContact::reset() { std::fill(sides_.begin(), sides_.end(), Side{}); }
 
-std::vector<ClothContact> ClothHullContact::find(const Cloth& cloth, CurrentHull& hull) {
+std::vector<ClothContact> ClothHullContact::find(const Cloth& cloth, CurrentHull& hull,
+                                                 double step_s, double before_s) {
   shift(cloth);
   tree_.refit(shifted_world_m_);
-  const collision::DetectionObject object{&tree_, Eigen::Isometry3d::Identity(), tree_.origin_m()};
-  const collision::ObjectCollision& collision = hull.detect({&object, 1}).front();
   std::vector<ClothContact> contacts;
   deepest_m_ = 0;
-  forget_idle_sides();
+  for (const HullPart& part : hull.parts()) find(cloth, hull, part, step_s, before_s, contacts);
+  return contacts;
+}
+
+void ClothHullContact::find(const Cloth& cloth, CurrentHull& hull, const HullPart& part,
+                            double step_s, double before_s, std::vector<ClothContact>& contacts) {
+  const Eigen::Isometry3d newest_from_now = newest_from_before(part, before_s);
+  const RigidVelocity velocity = velocity_before(part, before_s + 0.5 * step_s);
+  const collision::DetectionObject object{&tree_, newest_from_now,
+                                          newest_from_now * tree_.origin_m()};
+  const collision::ObjectCollision& collision = hull.detect({&object, 1}).front();
   for (const CollisionPoint& point : thinned(collision.points)) {
+    if (!part.box_world_m.contains(point.p_world_m)) continue;
     const std::array<std::uint32_t, 3>& triangle = tree_.mesh().triangles[point.triangle];
-    const auto normal = direction(point.triangle, cloth, point.p_world_m, *hull.query());
+    const auto normal =
+        direction(point.triangle, cloth, point.p_world_m, newest_from_now.linear(), *hull.query());
     const auto exit =
-        normal ? collision::exit_outward(*hull.query(), point.p_world_m, *normal, kMaxClothExit_m)
+        normal ? collision::exit_outward(*hull.query(), point.p_world_m,
+                                         newest_from_now.linear() * *normal, kMaxClothExit_m)
                : std::nullopt;
     if (!exit) {
       ++without_exit_;
       continue;
     }
     deepest_m_ = std::max(deepest_m_, exit->distance_m);
-    const Eigen::Vector3d weights = weights_of(point.p_world_m, triangle, shifted_world_m_);
-    contacts.push_back({point.triangle, weights, *normal,
-                        normal->dot(point.p_world_m) + exit->distance_m + settings_.thickness_m});
+    const Eigen::Vector3d p_m = newest_from_now.inverse() * point.p_world_m;
+    contacts.push_back({point.triangle, weights_of(p_m, triangle, shifted_world_m_), *normal,
+                        normal->dot(p_m) + exit->distance_m + settings_.thickness_m,
+                        velocity.at(p_m)});
   }
-  return contacts;
 }
 
 void ClothHullContact::shift(const Cloth& cloth) {
@@ -100,22 +112,25 @@ void ClothHullContact::shift(const Cloth& cloth) {
 
 void ClothHullContact::forget_idle_sides() {
   for (Side& side : sides_)
-    if (side.sign != 0 && ++side.finds_without_contact > kSideFinds) side = {};
+    if (side.sign != 0 && ++side.steps_without_contact > kSideSteps) side = {};
 }
 
 std::optional<Eigen::Vector3d> ClothHullContact::direction(std::uint32_t triangle,
                                                            const Cloth& cloth,
-                                                           const Eigen::Vector3d& p_world_m,
+                                                           const Eigen::Vector3d& p_newest_m,
+                                                           const Eigen::Matrix3d& newest_from_now,
                                                            const hull::HullQuery& query) {
   if (settings_.v_rec_world) return *settings_.v_rec_world;
   const Eigen::Vector3d normal =
       normal_of(tree_.mesh().triangles[triangle], cloth.vertices_world_m());
   if (!(normal.squaredNorm() > 0)) return {};  // a triangle folded to a line
   Side& side = sides_[triangle];
-  side.finds_without_contact = 0;
+  side.steps_without_contact = 0;
   if (side.sign == 0) {
-    const auto along = collision::exit_outward(query, p_world_m, normal, kMaxClothExit_m),
-               against = collision::exit_outward(query, p_world_m, -normal, kMaxClothExit_m);
+    const Eigen::Vector3d normal_newest = newest_from_now * normal;
+    const auto along = collision::exit_outward(query, p_newest_m, normal_newest, kMaxClothExit_m),
+               against =
+                   collision::exit_outward(query, p_newest_m, -normal_newest, kMaxClothExit_m);
     if (!along && !against) return {};
     const bool leaves_against = against && (!along || against->distance_m < along->distance_m);
     side.sign = leaves_against ? -1 : 1;

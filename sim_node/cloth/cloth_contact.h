@@ -24,10 +24,14 @@ class ClothHullContact {
   // The arguments are those of Cloth.
   ClothHullContact(const geometry::Mesh& mesh, const config::ClothSettings& settings);
 
-  // Returns the contacts of the cloth's present shape with the hull, by ascending triangle. Each
-  // has the offset at which its point has left the hull. Requires hull.query(). Invalidates the
-  // results of hull.detect().
-  std::vector<ClothContact> find(const Cloth& cloth, CurrentHull& hull);
+  // Returns the contacts of the cloth's present shape with the hull, by part and ascending
+  // triangle. Each has the offset at which its point has left the hull. A part is where it is
+  // before_s before the newest frame, and its contacts have its velocity within the step_s before
+  // that (hull_part.h). Requires hull.query(). Invalidates the results of hull.detect().
+  std::vector<ClothContact> find(const Cloth& cloth, CurrentHull& hull, double step_s,
+                                 double before_s);
+  // Forgets the sides of triangles that had no contact for kSideSteps. Call once per step.
+  void forget_idle_sides();
   // Distance by which the deepest point of the last find() has to move [m]; 0 without contacts.
   double deepest_m() const { return deepest_m_; }
   // Forgets the triangles' sides.
@@ -37,29 +41,31 @@ class ClothHullContact {
 
  private:
   void shift(const Cloth& cloth);
-  void forget_idle_sides();
-  // Returns nullopt if the triangle has no normal, or if the hull ends on neither side.
+  void find(const Cloth& cloth, CurrentHull& hull, const HullPart& part, double step_s,
+            double before_s, std::vector<ClothContact>& contacts);
+  // Returns nullopt if the triangle has no normal, or if the hull ends on neither side. The point
+  // is that in the newest frame's hull; the direction is the present one.
   std::optional<Eigen::Vector3d> direction(std::uint32_t triangle, const Cloth& cloth,
-                                           const Eigen::Vector3d& p_world_m,
+                                           const Eigen::Vector3d& p_newest_m,
+                                           const Eigen::Matrix3d& newest_from_now,
                                            const hull::HullQuery& query);
 
   config::ClothSettings settings_;
   collision::Bvh tree_;  // of the shifted cloth, in the world frame
   std::vector<Eigen::Vector3d> shifted_world_m_;
   // The side on which a triangle leaves the hull without V_rec: +1 along its normal, -1 against it,
-  // 0: not in contact. It is kept for kSideFinds calls of find() without contact.
+  // 0: not in contact. It is kept for kSideSteps without contact.
   struct Side {
     std::int8_t sign = 0;
-    std::uint8_t finds_without_contact = 0;
+    std::uint8_t steps_without_contact = 0;
   };
   std::vector<Side> sides_;  // by triangle
   double deepest_m_ = 0;
   std::uint64_t without_exit_ = 0;
 };
 
-// More than a step and the projections after it (kMaxClothProjections) call it, so that a triangle
-// keeps its side over a frame without contact.
-inline constexpr int kSideFinds = 24;
+// A triangle keeps its side over a frame without contact: the steps of a frame at 15 Hz.
+inline constexpr int kSideSteps = 16;
 // The hull may be this thick along V_rec: more than a forearm and less than a body.
 inline constexpr double kMaxClothExit_m = 0.3;
 

@@ -33,20 +33,26 @@ ClothObjects::ClothObjects(const config::Scene& scene)
   }
 }
 
-void ClothObjects::step(double step_s, std::uint64_t steps_left, CurrentHull& hull) {
-  for (OneCloth& one : cloths_) step(one, step_s, steps_left, hull);
+void ClothObjects::step(double step_s, std::uint64_t steps_left, CurrentHull& hull,
+                        double before_s) {
+  for (OneCloth& one : cloths_) step(one, step_s, steps_left, hull, before_s);
 }
 
-void ClothObjects::step(OneCloth& one, double step_s, std::uint64_t steps_left, CurrentHull& hull) {
-  const bool touchable = one.leaves_hull && hull.query();
+void ClothObjects::step(OneCloth& one, double step_s, std::uint64_t steps_left, CurrentHull& hull,
+                        double before_s) {
+  const bool touchable = one.leaves_hull && hull.query(), moves = hull.history();
+  // The way out of a hull that is held is divided among the steps.
+  const double share = moves ? 1 : 1 / double(steps_left);
   std::vector<ClothContact> contacts;
-  if (touchable) contacts = one.contact.find(one.cloth, hull);
+  one.contact.forget_idle_sides();
+  if (touchable) contacts = one.contact.find(one.cloth, hull, step_s, before_s);
   counters_.contacts += !contacts.empty();
   one.hull_speed_m_s /= 1 + kForgetSpeed_1_s * step_s;
-  if (!contacts.empty())
-    one.hull_speed_m_s =
-        std::max(one.hull_speed_m_s, one.contact.deepest_m() / (double(steps_left) * step_s));
-  one.cloth.step(step_s, gravity_world_m_s2_, contacts, 1 / double(steps_left),
+  if (!moves && !contacts.empty())
+    one.hull_speed_m_s = std::max(one.hull_speed_m_s, share * one.contact.deepest_m() / step_s);
+  for (const ClothContact& contact : contacts)
+    one.hull_speed_m_s = std::max(one.hull_speed_m_s, contact.velocity_world_m_s.norm());
+  one.cloth.step(step_s, gravity_world_m_s2_, contacts, share,
                  one.hull_speed_m_s + one.free_fall_m_s);
   counters_.unrecovered += one.contact.take_without_exit();
   const std::vector<Eigen::Vector3d>& vertices_m = one.cloth.vertices_world_m();
@@ -55,15 +61,15 @@ void ClothObjects::step(OneCloth& one, double step_s, std::uint64_t steps_left, 
       })) {
     reset(one);
     ++counters_.reset;
-  } else if (touchable && steps_left == 1) {
-    project(one, hull);
+  } else if (touchable && (moves || steps_left == 1)) {
+    project(one, hull, step_s, before_s);
   }
 }
 
 // Moves only finite vertices, by at most kMaxClothExit_m each time.
-void ClothObjects::project(OneCloth& one, CurrentHull& hull) {
+void ClothObjects::project(OneCloth& one, CurrentHull& hull, double step_s, double before_s) {
   for (int i = 0; i < kMaxClothProjections; ++i) {
-    const std::vector<ClothContact> contacts = one.contact.find(one.cloth, hull);
+    const std::vector<ClothContact> contacts = one.contact.find(one.cloth, hull, step_s, before_s);
     const bool has_exits = one.contact.take_without_exit() == 0;  // step() has counted the others
     if (!(one.contact.deepest_m() > kClothIndifferent_m)) {
       counters_.still_colliding += !has_exits;

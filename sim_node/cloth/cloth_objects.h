@@ -1,8 +1,10 @@
 // The scene's cloths: their motion, and their contact with the hull.
 //
-// A frame of the maps may move the hull by several centimetres at once. The steps that follow a
-// new hull divide the way out of it evenly, so that the cloth moves at the hull's speed. After the
-// last step, at most kMaxClothProjections projections move the rest of the cloth out.
+// A frame of the maps may move the hull by several centimetres at once. Without a history, the
+// steps that follow a new hull divide the way out of it evenly, so that the cloth moves at the
+// hull's speed, and at most kMaxClothProjections projections after the last step move the rest of
+// the cloth out. With a history, the hull's parts move from step to step, and the projections
+// follow each.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -27,8 +29,9 @@ class ClothObjects {
   explicit ClothObjects(const config::Scene& scene);
 
   // Advances all cloths by step_s > 0. steps_left: the steps up to the time of the next report, at
-  // least 1, this one included.
-  void step(double step_s, std::uint64_t steps_left, CurrentHull& hull);
+  // least 1, this one included. before_s: time from the step's end to the hull's newest frame;
+  // negative after it.
+  void step(double step_s, std::uint64_t steps_left, CurrentHull& hull, double before_s);
   void reset();  // returns to the start, at rest
 
   // Indices in the scene, ascending.
@@ -46,11 +49,13 @@ class ClothObjects {
     Eigen::AlignedBox3d bounds_world_m;  // of the start, kLostCloth_m larger
     double free_fall_m_s;                // speed after a fall by the cloth's size
     bool leaves_hull;
-    // Speed of the hull, estimated from the cloth's depth in it.
+    // Speed of the hull: with a history, that of its parts at the contacts; else estimated from the
+    // cloth's depth in it.
     double hull_speed_m_s = 0;
   };
-  void step(OneCloth& one, double step_s, std::uint64_t steps_left, CurrentHull& hull);
-  void project(OneCloth& one, CurrentHull& hull);
+  void step(OneCloth& one, double step_s, std::uint64_t steps_left, CurrentHull& hull,
+            double before_s);
+  void project(OneCloth& one, CurrentHull& hull, double step_s, double before_s);
   static void reset(OneCloth& one);
 
   Eigen::Vector3d gravity_world_m_s2_;

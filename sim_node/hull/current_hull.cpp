@@ -30,6 +30,7 @@ CurrentHull::CurrentHull(const config::Scene& scene, const config::SimConfig& co
 
 void CurrentHull::set(double time_s, std::span<const hull::Silhouette> silhouettes) {
   time_s_ = time_s;
+  silhouettes_ = silhouettes;
   ++frames_;
   if (history_) {
     history_->add(time_s, silhouettes);

@@ -28,6 +28,8 @@ class CurrentHull {
   // The parts of the newest frame's hull: those of the history; without a history one part, the
   // whole hull at rest. Empty if query() is null.
   std::span<const HullPart> parts() const { return parts_; }
+  // The newest frame's maps. Valid until the next set().
+  std::span<const hull::Silhouette> silhouettes() const { return silhouettes_; }
   double time_s() const { return time_s_; }  // of the last set()
   // Number of calls of set().
   std::uint64_t frames() const { return frames_; }
@@ -49,6 +51,7 @@ class CurrentHull {
   std::optional<hull::HullQuery> own_query_;
   const hull::HullQuery* query_ = nullptr;
   std::vector<HullPart> parts_;
+  std::span<const hull::Silhouette> silhouettes_;
   double time_s_ = 0;
   std::uint64_t frames_ = 0;
   std::unique_ptr<collision::CollisionDetector> detector_;

@@ -19,6 +19,13 @@ const config::Scene& checked(const config::Scene& scene, const config::SimConfig
   return scene;
 }
 
+// The box of the scene's start, kLost_m larger.
+Eigen::AlignedBox3d scene_bounds_m(const config::Scene& scene, const ObjectModels& models) {
+  Eigen::AlignedBox3d box_m = models.start_bounds_m;
+  for (const config::ParticleSource& source : scene.particles) box_m.extend(source.from_world_m);
+  return {box_m.min().array() - kLost_m, box_m.max().array() + kLost_m};
+}
+
 }  // namespace
 
 Simulation::Simulation(const config::Scene& scene, const config::SimConfig& config,
@@ -28,18 +35,20 @@ Simulation::Simulation(const config::Scene& scene, const config::SimConfig& conf
       models_(object_models(scene_)),
       bodies_(scene_),
       hull_(scene_, config_,
-            !models_.reacting.empty() || !models_.touching.empty() || warms_objects(scene_),
+            !models_.reacting.empty() || !models_.touching.empty() || !scene_.particles.empty() ||
+                warms_objects(scene_),
             real_volume_world_m),
       clock_(config.step_s),
       contact_(scene_, config_, models_, bodies_, hull_),
       proximity_(scene_, models_, bodies_, config.step_s),
-      respawn_bounds_m_(models_.start_bounds_m.min().array() - kLost_m,
-                        models_.start_bounds_m.max().array() + kLost_m),
+      scene_bounds_m_(scene_bounds_m(scene_, models_)),
       stop_(std::move(stop)) {
   if (std::any_of(scene_.objects.begin(), scene_.objects.end(),
                   [](const auto& object) { return object.motion == config::Motion::cloth; }))
     cloths_.emplace(scene_);
   if (!models_.touching.empty()) manifolds_.emplace(scene_, models_, bodies_, hull_);
+  if (!scene_.particles.empty())
+    particles_.emplace(scene_, models_, bodies_, cloths_ ? &*cloths_ : nullptr, scene_bounds_m_);
 }
 
 void Simulation::reset() {
@@ -49,6 +58,7 @@ void Simulation::reset() {
   if (hull_.history()) hull_.history()->forget_poses();
   proximity_.reset_warmth();
   if (cloths_) cloths_->reset();
+  if (particles_) particles_->reset();
 }
 
 bool Simulation::advance_to(double time_s, std::span<const hull::Silhouette> silhouettes) {
@@ -78,14 +88,19 @@ void Simulation::step(std::uint64_t steps_left) {
   ++steps_;
   respawn_lost_objects();
   contact_.after_step();
-  if (cloths_) cloths_->step(config_.step_s, steps_left, hull_);
+  const double end_before_hull_s = before_hull_s(steps_left) - config_.step_s;
+  if (cloths_) cloths_->step(config_.step_s, steps_left, hull_, end_before_hull_s);
+  if (particles_) particles_->step(config_.step_s, steps_left, hull_, end_before_hull_s);
 }
 
 void Simulation::step_bodies(std::uint64_t steps_left) {
   if (!manifolds_) return bodies_.step(config_.step_s);
-  const double start_s = clock_.time_s() - double(steps_left) * config_.step_s;
-  bodies_.step(config_.step_s, manifolds_->before_step(config_.step_s, hull_.time_s() - start_s));
+  bodies_.step(config_.step_s, manifolds_->before_step(config_.step_s, before_hull_s(steps_left)));
   manifolds_->after_step();
+}
+
+double Simulation::before_hull_s(std::uint64_t steps_left) const {
+  return hull_.time_s() - (clock_.time_s() - double(steps_left) * config_.step_s);
 }
 
 // Reports and proximity read the cloths' shapes from their trees.
@@ -98,10 +113,11 @@ void Simulation::refit_cloths() {
 void Simulation::respawn_lost_objects() {
   for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
     if (scene_.objects[i].motion != config::Motion::dynamic ||
-        respawn_bounds_m_.contains(bodies_.center_world_m(i)))
+        scene_bounds_m_.contains(bodies_.center_world_m(i)))
       continue;
     bodies_.respawn(i);
     if (manifolds_) manifolds_->forget(i);
+    if (particles_) particles_->forget(i);
     if (hull_.history()) hull_.history()->forget_pose(i);
     ++respawned_;
   }
@@ -145,6 +161,7 @@ SimulationCounters Simulation::counters() const {
           .impacts = manifolds.impacts,
           .respawned = respawned_,
           .cloth = cloths_ ? cloths_->counters() : ClothCounters{},
+          .particles = particles_ ? particles_->counters() : ParticleCounters{},
           .backward_stamps = clock_.counters().backward_stamps,
           .skipped_s = clock_.counters().skipped_s,
           .detection = hull_.counts()};

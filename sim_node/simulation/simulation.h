@@ -8,6 +8,7 @@
 #include "common/config/deployment.h"
 #include "sim_node/cloth/cloth_objects.h"
 #include "sim_node/contact/hull_manifolds.h"
+#include "sim_node/particles/particles.h"
 #include "sim_node/simulation/collision_reports.h"
 #include "sim_node/simulation/simulation_clock.h"
 
@@ -33,6 +34,7 @@ struct SimulationCounters {
   std::uint64_t impacts = 0;    // see HullManifolds::Counters
   std::uint64_t respawned = 0;  // objects that left the scene or had a non-finite pose
   ClothCounters cloth;
+  ParticleCounters particles;
   std::uint64_t backward_stamps = 0;  // see SimulationClock::Counters for these two
   double skipped_s = 0;
   collision::DetectorCounts detection;  // summed over all queries
@@ -69,6 +71,9 @@ class Simulation {
 
   double time_s() const { return clock_.time_s(); }
   std::vector<ObjectState> states() const;  // all objects, in the scene's order
+  // The particles of a source, by its position in the scene. Valid until the next advance_to() or
+  // reset().
+  const ParticleSet& particles(std::size_t source) const { return particles_->of_source(source); }
   // One per object with a reaction, in the scene's order; with reaction `contact` only if the scene
   // requests a report.
   const std::vector<CollisionReport>& collisions() const { return reports_; }
@@ -81,6 +86,8 @@ class Simulation {
   // steps_left: steps up to the time of advance(), at least 1, this one included.
   void step(std::uint64_t steps_left);
   void step_bodies(std::uint64_t steps_left);
+  // Time from the start of the step to the hull's newest frame; negative after it.
+  double before_hull_s(std::uint64_t steps_left) const;
   void refit_cloths();
   void respawn_lost_objects();
   void report(bool is_new_hull);
@@ -94,14 +101,16 @@ class Simulation {
   RigidContact contact_;
   std::optional<HullManifolds> manifolds_;  // present if the scene has an object in contact
   ProximityFields proximity_;
-  std::optional<ClothObjects> cloths_;    // present if the scene has a cloth
-  Eigen::AlignedBox3d respawn_bounds_m_;  // respawns dynamic objects outside
+  std::optional<ClothObjects> cloths_;  // present if the scene has a cloth
+  Eigen::AlignedBox3d scene_bounds_m_;  // respawns dynamic objects outside, removes particles
+  std::optional<Particles> particles_;  // present if the scene has a source
   std::uint64_t steps_ = 0, respawned_ = 0;
   std::vector<CollisionReport> reports_;
   std::function<bool()> stop_;
 };
 
-// A dynamic object is respawned if it is this far outside the box of the scene's start.
+// A dynamic object is respawned, and a particle removed, if it is this far outside the box of the
+// scene's start.
 inline constexpr double kLost_m = 3.0;
 
 }  // namespace fivepipe::sim

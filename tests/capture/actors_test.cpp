@@ -145,6 +145,24 @@ TEST(SyntheticWorld, AHandPushesAndReturns) {
   EXPECT_NEAR(nearest_m, -0.15, 0.001);
 }
 
+TEST(SyntheticWorld, AHandCatchesAndThrows) {
+  config::SyntheticWorld world;
+  world.actor = config::SyntheticActor::catching_hand;
+  world.period_s = 8;
+  EXPECT_NEAR(check_motion(world), 1.1, 0.02);
+  // The fingers and the palm are below the spout, then beside it.
+  const auto over_center = [&](double t_s) {
+    const std::vector<SyntheticPart> parts = synthetic_parts(world, t_s);
+    return std::any_of(parts.begin(), parts.end(), [](const SyntheticPart& part) {
+      return part.material == Material::skin && place_of(part).head<2>().norm() < 0.06;
+    });
+  };
+  EXPECT_FALSE(over_center(0));
+  EXPECT_TRUE(over_center(3));
+  EXPECT_TRUE(over_center(4.4));
+  EXPECT_FALSE(over_center(7));
+}
+
 TEST(SyntheticWorld, HasThePipeOfThePaper) {
   for (const SyntheticPart& part : synthetic_parts({}, 1.3))
     if (part.material == Material::pipe) {

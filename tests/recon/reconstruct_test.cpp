@@ -92,6 +92,26 @@ TEST_P(Recon, TilesFromAnyNodeEqualTheWholeViewBitForBit) {
   }
 }
 
+TEST_P(Recon, SeveralViewsOfAFrameEqualSingleOnes) {
+  test::Random random(6);
+  const auto silhouettes =
+      test::silhouettes_of(test::random_object(random, 3, 0.15), test::random_cameras(random, 3));
+  const std::vector<Reconstructor::ViewTiles> views{
+      {{test::random_camera(random, 83, 57, 0.7), 0.05, 3.0}, tiles_of(83, 57, 2, 2), false},
+      {{test::random_camera(random, 40, 64, 0.9), 0.1, 4.0}, tiles_of(40, 64, 3, 1), false}};
+  Reconstructor reconstructor({.backend = GetParam()}, kVolume);
+  const auto together = reconstructor.reconstruct(silhouettes, views, {});
+  ASSERT_EQ(together.size(), 2u);
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const hull::PixelRect all = test::whole_image(views[i].view.camera);
+    const auto alone = assembled(
+        reconstructor.reconstruct(silhouettes, views[i].view, views[i].tiles, {}, false), all);
+    EXPECT_EQ(assembled(together[i], all), alone) << i;
+    EXPECT_GT(std::count_if(alone.begin(), alone.end(), [](float d) { return d != hull::kNoHull; }),
+              50);
+  }
+}
+
 TEST_P(Recon, FollowsTheViewsSizeAndTheSilhouettes) {
   test::Random random(4);
   const auto object = test::random_object(random, 3, 0.15);

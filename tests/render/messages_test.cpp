@@ -11,6 +11,7 @@ constexpr std::int64_t kStamp_ns = 1'700'000'000'000'000'000;
 struct Inputs {
   fivepipe_v1_HullTile tile{};
   fivepipe_v1_VirtualState state{};
+  fivepipe_v1_Particles particles{};
   fivepipe_v1_CollisionResult collision{};
   std::vector<char[33]> empty_cameras{1};
   config::Rig rig;
@@ -23,12 +24,16 @@ struct Inputs {
     messages::set_text(empty_cameras[0], "left");
     messages::borrow(tile.empty_cameras, empty_cameras);
     scene.objects.emplace_back().name = "ball";
+    scene.particles.resize(2);
+    scene.particles[1].name = "grains";
+    messages::set_text(particles.source, "grains");
     set_objects(1);
     set(3, kStamp_ns);
   }
   void set(std::uint64_t frame, std::int64_t stamp_ns) {
-    tile.frame = state.frame = collision.frame = frame;
-    tile.capture_stamp_ns = state.capture_stamp_ns = collision.capture_stamp_ns = stamp_ns;
+    tile.frame = state.frame = collision.frame = particles.frame = frame;
+    tile.capture_stamp_ns = state.capture_stamp_ns = collision.capture_stamp_ns =
+        particles.capture_stamp_ns = stamp_ns;
   }
   // Copies of one object.
   void set_objects(std::size_t count) {
@@ -43,6 +48,9 @@ struct Inputs {
   bool state_is_valid() const {
     return std::holds_alternative<std::vector<ObjectPose>>(poses_from(state, scene));
   }
+  bool particles_are_valid() const {
+    return std::holds_alternative<ReceivedParticles>(particles_from(particles, scene));
+  }
   bool collision_is_valid() const {
     return std::holds_alternative<Highlight>(highlight_from(collision));
   }
@@ -50,10 +58,12 @@ struct Inputs {
 
 TEST(RenderMessages, ImplausibleFramesAndStampsAreRefused) {
   Inputs inputs;
-  ASSERT_TRUE(inputs.tile_is_valid() && inputs.state_is_valid() && inputs.collision_is_valid());
+  ASSERT_TRUE(inputs.tile_is_valid() && inputs.state_is_valid() && inputs.collision_is_valid() &&
+              inputs.particles_are_valid());
   const auto none_is_valid = [&](std::uint64_t frame, std::int64_t stamp_ns) {
     inputs.set(frame, stamp_ns);
-    return !inputs.tile_is_valid() && !inputs.state_is_valid() && !inputs.collision_is_valid();
+    return !inputs.tile_is_valid() && !inputs.state_is_valid() && !inputs.collision_is_valid() &&
+           !inputs.particles_are_valid();
   };
   for (const std::int64_t stamp_ns : {INT64_MIN, std::int64_t(-1), INT64_MAX})
     EXPECT_TRUE(none_is_valid(3, stamp_ns)) << stamp_ns;
@@ -106,6 +116,18 @@ TEST(RenderMessages, APoseHasEveryFieldOfItsObject) {
   EXPECT_EQ(pose.warmth, warmth);
 }
 
+TEST(RenderMessages, ParticlesHaveEveryFieldOfTheirMessage) {
+  Inputs inputs;
+  std::vector<float> p_m{1, 2, 3, 4, 5, 6};
+  messages::borrow(inputs.particles.p_m, p_m);
+  const auto received = particles_from(inputs.particles, inputs.scene);
+  const ReceivedParticles& particles = std::get<ReceivedParticles>(received);
+  EXPECT_EQ(particles.frame, 3u);
+  EXPECT_EQ(particles.capture_stamp_ns, kStamp_ns);
+  EXPECT_EQ(particles.particles.source, 1u);
+  EXPECT_EQ(particles.particles.p_world_m, p_m);
+}
+
 TEST(RenderMessages, AHighlightHasTheFrameAndTheStamp) {
   const Inputs inputs;
   const auto received = highlight_from(inputs.collision);
@@ -138,6 +160,9 @@ TEST(RenderMessages, TheDropNamesTheReason) {
   messages::borrow(inputs.tile.empty_cameras, empty_cameras);
   EXPECT_EQ(drop_of(tile_from(inputs.tile, inputs.rig)),
             "bad_tile: : more empty cameras than cameras");
+  messages::set_text(inputs.particles.source, "smoke");
+  EXPECT_EQ(drop_of(particles_from(inputs.particles, inputs.scene)),
+            "bad_particles: smoke: not in the scene");
   inputs.rig.cameras.emplace_back().name = "right";
   messages::set_text(empty_cameras[1], "middle");
   EXPECT_EQ(drop_of(tile_from(inputs.tile, inputs.rig)), "bad_tile: middle: unknown empty camera");

@@ -40,6 +40,20 @@ TEST(VirtualFrames, AFrameWithoutAStateIsIncomplete) {
   EXPECT_TRUE(frames.best_for(8)->colliding.empty());
 }
 
+TEST(VirtualFrames, KeepTheNewestParticlesOfEachSource) {
+  VirtualFrames frames;
+  frames.add_particles(7, 7, {0, {1, 2, 3}});
+  frames.add_particles(7, 7, {1, {4, 5, 6}});
+  frames.add_particles(7, 7, {0, {7, 8, 9}});
+  EXPECT_FALSE(frames.has(7)) << "the state is missing";
+  frames.add_state(7, 7, ball_at(0));
+  frames.add_state(8, 8, ball_at(0));
+  ASSERT_EQ(frames.best_for(7)->particles.size(), 2u);
+  EXPECT_EQ(frames.best_for(7)->particles[0].source, 1u);
+  EXPECT_EQ(frames.best_for(7)->particles[1].p_world_m, (std::vector<float>{7, 8, 9}));
+  EXPECT_TRUE(frames.best_for(8)->particles.empty());
+}
+
 TEST(VirtualFrames, StayBoundedAndKeepTheNewest) {
   VirtualFrames frames;
   for (std::uint64_t frame = 0; frame < 100; ++frame)

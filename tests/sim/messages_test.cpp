@@ -443,5 +443,18 @@ TEST(Command, IsExecutedByItsTargetOrByAllNodes) {
   }
 }
 
+TEST(ParticlesMessage, HasThePlacesOfAllParticles) {
+  ParticleSet particles;
+  particles.add({1, 2, 3}, {0, 0, 0}, 0);
+  particles.add({4, 5, 6}, {0, 0, 0}, 0);
+  OutgoingParticles out = particles_message("grains", 7, 5'000'000'000, particles);
+  const fivepipe_v1_Particles& message = out.message();
+  EXPECT_STREQ(message.source, "grains");
+  EXPECT_EQ(message.frame, 7u);
+  EXPECT_EQ(message.capture_stamp_ns, 5'000'000'000);
+  const auto p_m = messages::span_of(message.p_m);
+  EXPECT_EQ(std::vector<float>(p_m.begin(), p_m.end()), (std::vector<float>{1, 2, 3, 4, 5, 6}));
+}
+
 }  // namespace
 }  // namespace fivepipe::sim

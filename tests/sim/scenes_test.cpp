@@ -101,6 +101,7 @@ class Scene {
     return state(object).world_from_object.translation();
   }
   const sim::Simulation& simulation() const { return simulation_; }
+  const std::vector<hull::Silhouette>& silhouettes() const { return silhouettes_; }
 
  private:
   config::Deployment deployment_;
@@ -166,6 +167,31 @@ TEST(ShippedScenes, TheDoorIsPushedOpenAndCloses) {
   });
   EXPECT_GT(widest_deg, 30);
   EXPECT_LT(angle_deg(), 5) << "it has closed";
+}
+
+TEST(ShippedScenes, ParticlesFallOnTheHandAndAreThrown) {
+  Scene scene("particles");
+  double highest_m = 0;
+  std::size_t most = 0, worst = 0;
+  scene.play([&](double time_s) {
+    const sim::ParticleSet& grains = scene.simulation().particles(0);
+    most = std::max(most, grains.size());
+    for (std::size_t i = 0; i < grains.size(); ++i) {
+      // The spout is at z = 0.53 m; those that the hand throws up rise above their first fall.
+      if (time_s > 4.2 && time_s < 5 && grains.v_world_m_s[i].z() > 0.3)
+        highest_m = std::max(highest_m, grains.p_world_m[i].z());
+      worst += hull::in_hull(scene.silhouettes(), grains.p_world_m[i]);
+    }
+  });
+  std::printf("particles: at most %zu grains, thrown to z = %.2f m, %llu contacts, %llu stuck\n",
+              most, highest_m,
+              static_cast<unsigned long long>(scene.simulation().counters().particles.contacts),
+              static_cast<unsigned long long>(scene.simulation().counters().particles.stuck));
+  EXPECT_NEAR(double(most), 4500, 50);
+  EXPECT_GT(highest_m, 0.33);
+  EXPECT_EQ(worst, 0u);
+  EXPECT_GT(scene.simulation().counters().particles.contacts, 20000u);
+  EXPECT_LT(scene.simulation().counters().particles.stuck, 10u);
 }
 
 }  // namespace

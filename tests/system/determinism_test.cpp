@@ -76,7 +76,8 @@ TEST_F(Determinism, SimulationIsIdenticalForTwoThreads) {
               by_one);
 }
 
-// Cloth, rigid bodies and a door around the hand, which is at (0, 0.19, 0.34) m and moves along +x.
+// Cloth, rigid bodies, a door and particles around the hand, which is at (0, 0.19, 0.34) m and
+// moves along +x.
 const std::string kEverything = R"(name: everything
 history: {}
 objects:
@@ -91,9 +92,12 @@ objects:
   - {name: door, box: {size_m: [0.3, 0.02, 0.3]}, position_m: [0.1, 0.1, 0.3], motion: dynamic,
      reaction: contact,
      hinge: {point_m: [0.15, 0, 0], axis: [0, 0, 1], from_deg: -90, to_deg: 90}}
+particles:
+  - {name: grains, from_m: [-0.1, 0.1, 0.6], to_m: [0.1, 0.3, 0.6], rate_hz: 3000, lifetime_s: 2,
+     velocity_m_s: [0, 0, -2], spread_m_s: 0.2}
 )";
 
-TEST_F(Determinism, ClothBodiesAndADoorAreIdenticalAtEveryRateAndForTwoThreads) {
+TEST_F(Determinism, ClothBodiesADoorAndParticlesAreIdenticalAtEveryRateAndForTwoThreads) {
   std::ofstream(folder_ / "everything.yaml") << kEverything;
   const std::string scene = "scene: " FIVEPIPE_SOURCE_DIR "/scenes/demo/scene.yaml",
                     everything = "scene: " + (folder_ / "everything.yaml").string();
@@ -103,17 +107,21 @@ TEST_F(Determinism, ClothBodiesAndADoorAreIdenticalAtEveryRateAndForTwoThreads) 
   std::ofstream(two) << test::replaced(test::text_of(one), simulation,
                                        "{name: simulation, program: sim_node, threads: 2}");
   const auto recording = recorded(0.5);
-  const auto expected =
-      replayed(recording, {kSimulation}, kSimOutputs, {"--rate", "max"}, one).outputs;
+  std::vector<std::string> outputs = kSimOutputs;
+  outputs.push_back(bus::topics::Particles::name);
+  const auto expected = replayed(recording, {kSimulation}, outputs, {"--rate", "max"}, one).outputs;
   const auto& states = expected.at(bus::topics::VirtualState::name);
   ASSERT_GT(states.size(), 5u);
   EXPECT_FALSE(states.front() == states.back()) << "nothing moves";
+  const auto& particles = expected.at(bus::topics::Particles::name);
+  ASSERT_EQ(particles.size(), states.size());
+  EXPECT_FALSE(particles.front() == particles.back()) << "no particle";
   for (int run = 0; run < runs(); ++run) {
     for (const char* rate : {"0.5", "max"})
-      EXPECT_TRUE(replayed(recording, {kSimulation}, kSimOutputs, {"--rate", rate}, one).outputs ==
+      EXPECT_TRUE(replayed(recording, {kSimulation}, outputs, {"--rate", rate}, one).outputs ==
                   expected)
           << rate;
-    EXPECT_TRUE(replayed(recording, {kSimulation}, kSimOutputs, {"--rate", "max"}, two).outputs ==
+    EXPECT_TRUE(replayed(recording, {kSimulation}, outputs, {"--rate", "max"}, two).outputs ==
                 expected);
   }
 }

@@ -158,6 +158,14 @@ class HostilePeer {
     if (coin()) make_implausible(state);
     states_.write(state);
   }
+  void send_particles() {
+    fivepipe_v1_Particles particles{};
+    messages::set_text(particles.source, name_or("grains"));
+    particles.frame = number_;
+    fill(particles.p_m, numbers_, std::numeric_limits<float>::quiet_NaN());
+    if (coin()) make_implausible(particles);
+    particles_.write(particles);
+  }
   void send_collision() {
     fivepipe_v1_CollisionResult result{};
     messages::set_text(result.object, name_or("curtain"));
@@ -213,7 +221,7 @@ class HostilePeer {
     const char* name;
     void (HostilePeer::*send)();
   };
-  static const std::array<Topic, 12> kTopics;
+  static const std::array<Topic, 13> kTopics;
 
   std::mt19937_64 random_{1};
   std::uint64_t number_ = 0;
@@ -228,6 +236,7 @@ class HostilePeer {
   bus::Writer<bus::topics::ViewInfo> views_ = bus_.writer<bus::topics::ViewInfo>();
   bus::Writer<bus::topics::HullTile> tiles_ = bus_.writer<bus::topics::HullTile>();
   bus::Writer<bus::topics::VirtualState> states_ = bus_.writer<bus::topics::VirtualState>();
+  bus::Writer<bus::topics::Particles> particles_ = bus_.writer<bus::topics::Particles>();
   bus::Writer<bus::topics::CollisionResult> collisions_ =
       bus_.writer<bus::topics::CollisionResult>();
   bus::Writer<bus::topics::TileCosts> costs_ = bus_.writer<bus::topics::TileCosts>();
@@ -237,7 +246,7 @@ class HostilePeer {
   bus::Writer<bus::topics::NodeStatus> statuses_ = bus_.writer<bus::topics::NodeStatus>();
 };
 
-const std::array<HostilePeer::Topic, 12> HostilePeer::kTopics = {{
+const std::array<HostilePeer::Topic, 13> HostilePeer::kTopics = {{
     {"ObjectPixelMap", &HostilePeer::send_map},
     {"ObjectColour", &HostilePeer::send_colour},
     {"CameraInfo", &HostilePeer::send_camera_info},
@@ -245,6 +254,7 @@ const std::array<HostilePeer::Topic, 12> HostilePeer::kTopics = {{
     {"ViewInfo", &HostilePeer::send_view_info},
     {"HullTile", &HostilePeer::send_tile},
     {"VirtualState", &HostilePeer::send_state},
+    {"Particles", &HostilePeer::send_particles},
     {"CollisionResult", &HostilePeer::send_collision},
     {"TileCosts", &HostilePeer::send_costs},
     {"FrameComposited", &HostilePeer::send_composited},

@@ -294,6 +294,40 @@ TEST_F(Pipeline, AHandPushesADoorOpen) {
       << log() << least << ' ' << most;
 }
 
+// A hand in real images catches virtual grains; render_node draws them.
+TEST_F(Pipeline, ParticlesFallOnAHandAndAreDrawn) {
+  auto particles = bus_.reader<bus::topics::Particles>();
+  const int duration_s = 8 * kSlowdown;
+  Deployed deployed(std::string(FIVEPIPE_SOURCE_DIR) + "/launch/deployments/particles.yaml",
+                    domain_, out_, {"--duration", std::to_string(duration_s)});
+  std::map<std::string, std::uint32_t> most;
+  EXPECT_TRUE(eventually(bus_, kStart * kSlowdown,
+                         [&] {
+                           for (const auto& sample : particles.take())
+                             if (sample.valid())
+                               most[sample->source] =
+                                   std::max(most[sample->source], sample->p_m._length / 3);
+                           return most["grains"] > 1000 && most["drops"] > 500;
+                         }))
+      << log() << testing::PrintToString(most);
+  ASSERT_EQ(deployed.wait_for_end(kStart + std::chrono::seconds(duration_s)), 0) << log();
+  const auto report = nlohmann::json::parse(std::ifstream(out_ / "report.json"));
+  EXPECT_GT(report["nodes"]["simulation"]["counts"].value("particle_contacts", 0), 0);
+  cv::VideoCapture video((out_ / "composite.mp4").string());
+  int most_gold_px = 0;
+  for (cv::Mat image; video.read(image);) {
+    int gold_px = 0;
+    image.forEach<cv::Vec3b>([](cv::Vec3b& bgr, const int*) {
+      bgr[0] = bgr[2] > 120 && bgr[1] > 80 && 2 * bgr[0] < bgr[2] ? 255 : 0;
+    });
+    cv::Mat gold;
+    cv::extractChannel(image, gold, 0);
+    gold_px = cv::countNonZero(gold);
+    most_gold_px = std::max(most_gold_px, gold_px);
+  }
+  EXPECT_GT(most_gold_px, 1000);
+}
+
 // The messages of a running pipeline have warmth, proximity, contacts, the response with the names
 // of the cameras, and the hull's components, each only if the scene requests it.
 TEST_F(Pipeline, CollisionResultsHoldRequestedOutputs) {

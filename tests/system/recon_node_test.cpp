@@ -6,6 +6,7 @@
 
 #include "common/base/realtime.h"
 #include "common/config/deployment.h"
+#include "common/config/views.h"
 #include "common/gl/context.h"
 #include "common/hull/oracle/reference.h"
 #include "common/pipeline/messages/camera_messages.h"
@@ -99,9 +100,10 @@ class ReconNode : public ScriptedCapture {
 
   // Starts recon_a of a deployment with these nodes. Unless `bare`, sends the ViewInfo and a frame,
   // and waits for its tiles, so that both sides have found each other.
-  void start_with(const std::string& nodes, bool bare = false) {
+  void start_with(const std::string& nodes, bool bare = false, const std::string& light = "") {
     const std::string path = three_cameras(
-        "name: far\nobjects:\n  - {name: box, box: {size_m: [1, 1, 1]}, position_m: [9, 9, 9]}\n",
+        "name: far\n" + light +
+            "objects:\n  - {name: box, box: {size_m: [1, 1, 1]}, position_m: [9, 9, 9]}\n",
         nodes);
     start("recon_node", "recon_a", path);
     wait_for_readers(infos_, views_, poses_, colours_, maps_);
@@ -263,6 +265,43 @@ TEST_F(ReconNode, ReconstructsTheTilesThatTheHeadPoseAssigns) {
   EXPECT_EQ(report.drops, (std::map<std::string, std::uint64_t>{{"bad_tile_owners", 2}}));
   EXPECT_EQ(report.counts.at(node::kFrameSetsComplete), 8u);
   EXPECT_EQ(report.frame, 7u);
+}
+
+// The owner of a viewer's tile also makes the light's tile with the same index, without colour.
+TEST_F(ReconNode, ReconstructsTheTilesOfALightThatCastsShadows) {
+  start_with(kTwoWorkers, false,
+             "light_m: [0.5, -0.5, 1.5]\nshadows: {target_m: [0, 0, 0], fov_deg: 40, hull_size_px: "
+             "[30, 20]}\n");
+  send_colours(1, {10, 100, 200});
+  send_frame(1, {1, 0, 0, 1});
+  ASSERT_TRUE(has_handled(1) && holds([&] {
+                tiles_.take();
+                return tiles_of(1).size() == 4;
+              }))
+      << said();
+  const config::HullView light = *config::light_view(deployment_.scene);
+  const hull::View view{{light.recon, *light.fixed}, light.near_m, light.far_m};
+  const std::vector<hull::Silhouette> silhouettes = silhouettes_of(1);
+  std::map<std::string, TileSet> by_view;
+  int hits = 0;
+  for (const Tile& tile : tiles_of(1)) {
+    by_view[tile.viewer].insert(std::uint16_t(tile.tile));
+    if (tile.viewer != config::kLightView) continue;
+    EXPECT_TRUE(tile.bgr.empty());
+    EXPECT_EQ(tile.recon, light.recon);
+    EXPECT_TRUE(tile.eye_from_world.isApprox(*light.fixed, 1e-12));
+    const hull::PixelRect& c = tile.covered;
+    for (int v = c.v0_px, i = 0; v < c.v1_px; ++v)
+      for (int u = c.u0_px; u < c.u1_px; ++u, ++i) {
+        const double expected_m = hull::reference_depth_m(silhouettes, view, u, v).value_or(0);
+        EXPECT_NEAR(double(tile.depth_m[std::size_t(i)]), expected_m, kDepthError * expected_m);
+        hits += expected_m > 0;
+      }
+  }
+  EXPECT_GT(hits, 0);
+  EXPECT_EQ(by_view["viewer"], (TileSet{1, 2}));
+  EXPECT_EQ(by_view[config::kLightView], (TileSet{1, 2}));
+  EXPECT_EQ(made_of(2, {1, 1, 1, 1}), TileSet{});
 }
 
 class ReconNodeAlone : public ReconNode, public testing::WithParamInterface<const char*> {};

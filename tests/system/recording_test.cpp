@@ -113,7 +113,7 @@ TEST_F(RecordingPipeline, NodeInputsMatchSubscriptions) {
                              for (const bus::EndpointDescription& endpoint : bus_.endpoints())
                                if (endpoint.participant == under_test.name && !endpoint.writes)
                                  reads.insert(endpoint.topic);
-                             return reads == replay::inputs_of(under_test.program);
+                             return reads == replay::inputs_of(under_test.program, {});
                            }))
         << under_test.name << " reads " << testing::PrintToString(reads) << '\n'
         << program->said();

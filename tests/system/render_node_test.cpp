@@ -7,7 +7,9 @@
 
 #include "common/base/realtime.h"
 #include "common/config/deployment.h"
+#include "common/config/views.h"
 #include "common/pipeline/node/status_names.h"
+#include "tests/support/not_finite.h"
 #include "tests/support/optional_package.h"
 #include "tests/support/sanitizer.h"
 #include "tests/support/scripted/peer.h"
@@ -36,6 +38,9 @@ objects:
   - {name: scenery, box: {size_m: [0.12, 0.12, 0.12]}, position_m: [0.4, 0, 0.2], reaction: none}
   - {name: ball, sphere: {radius_m: 0.06}, position_m: [0, 0, -0.2], motion: dynamic,
      reaction: none, colour_rgb: [0.1, 0.9, 0.1]}
+particles:
+  - {name: grains, from_m: [0, 0, 1], to_m: [0, 0, 1], rate_hz: 1, lifetime_s: 1, radius_m: 0.016,
+     colour_rgb: [0.05, 0.1, 0.95]}
 )";
 const std::string kRig = R"(
 name: one
@@ -62,6 +67,7 @@ class RenderNode : public ScriptedPeer {
   bus::Writer<bus::topics::HullTile> tiles_ = bus_.writer<bus::topics::HullTile>();
   bus::Writer<bus::topics::CollisionResult> collisions_ =
       bus_.writer<bus::topics::CollisionResult>();
+  bus::Writer<bus::topics::Particles> particles_ = bus_.writer<bus::topics::Particles>();
   // Present if a simulation takes part.
   std::optional<bus::Writer<bus::topics::VirtualState>> states_;
   Collected<bus::topics::FrameComposited, Composited> composited_{
@@ -73,9 +79,9 @@ class RenderNode : public ScriptedPeer {
   // Starts the node with these options of its entry in the deployment. `with_simulation`: whether
   // the test writes VirtualState.
   void start_with(const std::string& options, bool with_simulation = true,
-                  const std::string& viewer = "viewer") {
+                  const std::string& viewer = "viewer", const std::string& light = "") {
     file("rig.yaml", kRig);
-    file("scene.yaml", kScene);
+    file("scene.yaml", replaced(kScene, "light_m: [0, -1, 1]\n", "light_m: [0, -1, 1]\n" + light));
     const std::string path =
         file("deployment.yaml",
              replaced(replaced(kDeployment, "viewer:\n", "viewer:\n  name: " + viewer + "\n"),
@@ -84,7 +90,7 @@ class RenderNode : public ScriptedPeer {
     deployment_ = config::load_deployment(path);
     if (with_simulation) states_.emplace(bus_.writer<bus::topics::VirtualState>());
     start("render_node", "rendering", path);
-    wait_for_readers(tiles_, collisions_);
+    wait_for_readers(tiles_, collisions_, particles_);
     if (states_) wait_for_readers(*states_);
     ASSERT_TRUE(holds([&] { return composited_.writers() > 0; }));
   }
@@ -120,6 +126,20 @@ class RenderNode : public ScriptedPeer {
     tile.message.rect = {16 * half, 0, 16 * half + 16, 24};
     return tile;
   }
+  // A tile of the light's view, which has two. `depth_m`: of all of its pixels; 0: no hull.
+  Tile light_tile(std::uint64_t frame, int half, float depth_m) const {
+    const config::HullView view = *config::light_view(deployment_.scene);
+    Tile tile = this->tile(frame, half);
+    messages::set_text(tile.message.viewer, view.name);
+    tile.message.eye_from_world = messages::to_wire(*view.fixed);
+    tile.message.recon = messages::to_wire(view.recon);
+    tile.message.rect = {20 * half, 0, 20 * half + 20, 40};
+    if (depth_m > 0) {
+      tile.message.covered = tile.message.rect;
+      tile.depth_m.assign(800, depth_m);
+    }
+    return tile;
+  }
   void send_hull(std::uint64_t frame) {
     deliver(tiles_, tile(frame, 0).wire());
     deliver(tiles_, tile(frame, 1).wire());
@@ -137,6 +157,16 @@ class RenderNode : public ScriptedPeer {
     message.capture_stamp_ns = stamp_of(frame);
     messages::borrow(message.objects, objects);
     deliver(*states_, message);
+  }
+  // A grain at x_m.
+  void send_particle(std::uint64_t frame, double x_m, const char* source = "grains") {
+    std::vector<float> p_m{float(x_m), 0, 0};
+    fivepipe_v1_Particles message{};
+    messages::set_text(message.source, source);
+    message.frame = frame;
+    message.capture_stamp_ns = stamp_of(frame);
+    messages::borrow(message.p_m, p_m);
+    deliver(particles_, message);
   }
   void send_collision(std::uint64_t frame, const char* object, fivepipe_v1_CollisionVerdict verdict,
                       bool first_contact = false) {
@@ -221,6 +251,69 @@ TEST_F(RenderNode, HighlightsTheCollidingObjectsOfTheFrameOfTheImage) {
   send_hull(8);
   ASSERT_TRUE(has_composited(4)) << said();
   EXPECT_EQ(red_boxes(still()), (std::set<std::string>{"touched", "met"}));
+}
+
+TEST_F(RenderNode, ShowsTheParticlesOfTheFrameOfTheImage) {
+  start_with(", video: false, still_frame: 7");
+  for (const std::uint64_t frame : {6, 7, 8}) {
+    send_particle(frame, 0.1 * (double(frame) - 7));
+    send_state(frame);
+    if (frame > 6) send_hull(frame - 1);
+  }
+  send_particle(8, 0, "smoke");
+  send_particle(8, kNaN);
+  send_hull(8);
+  ASSERT_TRUE(has_composited(3)) << said();
+  const cv::Mat image = still();
+  const auto is_blue = [&](double x_m) {
+    const cv::Vec3b bgr = at(image, x_m, 0);
+    return bgr[0] > 2 * bgr[2] && bgr[0] > 80;
+  };
+  EXPECT_TRUE(is_blue(0));
+  EXPECT_FALSE(is_blue(-0.1) || is_blue(0.1));
+  EXPECT_TRUE(holds([&] {
+    return drops_of(report(), "bad_particles: smoke") == 1 &&
+           drops_of(report(), "bad_particles: grains") == 1;
+  })) << said();
+}
+
+const std::string kShadows =
+    "shadows: {target_m: [0, 0, 0], fov_deg: 60, hull_size_px: [40, 40]}\n";
+
+// The hull in the light's view hides the light from all objects.
+TEST_F(RenderNode, TheHullInTheLightsViewOfTheSameFrameCastsItsShadow) {
+  std::map<bool, int> brightness;
+  for (const bool is_shadowed : {false, true}) {
+    std::filesystem::remove(out_ / "composite.png");
+    start_with(", video: false, still_frame: 2", true, "viewer", kShadows);
+    for (const std::uint64_t frame : {1, 2, 3}) {
+      send_state(frame);
+      for (const int half : {0, 1})
+        deliver(tiles_, light_tile(frame, half, is_shadowed == (frame == 2) ? 0.3f : 0).wire());
+      send_hull(frame);
+    }
+    ASSERT_TRUE(has_composited(3 * (is_shadowed ? 2 : 1))) << said();
+    const cv::Vec3b box = at(still(), 0.2, 0.2);
+    brightness[is_shadowed] = box[0] + box[1] + box[2];
+    EXPECT_EQ(drops_of(ended(), "late_light_view"), 0u);
+  }
+  EXPECT_LT(brightness[true], 0.7 * brightness[false]);
+}
+
+TEST_F(RenderNode, WaitsForTheLightsViewAndCountsALateOne) {
+  start_with(", video: false", true, "viewer", kShadows);
+  begin_replay(true);
+  send_state(1);
+  send_hull(1);
+  send_state(2);
+  EXPECT_TRUE(reports_again());
+  EXPECT_TRUE(composited_.take().empty()) << "it waits for the light's view";
+  for (const int half : {0, 1}) deliver(tiles_, light_tile(1, half, 0).wire());
+  ASSERT_TRUE(has_composited(1)) << said();
+  end_replay();
+  send_hull(2);
+  ASSERT_TRUE(has_composited(2)) << said();
+  EXPECT_EQ(drops_of(ended(), "late_light_view"), 1u);
 }
 
 TEST_F(RenderNode, ShowsTheHullOfTheTilesInFrontOfAndBehindTheObjects) {

@@ -25,11 +25,10 @@ std::string missing_endpoint(bus::Bus& bus, const NodesToStart& options) {
     (endpoint.writes ? writes : reads)[endpoint.participant].insert(endpoint.topic);
   for (const std::string& name : options.nodes) {
     const std::string program = config::program_of(*config::find_node(*options.deployment, name));
-    for (const std::string& topic : replay::inputs_of(program))
+    for (const std::string& topic : replay::inputs_of(program, options.deployment->scene))
       if (!reads[name].contains(topic)) return "node '" + name + "' does not read " + topic;
-    for (const std::string& topic : replay::outputs_of(program))
-      if (topic != bus::topics::HullComponents::name && !writes[name].contains(topic))
-        return "node '" + name + "' does not write " + topic;
+    for (const std::string& topic : replay::outputs_of(program, options.deployment->scene))
+      if (!writes[name].contains(topic)) return "node '" + name + "' does not write " + topic;
   }
   return "";
 }

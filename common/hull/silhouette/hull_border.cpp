@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/hull/silhouette/border_plane.h"
+
 namespace fivepipe::hull {
 namespace {
 
@@ -39,18 +41,6 @@ std::optional<ContourEdge> edge_at(const ContourMap& map, const Vector2d& uv_px,
       }
     }
   return nearest;
-}
-
-// Returns the normal of the plane through a camera's centre and the tangent at uv, which has the
-// normal `outward` in the image. It is the gradient, in world coordinates, of outward . (pixel of p
-// - uv) times the depth of p.
-Vector3d plane_normal(const geometry::Camera& camera, const Vector2d& uv_px,
-                      const Vector2d& outward) {
-  const geometry::Pinhole& k = camera.pinhole;
-  const Vector3d of_camera(
-      outward.x() * k.fx_px, outward.y() * k.fy_px,
-      -(outward.x() * (uv_px.x() - k.cx_px) + outward.y() * (uv_px.y() - k.cy_px)));
-  return (camera.camera_from_world.linear().transpose() * of_camera).normalized();
 }
 
 BorderNormal normal_of(const geometry::Camera& camera, const ContourMap& map,

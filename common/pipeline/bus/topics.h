@@ -29,6 +29,7 @@ inline constexpr std::uint32_t kMaxKeys = 1024, kMaxTiles = 4096;
   TOPIC(ObjectColour, stream, kMaxKeys)    \
   TOPIC(ObjectPixelMap, stream, kMaxKeys)  \
   TOPIC(CollisionResult, stream, kMaxKeys) \
+  TOPIC(Particles, stream, kMaxKeys)       \
   TOPIC(VirtualState, stream, kMaxKeys)    \
   TOPIC(HullComponents, stream, kMaxKeys)  \
   TOPIC(TileCosts, event, kMaxKeys)        \

@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <map>
 
 #include "common/base/realtime.h"
 #include "common/base/text_table.h"
@@ -66,21 +67,34 @@ void InFlightTracker::reset() {
   if (traces_) traces_->take();
 }
 
+bool InFlightTracker::has_all_tiles(const recording::FrameGroup& group) const {
+  std::optional<schema::FieldReader> view_of, tiles_of;
+  std::map<std::string, std::pair<std::uint64_t, std::uint64_t>> views;  // tiles: present, all
+  for (const recording::OwnedMessage& message : group.messages) {
+    if (message.channel->topic != bus::topics::HullTile::name || message.key_change) continue;
+    if (!view_of) {
+      const schema::Idl& idl = recording_.idl(*message.channel);
+      view_of.emplace(idl, message.channel->type, "viewer");
+      tiles_of.emplace(idl, message.channel->type, "tiles");
+    }
+    const auto view = view_of->read(message.cdr), all = tiles_of->read(message.cdr);
+    if (!view || !all || !std::get_if<std::string>(&*view) || !std::get_if<std::uint64_t>(&*all))
+      return false;
+    auto& [present, expected] = views[std::get<std::string>(*view)];
+    ++present;
+    expected = std::get<std::uint64_t>(*all);
+  }
+  return !views.empty() && std::all_of(views.begin(), views.end(), [](const auto& of) {
+    return of.second.first == of.second.second;
+  });
+}
+
 bool InFlightTracker::is_complete_for(const ReplayedNode& node,
                                       const recording::FrameGroup& group) const {
   // If tiles are not replayed, reconstruction nodes make them, for the frames that are complete for
   // those nodes.
-  if (node.program == "render_node" && replayed_.contains(bus::topics::HullTile::name)) {
-    const auto tile = std::find_if(group.messages.begin(), group.messages.end(),
-                                   [](const recording::OwnedMessage& m) {
-                                     return m.channel->topic == bus::topics::HullTile::name;
-                                   });
-    if (tile == group.messages.end()) return false;
-    const schema::FieldReader tiles(recording_.idl(*tile->channel), tile->channel->type, "tiles");
-    const auto all = tiles.read(tile->cdr);
-    return all && std::get_if<std::uint64_t>(&*all) &&
-           messages_of(group, bus::topics::HullTile::name) == std::get<std::uint64_t>(*all);
-  }
+  if (node.program == "render_node" && replayed_.contains(bus::topics::HullTile::name))
+    return has_all_tiles(group);
   const bool has_set =
       plan_.shape_cameras > 0 &&
       messages_of(group, bus::topics::ObjectPixelMap::name) == plan_.shape_cameras &&

@@ -48,6 +48,8 @@ class InFlightTracker {
   };
   // Counts and logs a trace with impossible numbers, at most one line per kProgressPeriod.
   void refuse(const bus::Sample<bus::topics::FrameTrace>& trace);
+  // Whether the group has every tile of each of its views.
+  bool has_all_tiles(const recording::FrameGroup& group) const;
   bool is_complete_for(const ReplayedNode& node, const recording::FrameGroup& group) const;
 
   const recording::Recording& recording_;

@@ -3,12 +3,13 @@
 #include <set>
 #include <string>
 
+#include "common/config/scene.h"
 #include "common/pipeline/bus/topics.h"
 
 namespace fivepipe::replay {
 
-// Names of the topics that the program reads; empty for an unknown program.
-inline std::set<std::string> inputs_of(const std::string& program) {
+// Names of the topics that the program reads for a scene; empty for an unknown program.
+inline std::set<std::string> inputs_of(const std::string& program, const config::Scene& scene) {
   using namespace bus::topics;
   if (program == "capture_node") return {TileCosts::name, FrameComposited::name};
   if (program == "recon_node")
@@ -17,20 +18,28 @@ inline std::set<std::string> inputs_of(const std::string& program) {
   if (program == "sim_node")
     return {ReplaySession::name, CameraInfo::name, bus::topics::Command::name,
             ObjectPixelMap::name};
-  if (program == "render_node")
-    return {ReplaySession::name, CollisionResult::name, VirtualState::name, HullTile::name};
+  if (program == "render_node") {
+    std::set<std::string> inputs{ReplaySession::name, CollisionResult::name, VirtualState::name,
+                                 HullTile::name};
+    if (!scene.particles.empty()) inputs.insert(Particles::name);
+    return inputs;
+  }
   return {};
 }
 
-// Names of the topics that the program writes, without NodeStatus and FrameTrace.
-inline std::set<std::string> outputs_of(const std::string& program) {
+// Names of the topics that the program writes for a scene, without NodeStatus and FrameTrace.
+inline std::set<std::string> outputs_of(const std::string& program, const config::Scene& scene) {
   using namespace bus::topics;
   if (program == "capture_node")
     return {CameraInfo::name, ViewInfo::name, HeadPose::name, ObjectColour::name,
             ObjectPixelMap::name};
   if (program == "recon_node") return {HullTile::name, TileCosts::name};
-  if (program == "sim_node")
-    return {CollisionResult::name, VirtualState::name, HullComponents::name};
+  if (program == "sim_node") {
+    std::set<std::string> outputs{CollisionResult::name, VirtualState::name};
+    if (!scene.particles.empty()) outputs.insert(Particles::name);
+    if (scene.history) outputs.insert(HullComponents::name);
+    return outputs;
+  }
   if (program == "render_node") return {FrameComposited::name};
   return {};
 }

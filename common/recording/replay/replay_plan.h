@@ -13,6 +13,7 @@ namespace fivepipe::replay {
 // A node that receives replayed inputs.
 struct ReplayedNode {
   std::string name, program;
+  std::set<std::string> inputs = {};  // topics that it reads: inputs_of() (node_inputs.h)
 };
 
 // In which order a lossless replay sends the messages of a frame to the nodes.

@@ -113,7 +113,7 @@ std::string Replayer::missing_reader() const {
       ++readers[endpoint.topic];
     }
   for (const ReplayedNode& node : plan_.nodes)
-    for (const std::string& topic : inputs_of(node.program))
+    for (const std::string& topic : node.inputs)
       if (!read_by[node.name].contains(topic))
         return "node '" + node.name + "' does not read " + topic + " yet";
   // Discovery knows a reader before all writers have been matched with it.

@@ -81,8 +81,8 @@ TEST(ReplayPlan, SendsNodesTheInputsThatMatch) {
   EXPECT_TRUE(plan.lossless);
   EXPECT_EQ(plan.frames_in_flight, 5);
   EXPECT_EQ(plan.order, SendOrder::pipelined);
-  std::set<std::string> inputs = inputs_of("recon_node");
-  inputs.merge(inputs_of("sim_node"));
+  std::set<std::string> inputs = inputs_of("recon_node", {});
+  inputs.merge(inputs_of("sim_node", {}));
   for (const std::string& topic : topics_of(recording, plan)) EXPECT_TRUE(inputs.contains(topic));
   EXPECT_TRUE(topics_of(recording, plan).contains(topics::HeadPose::name));
   EXPECT_TRUE(topics_of(recording, plan).contains(topics::ObjectPixelMap::name));

@@ -1,6 +1,7 @@
 // The replayer as a library, with made-up recordings. tests/system/replay_test.cpp tests the
 // process.
 #include "common/recording/replay/replayer.h"
+#include "common/recording/replay/node_inputs.h"
 
 #include <gtest/gtest.h>
 
@@ -219,7 +220,7 @@ TEST_F(ReplayerTest, SkipsAndCountsDamagedChunks) {
     test::write_file(path_, bytes);
     ReplayPlan plan = finish();
     plan.lossless = lossless;
-    if (lossless) plan.nodes = {{"peer", "sim_node"}};
+    if (lossless) plan.nodes = {{"peer", "sim_node", inputs_of("sim_node", {})}};
     Replayer replayer(bus_, *recording_, plan);
     replayer.run(resume);
     EXPECT_EQ(replayer.counts().damaged, 1u) << lossless;
@@ -335,7 +336,7 @@ TEST_F(ReplayerTest, NamesTheReaderThatIsMissing) {
   ReplayPlan plan = finish();
   const Replayer any(bus_, *recording_, plan);
   EXPECT_EQ(any.missing_reader(), "no node reads any of the topics");
-  plan.nodes = {{"capture", "capture_node"}};
+  plan.nodes = {{"capture", "capture_node", inputs_of("capture_node", {})}};
   const Replayer named(bus_, *recording_, plan);
   EXPECT_EQ(named.missing_reader(),
             std::string("node 'capture' does not read ") + topics::FrameComposited::name + " yet");
@@ -398,7 +399,7 @@ class LosslessReplayerTest : public ReplayerTest {
   ReplayPlan lossless() {
     ReplayPlan plan = finish();
     plan.lossless = true;
-    plan.nodes = {{"peer", "sim_node"}};
+    plan.nodes = {{"peer", "sim_node", inputs_of("sim_node", {})}};
     plan.shape_cameras = 1;
     return plan;
   }

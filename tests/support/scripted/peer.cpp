@@ -4,6 +4,7 @@
 
 #include <fstream>
 
+#include "common/config/deployment.h"
 #include "common/pipeline/messages/bad_message.h"
 #include "common/recording/replay/node_inputs.h"
 
@@ -57,11 +58,10 @@ void ScriptedPeer::start(const std::string& program, const std::string& name,
   report_ = {};
   statuses_.emplace(bus_.reader<bus::topics::NodeStatus>());
   program_ = node(program, name, deployment, more);
-  std::set<std::string> outputs = replay::outputs_of(program);
-  outputs.erase(bus::topics::HullComponents::name);  // only if the scene has a history
+  const config::Scene scene = config::load_deployment(deployment).scene;
   EXPECT_TRUE(eventually(bus_, kStart, [&] {
-    return (takes_part(name, false, replay::inputs_of(program)) &&
-            takes_part(name, true, outputs) && traces_.writers() > 0) ||
+    return (takes_part(name, false, replay::inputs_of(program, scene)) &&
+            takes_part(name, true, replay::outputs_of(program, scene)) && traces_.writers() > 0) ||
            has_failed();
   })) << said();
   // Discovery announces readers in the order of their creation, so a node whose status arrives has

@@ -1,0 +1,82 @@
+#include "common/collision/proximity/nearest_point.h"
+
+#include <cmath>
+#include <limits>
+
+#include "common/collision/proximity/proximity_shapes.h"
+
+namespace fivepipe::collision {
+namespace {
+
+// A branch-and-bound search: a box beyond the nearest point so far is skipped.
+class Search {
+ public:
+  Search(const Bvh& tree, const Eigen::Vector3d& p_m, double reach_m)
+      : tree_(tree),
+        p_m_(p_m),
+        from_origin_m_((p_m - tree.origin_m()).cast<float>()),
+        nearest_m_(reach_m) {}
+
+  std::optional<NearestPoint> run() {
+    if (!tree_.empty()) visit(tree_.levels() - 1, 0);
+    return found_;
+  }
+
+ private:
+  void visit(int level, int i) {
+    const Bvh::Boxes& boxes = tree_.boxes(level, i);
+    for (int child = 0; child < Bvh::kArity; ++child) {
+      if (!(distance_m(boxes, std::size_t(child)) <= nearest_m_)) continue;
+      const int below = Bvh::kArity * i + child;
+      if (level > 0)
+        visit(level - 1, below);
+      else
+        visit_leaf(below);
+    }
+  }
+
+  // A lower bound; infinity if the box is absent.
+  double distance_m(const Bvh::Boxes& boxes, std::size_t child) const {
+    float sum = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const float half_m = boxes.half_m[axis][child];
+      if (half_m < 0) return std::numeric_limits<double>::infinity();
+      const float beyond_m =
+          std::abs(from_origin_m_[Eigen::Index(axis)] - boxes.center_m[axis][child]) - half_m;
+      if (beyond_m > 0) sum += beyond_m * beyond_m;
+    }
+    // Float rounds the coordinates, each by half an epsilon of their size.
+    constexpr float kRounding = 8 * std::numeric_limits<float>::epsilon();
+    return double(std::sqrt(sum) -
+                  kRounding * (from_origin_m_.cwiseAbs().sum() + float(tree_.radius_m())));
+  }
+
+  void visit_leaf(int leaf) {
+    const geometry::Mesh& mesh = tree_.mesh();
+    for (const std::uint32_t triangle : tree_.triangles_of(leaf)) {
+      const auto& [a, b, c] = mesh.triangles[triangle];
+      const Eigen::Vector3d p_m =
+          TriangleShape({mesh.vertices_m[a], mesh.vertices_m[b], mesh.vertices_m[c]})
+              .nearest_to(p_m_);
+      const double distance_m = (p_m - p_m_).norm();
+      if (!(distance_m <= nearest_m_)) continue;
+      nearest_m_ = distance_m;
+      found_ = {triangle, p_m, distance_m};
+    }
+  }
+
+  const Bvh& tree_;
+  const Eigen::Vector3d p_m_;
+  const Eigen::Vector3f from_origin_m_;
+  double nearest_m_;
+  std::optional<NearestPoint> found_;
+};
+
+}  // namespace
+
+std::optional<NearestPoint> nearest_point(const Bvh& tree, const Eigen::Vector3d& p_m,
+                                          double reach_m) {
+  return Search(tree, p_m, reach_m).run();
+}
+
+}  // namespace fivepipe::collision

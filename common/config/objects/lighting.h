@@ -1,0 +1,18 @@
+// How the scene's light acts: on real objects, and by shadows.
+#pragma once
+#include <array>
+
+#include "common/geometry/camera.h"
+
+namespace fivepipe::config {
+
+// The light's view, in which it sees what is lit. Shadows fall within it only.
+struct ShadowView {
+  Eigen::Vector3d target_world_m;                // the view's centre
+  double fov_rad = 1.0;                          // of both directions
+  double near_m = 0.1, far_m = 10;               // from the light along its view
+  int map_px = 512;                              // edge of the square map of virtual objects
+  std::array<int, 2> hull_size_px = {320, 240};  // of the light's view of the hull
+};
+
+}  // namespace fivepipe::config

@@ -1,0 +1,21 @@
+#version 450 core
+//! variant
+//! variant -DSHADOWED
+// A particle, drawn as a square of pixels around the ball's image.
+layout(location = 0) in vec3 p_world_m;
+uniform mat4 eye_from_world;
+uniform mat4 clip_from_eye;
+uniform float radius_m;
+uniform float focal_px;
+flat out vec3 center_eye_m;
+flat out float radii_per_point;  // half of the square, in radii of the ball's image
+
+void main() {
+  vec4 p = eye_from_world * vec4(p_world_m, 1.0);
+  center_eye_m = p.xyz;
+  gl_Position = clip_from_eye * p;
+  // A smaller square may miss every pixel centre.
+  float radius_px = radius_m * focal_px / max(p.z, radius_m);
+  gl_PointSize = max(2.0 * radius_px, 1.0);
+  radii_per_point = 0.5 * gl_PointSize / radius_px;
+}
