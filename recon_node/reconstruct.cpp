@@ -23,6 +23,9 @@ class Stopwatch {
 // Estimated cost of a tile without hits, in hits.
 constexpr double kEmptyTileCost_hits = 100;
 
+// Sizes of views for which a sweep is kept: a viewer's and a light's need two.
+constexpr std::size_t kMaxSweeps = 4;
+
 void add_colour(ReconTile& tile, const hull::View& view, const HullColour& colour) {
   tile.bgr.assign(tile.depth_m.size() * 3, 0);
   const Eigen::Vector3d eye_world_m = geometry::camera_center_world_m(view.camera);
@@ -89,10 +92,13 @@ void Reconstructor::set_silhouettes(std::span<const hull::Silhouette> silhouette
 }
 
 hull::PlaneSweep& Reconstructor::sweep_of(const geometry::Pinhole& pinhole) {
-  if (!sweep_ || sweep_->width_px() != pinhole.width_px || sweep_->height_px() != pinhole.height_px)
-    sweep_.emplace(pinhole.width_px, pinhole.height_px, config_.sweep_planes);
-  sweep_->set_silhouettes(silhouettes_);
-  return *sweep_;
+  const std::pair size_px(pinhole.width_px, pinhole.height_px);
+  if (sweeps_.size() > kMaxSweeps && !sweeps_.contains(size_px)) sweeps_.clear();
+  hull::PlaneSweep& sweep =
+      sweeps_.try_emplace(size_px, size_px.first, size_px.second, config_.sweep_planes)
+          .first->second;
+  sweep.set_silhouettes(silhouettes_);
+  return sweep;
 }
 
 std::vector<hull::DepthTile> Reconstructor::depths_by_gl(const hull::View& view,

@@ -2,6 +2,7 @@
 // reconstruction node (paper, section 3).
 #pragma once
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <span>
 #include <vector>
@@ -76,8 +77,8 @@ class Reconstructor {
   base::WorkerPool pool_;
   hull::CpuHull cpu_;
   std::optional<hull::GlHull> gl_;
-  std::span<const hull::Silhouette> silhouettes_;  // during reconstruct()
-  std::optional<hull::PlaneSweep> sweep_;          // has the size of the last view
+  std::span<const hull::Silhouette> silhouettes_;           // during reconstruct()
+  std::map<std::pair<int, int>, hull::PlaneSweep> sweeps_;  // by width and height of the view
 };
 
 }  // namespace fivepipe::recon

@@ -183,6 +183,9 @@ class ReconstructionPipe {
     steps.begin("reconstruct");
     std::vector<std::vector<ReconTile>> made =
         reconstructor_.reconstruct(set.silhouettes, requests, colours);
+    // The owner of a tile makes it in every view.
+    for (std::size_t i = 0; light_ && i < made.back().size(); ++i)
+      made.back()[i].cost_s += made.front()[i].cost_s;
     const bool is_seen = std::any_of(made.back().begin(), made.back().end(),
                                      [](const ReconTile& tile) { return !tile.covered.empty(); });
     if (is_seen && tiles_.readers() > 0 && colours.empty())

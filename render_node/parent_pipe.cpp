@@ -26,6 +26,13 @@ constexpr auto kStateTimeout = 40ms;
 // failed.
 constexpr auto kStateTimeoutLossless = 2s;
 
+// Relative difference of the light's pose in a message, whose rotation is a quaternion.
+constexpr double kSamePose = 1e-9;
+
+// More frames than a replay has in flight. If a peer sends so many without the light's view, the
+// frames wait for the timeout.
+constexpr std::size_t kMaxAfterPending = 64;
+
 class ParentPipe {
  public:
   explicit ParentPipe(node::NodeContext& node)
@@ -60,7 +67,9 @@ class ParentPipe {
       take_particles();
       // In a lossless replay a newer frame must not replace the pending one before its state
       // arrives. The tiles of the light's view may still be missing.
-      if (!(replay_.lossless() && pending_ && (!light_ || light_hull_of(*pending_)))) take_tiles();
+      if (!(replay_.lossless() && pending_ &&
+            (!light_ || light_hull_of(*pending_) || after_pending_.size() >= kMaxAfterPending)))
+        take_tiles();
       if (pending_ && has_all_inputs(*pending_)) composite();
       if (pending_ && Clock::now() >= pending_until_) composite();
     }
@@ -157,6 +166,11 @@ class ParentPipe {
         continue;
       }
       std::get<ReceivedTile>(tile).received_ns = now_ns;
+      if (is_light &&
+          !std::get<ReceivedTile>(tile).eye_from_world.isApprox(*light_->fixed, kSamePose)) {
+        node_.status.drop_from(tiles_.process(sample), {"bad_tile", "", "pose of another light"});
+        continue;
+      }
       auto added =
           (is_light ? *light_assembler_ : tile_assembler_).add(std::get<ReceivedTile>(tile));
       if (const RefusedTile* refused = std::get_if<RefusedTile>(&added))
@@ -227,7 +241,8 @@ class ParentPipe {
   }
 
   void report_drops() {
-    const TileCounts& counts = tile_assembler_.counts();
+    TileCounts counts = tile_assembler_.counts();
+    if (light_assembler_) counts += light_assembler_->counts();
     node_.status.drop("incomplete_hull", counts.incomplete - reported_.incomplete);
     node_.status.drop("late_tile", counts.late - reported_.late);
     node_.status.drop("repeated_tile", counts.duplicate - reported_.duplicate);
@@ -249,7 +264,7 @@ class ParentPipe {
   VirtualFrames virtual_frames_;
   std::set<std::string> highlighted_;
   std::optional<HullFrame> pending_;
-  std::deque<HullFrame> after_pending_;  // lossless replays only; at most the frames in flight
+  std::deque<HullFrame> after_pending_;  // lossless replays only; about kMaxAfterPending at most
   std::optional<std::uint64_t> unread_frame_;  // the last frame that was not read back
   Clock::time_point pending_until_;
   bus::Reader<bus::topics::HullTile> tiles_;

@@ -186,7 +186,7 @@ std::optional<std::string> Renderer::why_undrawable(const ParticleCloud& particl
   if (particles.source >= sources_.size()) return "not in the scene";
   if (particles.p_world_m.size() % 3 != 0)
     return std::to_string(particles.p_world_m.size()) + " coordinates are not three per particle";
-  if (double(particles.p_world_m.size()) > 3 * config::kMaxParticles)
+  if (double(particles.p_world_m.size()) > 3 * config::kMaxSentParticles)
     return std::to_string(particles.p_world_m.size() / 3) + " particles are too many";
   if (!finite(particles.p_world_m)) return "particle not finite";
   return {};

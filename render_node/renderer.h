@@ -44,8 +44,8 @@ class Renderer {
   // or warmth values, a non-finite pose or vertex, or warmth for an object without `warmth` in the
   // scene.
   std::optional<std::string> why_undrawable(const ObjectPose& pose) const;
-  // The same for particles: unknown source, more than config::kMaxParticles, a coordinate that is
-  // not finite, or not three per particle.
+  // The same for particles: unknown source, more than config::kMaxSentParticles, a coordinate that
+  // is not finite, or not three per particle.
   std::optional<std::string> why_undrawable(const ParticleCloud& particles) const;
 
   // Waits until the GPU has finished the last frame.

@@ -42,6 +42,15 @@ void copy_rows(const hull::PixelRect& rect, int width_px, std::size_t bytes_per_
 
 }  // namespace
 
+TileCounts& TileCounts::operator+=(const TileCounts& other) {
+  complete += other.complete;
+  incomplete += other.incomplete;
+  late += other.late;
+  duplicate += other.duplicate;
+  restarts += other.restarts;
+  return *this;
+}
+
 TileAssembler::TileAssembler(const geometry::Pinhole& recon, double near_m, double far_m,
                              std::size_t max_open_frames)
     : recon_(recon), near_m_(float(near_m)), far_m_(float(far_m)), open_(max_open_frames) {}

@@ -53,6 +53,8 @@ struct TileCounts {
   // first one.
   std::uint64_t duplicate = 0;
   std::uint64_t restarts = 0;  // times the source restarted its frame count
+
+  TileCounts& operator+=(const TileCounts& other);
 };
 
 // A tile that is invalid, or contradicts the other tiles of its frame.

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "benchmarks/nodes/free_domain.h"
+#include "common/config/views.h"
 #include "common/recording/replay/node_inputs.h"
 #include "launch/supervise/interrupt.h"
 
@@ -57,6 +58,7 @@ class Outputs {
 
 replay::ReplayPlan plan_of(const recording::Recording& recording, const NodeRunOptions& options) {
   replay::ReplayPlan plan;
+  plan.hull_views = config::light_view(options.deployment->scene) ? 2 : 1;
   std::set<std::string> read, written;
   for (const std::string& name : options.nodes) {
     const std::string program = config::program_of(*config::find_node(*options.deployment, name));

@@ -1,4 +1,4 @@
-// Particles on a real block that a real hand crosses at 1 m/s.
+// Particles on a real block that a real arm crosses at 1 m/s.
 #pragma once
 #include "benchmarks/sim/sim_run.h"
 

@@ -95,7 +95,7 @@ void read_nodes(YamlMap& map, Deployment& deployment, bool rig_is_valid, bool vi
   const bool nodes_are_good = map.problem_count() == problems_before;
   if (rig_is_valid) check_sources(nodes, deployment.rig, map.file(), location, map.problems());
   if (nodes_are_good && viewer_is_valid)
-    check_workers(nodes, deployment.viewer, map.file(), map.problems());
+    check_workers(nodes, deployment.viewer, deployment.scene, map.file(), map.problems());
   for (ParsedNode& parsed : nodes) deployment.nodes.push_back(std::move(parsed.node));
 }
 

@@ -96,7 +96,7 @@ void check_names_and_counts(const std::vector<ParsedNode>& nodes, const std::fil
   }
 }
 
-void check_workers(const std::vector<ParsedNode>& nodes, const Viewer& viewer,
+void check_workers(const std::vector<ParsedNode>& nodes, const Viewer& viewer, const Scene& scene,
                    const std::filesystem::path& file, Problems& problems) {
   const ReconConfig* first = nullptr;
   SourceLocation first_location;
@@ -123,12 +123,17 @@ void check_workers(const std::vector<ParsedNode>& nodes, const Viewer& viewer,
                    fmt::format("worker {} is already node {}", recon->worker_index, owner->second));
   }
   if (first == nullptr) return;
-  if (first->tile_columns > viewer.recon_width_px || first->tile_rows > viewer.recon_height_px)
-    problems.add(file, first_location,
-                 fmt::format("more tiles ({} x {}) than pixels ({} x {}): reduce tile_columns or "
-                             "tile_rows, or increase recon_size_px",
-                             first->tile_columns, first->tile_rows, viewer.recon_width_px,
-                             viewer.recon_height_px));
+  const auto check_size = [&](int width_px, int height_px, const std::string& key) {
+    if (first->tile_columns > width_px || first->tile_rows > height_px)
+      problems.add(file, first_location,
+                   fmt::format("more tiles ({} x {}) than pixels ({} x {}): reduce tile_columns or "
+                               "tile_rows, or increase {}",
+                               first->tile_columns, first->tile_rows, width_px, height_px, key));
+  };
+  check_size(viewer.recon_width_px, viewer.recon_height_px, "recon_size_px");
+  if (scene.shadows)
+    check_size(scene.shadows->hull_size_px[0], scene.shadows->hull_size_px[1],
+               "hull_size_px of the scene's shadows");
   if (first->worker_count > first->tile_columns + first->tile_rows - 1)
     problems.add(
         file, first_location,

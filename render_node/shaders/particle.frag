@@ -8,7 +8,7 @@
 uniform mat4 light_from_eye;
 #endif
 flat in vec3 center_eye_m;
-flat in float radii_per_point;
+flat in float is_round;
 uniform float radius_m;
 uniform vec3 albedo;
 uniform vec3 light_eye_m;
@@ -19,8 +19,7 @@ out vec3 colour;
 
 void main() {
   vec2 across = 2.0 * gl_PointCoord - 1.0;
-  // A ball below a pixel's size fills the pixel.
-  if (radii_per_point <= 1.0 && dot(across, across) > 1.0) discard;
+  if (is_round > 0.5 && dot(across, across) > 1.0) discard;
   vec3 normal = vec3(across, -sqrt(max(1.0 - dot(across, across), 0.0)));
   vec3 p = center_eye_m + radius_m * normal;
   gl_FragDepth = clamp(0.5 + 0.5 * (window_depth_terms.x + window_depth_terms.y / p.z), 0.0,

@@ -8,7 +8,7 @@ uniform mat4 clip_from_eye;
 uniform float radius_m;
 uniform float focal_px;
 flat out vec3 center_eye_m;
-flat out float radii_per_point;  // half of the square, in radii of the ball's image
+flat out float is_round;  // 0: smaller than a pixel, which it fills
 
 void main() {
   vec4 p = eye_from_world * vec4(p_world_m, 1.0);
@@ -17,5 +17,5 @@ void main() {
   // A smaller square may miss every pixel centre.
   float radius_px = radius_m * focal_px / max(p.z, radius_m);
   gl_PointSize = max(2.0 * radius_px, 1.0);
-  radii_per_point = 0.5 * gl_PointSize / radius_px;
+  is_round = 2.0 * radius_px > 1.0 ? 1.0 : 0.0;
 }

@@ -7,7 +7,8 @@ uniform float light_focal;       // focal length, in widths of the map
 uniform float shadow_tolerance;  // of a depth, relative: ShadowMap
 
 // Returns the fraction of the light that reaches a point of a surface: the point and the surface's
-// normal in the light's frame (x right, y down, z forward). Points outside the light's view are lit.
+// normal in the light's frame (x right, y down, z forward). Points outside the light's view are
+// lit.
 float light_reaching(vec3 p, vec3 normal) {
   float d = dot(normal, p);
   if (p.z <= 0.0 || d == 0.0) return 1.0;

@@ -72,8 +72,10 @@ void ClothHullContact::find(const Cloth& cloth, CurrentHull& hull, const HullPar
   const collision::DetectionObject object{&tree_, newest_from_now,
                                           newest_from_now * tree_.origin_m()};
   const collision::ObjectCollision& collision = hull.detect({&object, 1}).front();
-  for (const CollisionPoint& point : thinned(collision.points)) {
-    if (!part.box_world_m.contains(point.p_world_m)) continue;
+  std::vector<CollisionPoint> of_part;
+  for (const CollisionPoint& point : collision.points)
+    if (part.box_world_m.contains(point.p_world_m)) of_part.push_back(point);
+  for (const CollisionPoint& point : thinned(of_part)) {
     const std::array<std::uint32_t, 3>& triangle = tree_.mesh().triangles[point.triangle];
     const auto normal =
         direction(point.triangle, cloth, point.p_world_m, newest_from_now.linear(), *hull.query());

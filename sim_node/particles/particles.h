@@ -1,5 +1,5 @@
 // The scene's particles: their sources, flight, and contact with the scene's objects and the hull
-// (paper, section 4.5). Particles do not meet each other.
+// (paper, section 4.5). Particles do not collide with each other.
 #pragma once
 #include <cstdint>
 #include <vector>

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <tuple>
 
 #include "common/collision/proximity/nearest_point.h"
 
@@ -11,9 +11,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Smallest cosine between a triangle's normal and the way from its nearest point to the path's end,
-// if the path has crossed the triangle: below it, the path has passed beside the mesh.
-constexpr double kThrough = 0.7;
+// Weights this far below 0 count as in the triangle, so that no path slips between two triangles.
+constexpr double kBesideTriangle = 1e-9;
 
 bool is_finite(const PathInStep& path) { return path.from_m.allFinite() && path.to_m.allFinite(); }
 
@@ -21,14 +20,13 @@ SolidTouch face(int axis, double side, const Vector3d& half_m, const Vector3d& t
   return {side * Vector3d::Unit(axis), side * to_m[axis] - half_m[axis]};
 }
 
-Vector3d mean(const Vector3d& weights, const Vector3d& a, const Vector3d& b, const Vector3d& c) {
-  return weights.x() * a + weights.y() * b + weights.z() * c;
-}
-
 struct Corners {
   Vector3d a, b, c;
   Vector3d normal() const { return (b - a).cross(c - a).normalized(); }
 };
+Corners between(const Corners& s, const Corners& t, double at) {
+  return {s.a + at * (t.a - s.a), s.b + at * (t.b - s.b), s.c + at * (t.c - s.c)};
+}
 Corners corners(const std::array<std::uint32_t, 3>& triangle,
                 std::span<const Vector3d> vertices_m) {
   return {vertices_m[triangle[0]], vertices_m[triangle[1]], vertices_m[triangle[2]]};
@@ -41,6 +39,46 @@ Vector3d weights_of(const Corners& t, const Vector3d& p_m) {
   if (!(square > 0)) return Vector3d::Constant(1.0 / 3);
   const double b = ap.cross(ac).dot(normal) / square, c = ab.cross(ap).dot(normal) / square;
   return {1 - b - c, b, c};
+}
+
+// A path that crosses a triangle, which moves evenly from its corners before to those now.
+struct Crossing {
+  double at;  // 0 to 1 along the path
+  std::uint32_t triangle;
+  Vector3d weights;
+  double side;  // of the path's start: along the normal or against it
+};
+std::optional<Crossing> crossing_of(std::uint32_t triangle, const Corners& before,
+                                    const Corners& now, const PathInStep& path) {
+  const double from = before.normal().dot(path.from_m - before.a),
+               to = now.normal().dot(path.to_m - now.a);
+  if (!(from * to < 0)) return std::nullopt;
+  const double at = from / (from - to);
+  const Vector3d weights =
+      weights_of(between(before, now, at), path.from_m + at * (path.to_m - path.from_m));
+  if (!(weights.minCoeff() >= -kBesideTriangle)) return std::nullopt;
+  return Crossing{at, triangle, weights, from};
+}
+
+std::optional<Crossing> first_crossing(const collision::Bvh& tree,
+                                       std::span<const Vector3d> vertices_before_m, double moved_m,
+                                       const PathInStep& path) {
+  Eigen::AlignedBox3d box_m(path.from_m);
+  box_m.extend(path.to_m);
+  box_m = {box_m.min().array() - moved_m, box_m.max().array() + moved_m};
+  std::optional<Crossing> first;
+  collision::each_triangle_near(tree, box_m, [&](std::uint32_t triangle) {
+    const Corners now = corners(tree.mesh().triangles[triangle], tree.mesh().vertices_m);
+    const auto found = crossing_of(
+        triangle,
+        vertices_before_m.empty() ? now
+                                  : corners(tree.mesh().triangles[triangle], vertices_before_m),
+        now, path);
+    if (found &&
+        (!first || std::tie(found->at, found->triangle) < std::tie(first->at, first->triangle)))
+      first = found;
+  });
+  return first;
 }
 
 }  // namespace
@@ -96,27 +134,19 @@ std::optional<MeshTouch> touch_mesh(const collision::Bvh& tree,
                                     std::span<const Vector3d> vertices_before_m, double moved_m,
                                     const PathInStep& path) {
   if (!is_finite(path)) return std::nullopt;
-  const double reach_m = path.radius_m + (path.to_m - path.from_m).norm() + moved_m;
-  const auto nearest = collision::nearest_point(tree, path.to_m, reach_m);
-  if (!nearest) return std::nullopt;
-  const std::array<std::uint32_t, 3>& triangle = tree.mesh().triangles[nearest->triangle];
-  const Corners now = corners(triangle, tree.mesh().vertices_m),
-                before = vertices_before_m.empty() ? now : corners(triangle, vertices_before_m);
-  const Vector3d weights = weights_of(now, nearest->p_m);
-  const double side_before =
-      before.normal().dot(path.from_m - mean(weights, before.a, before.b, before.c));
-  const Vector3d normal = std::copysign(1, side_before) * now.normal();
-  const Vector3d from_surface_m = path.to_m - nearest->p_m;
-  const double along_m = normal.dot(from_surface_m);
-  const bool has_crossed = along_m < 0;
-  if (has_crossed ? along_m > -kThrough * from_surface_m.norm()
-                  : !(nearest->distance_m < path.radius_m))
-    return std::nullopt;
-  // In front of an edge, the particle leaves in the direction of its nearest point.
-  if (!has_crossed && nearest->distance_m > 0)
+  if (const auto crossing = first_crossing(tree, vertices_before_m, moved_m, path)) {
+    const Corners now = corners(tree.mesh().triangles[crossing->triangle], tree.mesh().vertices_m);
+    const Vector3d normal = std::copysign(1, crossing->side) * now.normal();
     return MeshTouch{
-        {from_surface_m / nearest->distance_m, nearest->distance_m}, nearest->triangle, weights};
-  return MeshTouch{{normal, along_m}, nearest->triangle, weights};
+        {normal, normal.dot(path.to_m - now.a)}, crossing->triangle, crossing->weights};
+  }
+  const auto nearest = collision::nearest_point(tree, path.to_m, path.radius_m);
+  // On the surface itself there is no direction; the next step crosses it or leaves it.
+  if (!nearest || !(nearest->distance_m > 0)) return std::nullopt;
+  const Corners now = corners(tree.mesh().triangles[nearest->triangle], tree.mesh().vertices_m);
+  return MeshTouch{{(path.to_m - nearest->p_m) / nearest->distance_m, nearest->distance_m},
+                   nearest->triangle,
+                   weights_of(now, nearest->p_m)};
 }
 
 }  // namespace fivepipe::sim

@@ -38,8 +38,8 @@ struct MeshTouch {
 };
 // A surface with two sides; the particle stays on its side. vertices_before_m: those of the tree at
 // the start of the step, if they differ (a cloth); else empty. moved_m: the longest of their moves.
-// Only the triangle nearest to the path's end is considered, so a path that crosses a thin part
-// and ends beyond it is not always stopped.
+// The path is stopped at the first triangle that it crosses; without one, the particle keeps its
+// radius from the nearest triangle.
 std::optional<MeshTouch> touch_mesh(const collision::Bvh& tree,
                                     std::span<const Eigen::Vector3d> vertices_before_m,
                                     double moved_m, const PathInStep& path);

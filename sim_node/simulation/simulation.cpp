@@ -89,7 +89,7 @@ void Simulation::step(std::uint64_t steps_left) {
   respawn_lost_objects();
   contact_.after_step();
   const double end_before_hull_s = before_hull_s(steps_left) - config_.step_s;
-  if (cloths_) cloths_->step(config_.step_s, steps_left, hull_, end_before_hull_s);
+  if (cloths_) step_cloths(steps_left, end_before_hull_s);
   if (particles_) particles_->step(config_.step_s, steps_left, hull_, end_before_hull_s);
 }
 
@@ -97,6 +97,13 @@ void Simulation::step_bodies(std::uint64_t steps_left) {
   if (!manifolds_) return bodies_.step(config_.step_s);
   bodies_.step(config_.step_s, manifolds_->before_step(config_.step_s, before_hull_s(steps_left)));
   manifolds_->after_step();
+}
+
+void Simulation::step_cloths(std::uint64_t steps_left, double end_before_hull_s) {
+  const std::uint64_t reset = cloths_->counters().reset;
+  cloths_->step(config_.step_s, steps_left, hull_, end_before_hull_s);
+  if (!particles_ || cloths_->counters().reset == reset) return;
+  for (const std::size_t object : cloths_->objects()) particles_->forget(object);
 }
 
 double Simulation::before_hull_s(std::uint64_t steps_left) const {

@@ -86,6 +86,7 @@ class Simulation {
   // steps_left: steps up to the time of advance(), at least 1, this one included.
   void step(std::uint64_t steps_left);
   void step_bodies(std::uint64_t steps_left);
+  void step_cloths(std::uint64_t steps_left, double end_before_hull_s);
   // Time from the start of the step to the hull's newest frame; negative after it.
   double before_hull_s(std::uint64_t steps_left) const;
   void refit_cloths();

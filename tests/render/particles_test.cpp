@@ -102,9 +102,9 @@ TEST_F(Particles, OfAnUnknownSourceOrWithBadCoordinatesAreUndrawable) {
             "2 coordinates are not three per particle");
   for (const double bad : {test::kNaN, test::kInfinity})
     EXPECT_EQ(renderer.why_undrawable(ParticleCloud{0, {1, float(bad), 3}}), "particle not finite");
-  EXPECT_EQ(renderer.why_undrawable(
-                ParticleCloud{0, std::vector<float>(3 * std::size_t(config::kMaxParticles) + 3)}),
-            "200001 particles are too many");
+  EXPECT_EQ(renderer.why_undrawable(ParticleCloud{
+                0, std::vector<float>(3 * std::size_t(config::kMaxSentParticles) + 3)}),
+            "220001 particles are too many");
 }
 
 }  // namespace

@@ -122,6 +122,36 @@ TEST(SolidTouch, ASheetThatMovesTakesAParticleAlong) {
   EXPECT_NEAR(touch->weights.sum(), 1, 1e-12);
 }
 
+// A path that rounds an edge of a closed mesh crosses no surface, although it ends behind the plane
+// of the nearest one.
+TEST(SolidTouch, APathAroundAnEdgeIsFree) {
+  const collision::Bvh tree(geometry::box_mesh({0.2, 0.2, 0.2}));
+  const auto free = touch_mesh(tree, {}, 0, path({0.099, 0.106, 0}, {0.106, 0.099, 0}));
+  EXPECT_FALSE(free && free->touch.distance_m < kRadius_m);
+}
+
+// As for a box: the response ends outside, and a path that enters is stopped.
+TEST(SolidTouch, NoPathEndsInAMeshThatItEntered) {
+  const collision::Bvh tree(geometry::box_mesh(2 * kHalf_m));
+  test::Random random(4);
+  int touches = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const Vector3d from_m = test::random_in_ball(random, 0.6),
+                   to_m = from_m + test::random_in_ball(random, 0.2);
+    if (((from_m.cwiseAbs() - kHalf_m).array() < kRadius_m).all()) continue;
+    const auto touch = touch_mesh(tree, {}, 0, path(from_m, to_m));
+    if (((to_m.cwiseAbs() - kHalf_m).array() < 0).all()) {
+      ASSERT_TRUE(touch);
+    }
+    if (!touch || touch->touch.distance_m >= kRadius_m) continue;
+    ++touches;
+    const Vector3d end_m = to_m + (kRadius_m - touch->touch.distance_m) * touch->touch.normal;
+    EXPECT_GE((end_m.cwiseAbs() - kHalf_m).maxCoeff(), -1e-9) << from_m.transpose();
+    EXPECT_NEAR(touch->weights.sum(), 1, 1e-9);
+  }
+  EXPECT_GT(touches, 500);
+}
+
 TEST(SolidTouch, NaNTouchesNothing) {
   const collision::Bvh tree(sheet());
   for (const double bad : {test::kNaN, test::kInfinity, -test::kInfinity})

@@ -8,6 +8,9 @@
 namespace fivepipe::collision {
 namespace {
 
+// Float rounds the coordinates, each by half an epsilon of their size.
+constexpr float kRounding = 8 * std::numeric_limits<float>::epsilon();
+
 // A branch-and-bound search: a box beyond the nearest point so far is skipped.
 class Search {
  public:
@@ -45,8 +48,6 @@ class Search {
           std::abs(from_origin_m_[Eigen::Index(axis)] - boxes.center_m[axis][child]) - half_m;
       if (beyond_m > 0) sum += beyond_m * beyond_m;
     }
-    // Float rounds the coordinates, each by half an epsilon of their size.
-    constexpr float kRounding = 8 * std::numeric_limits<float>::epsilon();
     return double(std::sqrt(sum) -
                   kRounding * (from_origin_m_.cwiseAbs().sum() + float(tree_.radius_m())));
   }
@@ -72,7 +73,53 @@ class Search {
   std::optional<NearestPoint> found_;
 };
 
+// Visits the boxes of the tree that may meet a box.
+class Overlap {
+ public:
+  Overlap(const Bvh& tree, const Eigen::AlignedBox3d& box_m,
+          const std::function<void(std::uint32_t)>& take)
+      : tree_(tree),
+        take_(take),
+        center_m_((box_m.center() - tree.origin_m()).cast<float>()),
+        half_m_((0.5 * box_m.sizes()).cast<float>()),
+        rounding_m_(kRounding *
+                    (center_m_.cwiseAbs().sum() + half_m_.sum() + float(tree.radius_m()))) {}
+
+  void visit(int level, int i) const {
+    const Bvh::Boxes& boxes = tree_.boxes(level, i);
+    for (int child = 0; child < Bvh::kArity; ++child) {
+      if (!meets(boxes, std::size_t(child))) continue;
+      const int below = Bvh::kArity * i + child;
+      if (level > 0)
+        visit(level - 1, below);
+      else
+        for (const std::uint32_t triangle : tree_.triangles_of(below)) take_(triangle);
+    }
+  }
+
+ private:
+  bool meets(const Bvh::Boxes& boxes, std::size_t child) const {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const float half_m = boxes.half_m[axis][child];
+      if (!(half_m >= 0 && std::abs(center_m_[Eigen::Index(axis)] - boxes.center_m[axis][child]) <=
+                               half_m + half_m_[Eigen::Index(axis)] + rounding_m_))
+        return false;
+    }
+    return true;
+  }
+
+  const Bvh& tree_;
+  const std::function<void(std::uint32_t)>& take_;
+  const Eigen::Vector3f center_m_, half_m_;
+  const float rounding_m_;
+};
+
 }  // namespace
+
+void each_triangle_near(const Bvh& tree, const Eigen::AlignedBox3d& box_m,
+                        const std::function<void(std::uint32_t)>& take) {
+  if (!tree.empty()) Overlap(tree, box_m, take).visit(tree.levels() - 1, 0);
+}
 
 std::optional<NearestPoint> nearest_point(const Bvh& tree, const Eigen::Vector3d& p_m,
                                           double reach_m) {

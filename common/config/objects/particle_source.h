@@ -24,6 +24,8 @@ struct ParticleSource {
 // Largest number of particles of a source: rate times lifetime. A frame's message of as many has
 // 2.4 MB.
 inline constexpr double kMaxParticles = 200'000;
+// A frame may have this many: rounding lets particles live a step longer.
+inline constexpr double kMaxSentParticles = 1.1 * kMaxParticles;
 // The search for the hull's surface reaches this far (hull::kMaxOutside_px, at 2 mm per pixel).
 inline constexpr double kMaxParticleRadius_m = 0.016;
 

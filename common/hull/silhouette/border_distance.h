@@ -21,8 +21,8 @@ class BorderDistance {
   // Returns the distance from a position in the image (pixel centres are integers) to the border
   // [px]: positive at object pixels, negative elsewhere. It is linear between pixel centres. At a
   // centre it is that to the nearest centre of the other kind, less the half pixel to the border;
-  // inside at most kMaxInside_px. Returns nullopt more than kMaxOutside_px outside the rectangle of
-  // the object pixels, and if a coordinate is not finite.
+  // inside at most kMaxInside_px. Returns nullopt more than kMaxOutside_px from the object pixels,
+  // and if a coordinate is not finite.
   std::optional<double> at(const Eigen::Vector2d& uv_px) const;
   // Returns the gradient, over kGradient_px to each side. It points inwards, has a length of about
   // 1, and is shorter where several borders are equally near. Requires at(uv_px).

@@ -1,5 +1,5 @@
 // Distance to the hull's surface and its normal, for many points near it. Much faster than
-// tangent_planes() (hull_border.h), and less accurate: 5 degrees of a ball of 25 px (median). It
+// tangent_planes() (hull_border.h), and less accurate: 4 degrees on a ball of 25 px (median). It
 // certifies nothing: HullQuery decides whether a point is in the hull.
 #pragma once
 #include <Eigen/Core>

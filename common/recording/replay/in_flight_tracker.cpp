@@ -84,9 +84,9 @@ bool InFlightTracker::has_all_tiles(const recording::FrameGroup& group) const {
     ++present;
     expected = std::get<std::uint64_t>(*all);
   }
-  return !views.empty() && std::all_of(views.begin(), views.end(), [](const auto& of) {
-    return of.second.first == of.second.second;
-  });
+  return views.size() == plan_.hull_views &&
+         std::all_of(views.begin(), views.end(),
+                     [](const auto& of) { return of.second.first == of.second.second; });
 }
 
 bool InFlightTracker::is_complete_for(const ReplayedNode& node,
