@@ -52,6 +52,37 @@ TEST(InFlightTracker, WaitsForRenderedFramesOnlyIfAllTilesAreSent) {
   EXPECT_FALSE(is_waited_for(incomplete));
 }
 
+// With shadows, a frame also has the tiles of the light's view.
+TEST(InFlightTracker, WaitsForRenderedFramesOnlyIfTheyHaveAllViews) {
+  bus::Bus bus({test::own_domain()});
+  const recording::Recording recording(test::kKeptRecording);
+  ReplayPlan plan;
+  plan.nodes = {{"parent", "render_node"}};
+  plan.hull_views = 2;
+  const auto is_waited_for = [&](const recording::FrameGroup& group) {
+    InFlightTracker tracker(bus, recording, plan, {bus::topics::HullTile::name});
+    tracker.reset();
+    tracker.expect(group);
+    return tracker.is_waited_for(*group.frame);
+  };
+  recording::FrameGroup group = frame_with_tiles(recording);
+  EXPECT_FALSE(is_waited_for(group));
+  // The same tiles of a view whose name has the same length.
+  const std::string viewer = "viewer", other = "mirror";
+  const std::vector<recording::OwnedMessage> of_viewer = group.messages;
+  for (recording::OwnedMessage message : of_viewer) {
+    if (!is_tile(message)) continue;
+    const auto at = std::search(message.cdr.begin(), message.cdr.end(), viewer.begin(),
+                                viewer.end(), [](std::byte a, char b) { return char(a) == b; });
+    ASSERT_NE(at, message.cdr.end());
+    std::transform(other.begin(), other.end(), at, [](char c) { return std::byte(c); });
+    group.messages.push_back(std::move(message));
+  }
+  EXPECT_TRUE(is_waited_for(group));
+  group.messages.pop_back();
+  EXPECT_FALSE(is_waited_for(group));
+}
+
 // Groups of messages without content.
 class InFlightTrackerTest : public testing::Test {
  protected:
