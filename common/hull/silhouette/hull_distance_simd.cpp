@@ -105,9 +105,8 @@ void limiting_borders(std::span<const DistanceSimdCamera> cameras,
                       std::span<const Eigen::Vector3d> p_world_m, double reach_m,
                       LimitingBorder* result) {
   static_assert(sizeof(Eigen::Vector3d) == 3 * sizeof(double));
-  if (!p_world_m.empty())
-    HWY_DYNAMIC_DISPATCH(borders)
-    (cameras, p_world_m.data()->data(), p_world_m.size(), reach_m, result);
+  if (!p_world_m.empty()) HWY_DYNAMIC_DISPATCH(borders)
+  (cameras, p_world_m.data()->data(), p_world_m.size(), reach_m, result);
 }
 
 }  // namespace fivepipe::hull
