@@ -93,7 +93,7 @@ void Reconstructor::set_silhouettes(std::span<const hull::Silhouette> silhouette
 
 hull::PlaneSweep& Reconstructor::sweep_of(const geometry::Pinhole& pinhole) {
   const std::pair size_px(pinhole.width_px, pinhole.height_px);
-  if (sweeps_.size() > kMaxSweeps && !sweeps_.contains(size_px)) sweeps_.clear();
+  if (sweeps_.size() >= kMaxSweeps && !sweeps_.contains(size_px)) sweeps_.clear();
   hull::PlaneSweep& sweep =
       sweeps_.try_emplace(size_px, size_px.first, size_px.second, config_.sweep_planes)
           .first->second;

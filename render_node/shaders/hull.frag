@@ -46,20 +46,16 @@ uniform vec3 light_eye_m;
 uniform vec3 up_eye;
 uniform float light_reach_m;
 
-float slope(float before, float here, float after, float jump) {
-  bool b = abs(before - here) < jump, a = abs(after - here) < jump;
-  return a && b ? 0.5 * (1.0 / after - 1.0 / before)
-         : a    ? 1.0 / after - 1.0 / here
-         : b    ? 1.0 / here - 1.0 / before
-                : 0.0;
-}
+// The hull of binary maps is faceted by their pixels: with colour, the light averages over facets.
 #ifdef COLOURED
-// The hull of binary maps is faceted by their pixels. Slopes over more texels average over facets.
 #define REACH 4
-float slope_along(ivec2 t, ivec2 along, float z, float jump) {
+#else
+#define REACH 1
+#endif
+// Returns the change of 1 / z per texel, over up to REACH texels to each side on one surface.
+float slope(ivec2 t, ivec2 along, float z, float jump) {
   float before = z, after = z;
   int from = 0, to = 0;
-  // Up to the border of the surface.
   for (int i = 1; i <= REACH; ++i) {
     float b = depth_at(t - i * along), a = depth_at(t + i * along);
     if (from == i - 1 && abs(b - before) < jump) before = b, from = i;
@@ -67,13 +63,8 @@ float slope_along(ivec2 t, ivec2 along, float z, float jump) {
   }
   return from + to > 0 ? (1.0 / after - 1.0 / before) / float(from + to) : 0.0;
 }
-#else
-float slope_along(ivec2 t, ivec2 along, float z, float jump) {
-  return slope(depth_at(t - along), z, depth_at(t + along), jump);
-}
-#endif
 vec3 normal_at(ivec2 t, float z, float jump) {
-  vec2 g = vec2(slope_along(t, ivec2(1, 0), z, jump), slope_along(t, ivec2(0, 1), z, jump));
+  vec2 g = vec2(slope(t, ivec2(1, 0), z, jump), slope(t, ivec2(0, 1), z, jump));
   return -normalize(vec3(g * focal_px, 1.0 / z - dot(g, vec2(t) - center_px)));
 }
 #endif

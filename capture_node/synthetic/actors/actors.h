@@ -24,8 +24,8 @@ std::vector<SyntheticPart> hand_with_tray(double turn);
 // returns.
 std::vector<SyntheticPart> pushing_hand(double turn);
 
-// A flat hand, palm up. It moves below x = 0, y = 0, stays there, throws upwards what lies on it,
-// with a period of 8 s at up to 1.1 m/s, and draws back.
+// A flat hand, palm up. It moves to x = 0, y = 0, stays there, throws the objects on it upwards
+// (with a period of 8 s at up to 1.1 m/s), and draws back.
 std::vector<SyntheticPart> catching_hand(double turn);
 
 }  // namespace fivepipe::capture

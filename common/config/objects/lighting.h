@@ -6,7 +6,7 @@
 
 namespace fivepipe::config {
 
-// The light's view, in which it sees what is lit. Shadows fall within it only.
+// The light's view of the scene. Points outside it are never in shadow.
 struct ShadowView {
   Eigen::Vector3d target_world_m;                // the view's centre
   double fov_rad = 1.0;                          // of both directions
