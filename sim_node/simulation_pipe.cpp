@@ -56,6 +56,7 @@ void count_new(node::NodeStatusReporter& status, const SimulationCounters& now,
   count_increase("cloth_unrecovered", now.cloth.unrecovered, reported.cloth.unrecovered);
   count_increase("cloth_still_colliding", now.cloth.still_colliding,
                  reported.cloth.still_colliding);
+  count_increase("cloth_self_contacts", now.cloth.self_contacts, reported.cloth.self_contacts);
   count_increase("cloths_reset", now.cloth.reset, reported.cloth.reset);
   count_increase("particle_contacts", now.particles.contacts, reported.particles.contacts);
   count_increase("particles_stuck", now.particles.stuck, reported.particles.stuck);

@@ -12,8 +12,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Particles that fall on the block, so many that `count` are there from the second second on.
-config::Scene rain(int count) {
+// Particles that fall on a strip along x, so many that `count` are there from the second second on.
+config::Scene rain(int count, double half_width_m) {
   constexpr double kLifetime_s = 2;
   config::SceneObject table;  // below the block
   table.name = "table";
@@ -22,7 +22,7 @@ config::Scene rain(int count) {
   table.reaction = config::Reaction::none;
   config::ParticleSource source;
   source.name = "rain";
-  source.from_world_m = {Vector3d(-0.28, -0.28, 0.15), Vector3d(0.28, 0.28, 0.2)};
+  source.from_world_m = {Vector3d(-half_width_m, -0.28, 0.15), Vector3d(half_width_m, 0.28, 0.2)};
   source.lifetime_s = kLifetime_s;
   source.rate_hz = count / kLifetime_s;
   config::Scene scene;
@@ -73,11 +73,16 @@ double deepest_m(const std::vector<hull::Silhouette>& silhouettes, const sim::Pa
 
 }  // namespace
 
-Result swept_particles(int count, int threads, bool is_quick) {
+std::string particles_name(int count, Rain rain_on) {
+  return fmt::format("particles/{}{}", count, rain_on == Rain::block ? "" : "/wide");
+}
+
+Result swept_particles(int count, Rain rain_on, int threads, bool is_quick) {
   const auto cameras = cameras_at(5, 0);
-  sim::Simulation simulation(rain(count), {.threads = threads});
+  const bool on_block = rain_on == Rain::block;
+  sim::Simulation simulation(rain(count, on_block ? 0.28 : 0.8), {.threads = threads});
   Result result, ignored;
-  result.name = fmt::format("particles/{}", count);
+  result.name = particles_name(count, rain_on);
   const int full = 61, frames = full + (is_quick ? 10 : 60);
   double worst_m = 0;
   std::vector<double> contacts;  // per step

@@ -1,10 +1,17 @@
 // Particles on a real block that a real arm crosses at 1 m/s.
 #pragma once
+#include <string>
+
 #include "benchmarks/sim/sim_run.h"
 
 namespace fivepipe::sim_bench {
 
-// The result's name is "particles/<count>".
-Result swept_particles(int count, int threads, bool is_quick);
+// block: all particles fall on the block, and most touch it in each step. wide: two thirds fall
+// beside it, on a virtual table.
+enum class Rain { block, wide };
+
+std::string particles_name(int count, Rain rain_on);
+// The result has this name.
+Result swept_particles(int count, Rain rain_on, int threads, bool is_quick);
 
 }  // namespace fivepipe::sim_bench

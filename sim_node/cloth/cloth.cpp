@@ -45,7 +45,7 @@ void Cloth::step(double step_s, const Eigen::Vector3d& gravity_world_m_s2,
   assert(step_s > 0 && share >= 0 && share <= 1);
   std::vector<Placed> placed;
   for (const ClothContact& contact : contacts)
-    placed.push_back({&contact, contact.normal_world.dot(at(contact, p_)), false});
+    placed.push_back({&contact, contact.normal_world.dot(point(contact).of(p_)), false});
   // A step that is a multiple of the substep must not become one substep more by rounding.
   const int substeps = std::max(1, int(std::ceil(step_s / kMaxClothSubstep_s - 1e-9)));
   for (int i = 1; i <= substeps; ++i)
@@ -153,52 +153,79 @@ void Cloth::project_tether(const ClothTether& tether, double longest_m) {
       followed(model_.vertices[tether.vertex], (longest_m / distance_m - 1) * to_vertex);
 }
 
-Eigen::Vector3d Cloth::at(const ClothContact& contact,
-                          const std::vector<Eigen::Vector3d>& of) const {
-  const auto& [i, j, k] = mesh_triangles_[contact.triangle];
-  return contact.weights.x() * of[i] + contact.weights.y() * of[j] + contact.weights.z() * of[k];
+template <std::size_t N>
+Eigen::Vector3d Cloth::Sum<N>::of(const std::vector<Eigen::Vector3d>& vectors) const {
+  Eigen::Vector3d sum = weights[0] * vectors[vertices[0]];
+  for (std::size_t k = 1; k < N; ++k) sum += weights[k] * vectors[vertices[k]];
+  return sum;
 }
 
-bool Cloth::push(const ClothContact& contact, const Eigen::Vector3d& direction, double change,
+Cloth::Sum<3> Cloth::point(const ClothContact& contact) const {
+  const Eigen::Vector3d& w = contact.weights;
+  return {mesh_triangles_[contact.triangle], {w.x(), w.y(), w.z()}};
+}
+
+Cloth::Sum<4> Cloth::offset(const ClothSelfTouch& touch) const {
+  const auto& [a, b, c] = mesh_triangles_[touch.triangle];
+  const Eigen::Vector3d& w = touch.weights;
+  return {{touch.vertex, a, b, c}, {1, -w.x(), -w.y(), -w.z()}};
+}
+
+template <std::size_t N>
+bool Cloth::push(const Sum<N>& sum, const Eigen::Vector3d& direction, double change,
                  std::span<std::vector<Eigen::Vector3d>* const> of) {
-  const auto& vertices = mesh_triangles_[contact.triangle];
-  std::array<Eigen::Vector3d, 3> move;
-  double sum = 0;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const ClothVertex& vertex = model_.vertices[vertices[k]];
-    const double weight = contact.weights[Eigen::Index(k)];
-    move[k] = weight * vertex.inverse_mass_1_kg * followed(vertex, direction);
-    sum += weight * direction.dot(move[k]);
+  std::array<Eigen::Vector3d, N> move;
+  double moved = 0;
+  for (std::size_t k = 0; k < N; ++k) {
+    const ClothVertex& vertex = model_.vertices[sum.vertices[k]];
+    move[k] = sum.weights[k] * vertex.inverse_mass_1_kg * followed(vertex, direction);
+    moved += sum.weights[k] * direction.dot(move[k]);
   }
-  if (!(sum > 0)) return false;  // the corners are fixed, or slide across the direction only
+  if (!(moved > 0)) return false;  // the vertices are fixed, or slide across the direction only
   double largest = 0;
-  for (const Eigen::Vector3d& of_corner : move) largest = std::max(largest, of_corner.norm());
-  if (largest > kMaxCornerMove * sum) return false;  // fixed corners hold the point
-  for (std::size_t k = 0; k < 3; ++k)
+  for (const Eigen::Vector3d& of_vertex : move) largest = std::max(largest, of_vertex.norm());
+  if (largest > kMaxCornerMove * moved) return false;  // fixed vertices hold the point
+  for (std::size_t k = 0; k < N; ++k)
     for (std::vector<Eigen::Vector3d>* vectors : of)
-      (*vectors)[vertices[k]] += change / sum * move[k];
+      (*vectors)[sum.vertices[k]] += change / moved * move[k];
   return true;
 }
 
 bool Cloth::place(const ClothContact& contact, double offset_m) {
-  const double missing_m = offset_m - contact.normal_world.dot(at(contact, p_));
+  const double missing_m = offset_m - contact.normal_world.dot(point(contact).of(p_));
   if (!(missing_m > 0)) return false;
-  return push(contact, contact.normal_world, missing_m,
+  return push(point(contact), contact.normal_world, missing_m,
               std::array<std::vector<Eigen::Vector3d>*, 2>{&p_, &before_});
 }
 
 void Cloth::slow(const ClothContact& contact) {
   const std::array<std::vector<Eigen::Vector3d>*, 1> velocity = {&v_};
   const Eigen::Vector3d& normal = contact.normal_world;
-  const double approach_m_s = normal.dot(contact.velocity_world_m_s - at(contact, v_));
+  const Sum<3> touched = point(contact);
+  const double approach_m_s = normal.dot(contact.velocity_world_m_s - touched.of(v_));
   if (!(approach_m_s > 0)) return;
-  push(contact, normal, approach_m_s, velocity);
-  const Eigen::Vector3d v = at(contact, v_) - contact.velocity_world_m_s,
+  push(touched, normal, approach_m_s, velocity);
+  const Eigen::Vector3d v = touched.of(v_) - contact.velocity_world_m_s,
                         tangential = v - normal.dot(v) * normal;
   const double speed_m_s = tangential.norm();
   if (!(speed_m_s > 0)) return;
-  push(contact, -tangential / speed_m_s, std::min(speed_m_s, settings_.friction * approach_m_s),
+  push(touched, -tangential / speed_m_s, std::min(speed_m_s, settings_.friction * approach_m_s),
        velocity);
+}
+
+double Cloth::separate(std::span<const ClothSelfTouch> touches) {
+  const std::array<std::vector<Eigen::Vector3d>*, 1> position = {&p_}, velocity = {&v_};
+  double most_m = 0;
+  for (const ClothSelfTouch& touch : touches) {
+    const Sum<4> apart = offset(touch);
+    const Eigen::Vector3d& normal = touch.normal_world;
+    const double missing_m = touch.distance_m - normal.dot(apart.of(p_));
+    if (!(missing_m > 0) || !push(apart, normal, missing_m, position)) continue;
+    most_m = std::max(most_m, missing_m);
+    if (const double approach_m_s = -normal.dot(apart.of(v_)); approach_m_s > 0)
+      push(apart, normal, approach_m_s, velocity);
+  }
+  return most_m;
 }
 
 }  // namespace fivepipe::sim

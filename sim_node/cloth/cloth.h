@@ -23,6 +23,14 @@ struct ClothContact {
   Eigen::Vector3d velocity_world_m_s = Eigen::Vector3d::Zero();  // of the hull's surface
 };
 
+// A vertex that must be at least distance_m from a point of a triangle, along the normal.
+struct ClothSelfTouch {
+  std::uint32_t vertex, triangle;  // indices in the mesh
+  Eigen::Vector3d weights;         // barycentric, of the triangle's point
+  Eigen::Vector3d normal_world;    // unit, towards the vertex's side
+  double distance_m;
+};
+
 // Deterministic: the same calls give the same bits.
 class Cloth {
  public:
@@ -38,6 +46,9 @@ class Cloth {
   // Moves the contacts' points to their planes at once, without velocity. Returns whether any
   // moved: none does if their corners are fixed.
   bool project(std::span<const ClothContact> contacts);
+  // Moves each vertex and triangle apart at once, one pair after the other, without velocity, and
+  // removes the velocity with which they approach. Returns the largest distance that was missing.
+  double separate(std::span<const ClothSelfTouch> touches);
   // Returns to the start, at rest.
   void reset();
 
@@ -67,11 +78,20 @@ class Cloth {
   bool place(const ClothContact& contact, double offset_m);
   // Removes the point's velocity towards the hull, and by friction that along it.
   void slow(const ClothContact& contact);
-  // Changes a contact point's position (or velocity) by `change` along a unit direction,
-  // distributed over the corners by their masses. Returns false if no corner can follow.
-  bool push(const ClothContact& contact, const Eigen::Vector3d& direction, double change,
+  // A weighted sum of vertices: a point of the cloth, or the offset between two points.
+  template <std::size_t N>
+  struct Sum {
+    std::array<std::uint32_t, N> vertices;
+    std::array<double, N> weights;
+    Eigen::Vector3d of(const std::vector<Eigen::Vector3d>& vectors) const;
+  };
+  Sum<3> point(const ClothContact& contact) const;
+  Sum<4> offset(const ClothSelfTouch& touch) const;  // from the triangle's point to the vertex
+  // Changes the sum of the positions (or velocities) by `change` along a unit direction,
+  // distributed over the vertices by their masses. Returns false if no vertex can follow.
+  template <std::size_t N>
+  bool push(const Sum<N>& sum, const Eigen::Vector3d& direction, double change,
             std::span<std::vector<Eigen::Vector3d>* const> of);
-  Eigen::Vector3d at(const ClothContact& contact, const std::vector<Eigen::Vector3d>& of) const;
 
   config::ClothSettings settings_;
   ClothModel model_;

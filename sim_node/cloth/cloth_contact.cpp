@@ -2,32 +2,17 @@
 
 #include <algorithm>
 
+#include "common/collision/proximity/moving_triangle.h"
 #include "common/collision/response/recovery.h"
 
 namespace fivepipe::sim {
 namespace {
 
 using collision::CollisionPoint;
+using collision::corners;
 
 // Each point costs a ray. Neighbouring points of a triangle leave the hull together.
 constexpr std::size_t kMaxPointsPerTriangle = 8;
-
-Eigen::Vector3d normal_of(const std::array<std::uint32_t, 3>& triangle,
-                          const std::vector<Eigen::Vector3d>& vertices_m) {
-  const auto& [a, b, c] = triangle;
-  return (vertices_m[b] - vertices_m[a]).cross(vertices_m[c] - vertices_m[a]).normalized();
-}
-
-// Barycentric coordinates of the point of the triangle's plane that is nearest to p.
-Eigen::Vector3d weights_of(const Eigen::Vector3d& p_m, const std::array<std::uint32_t, 3>& triangle,
-                           const std::vector<Eigen::Vector3d>& vertices_m) {
-  const Eigen::Vector3d &a = vertices_m[triangle[0]], e1 = vertices_m[triangle[1]] - a,
-                        e2 = vertices_m[triangle[2]] - a, normal = e1.cross(e2), p = p_m - a;
-  const double square = normal.squaredNorm();
-  if (!(square > 0)) return Eigen::Vector3d::Constant(1.0 / 3);  // a triangle folded to a line
-  const double second = p.cross(e2).dot(normal) / square, third = e1.cross(p).dot(normal) / square;
-  return {1 - second - third, second, third};
-}
 
 // Keeps at most kMaxPointsPerTriangle points of each triangle, evenly. Points are sorted by
 // triangle.
@@ -89,9 +74,9 @@ void ClothHullContact::find(const Cloth& cloth, CurrentHull& hull, const HullPar
     }
     deepest_m_ = std::max(deepest_m_, exit->distance_m);
     const Eigen::Vector3d p_m = newest_from_now.inverse() * point.p_world_m;
-    contacts.push_back({point.triangle, weights_of(p_m, triangle, shifted_world_m_), *normal,
-                        normal->dot(p_m) + exit->distance_m + settings_.thickness_m,
-                        velocity.at(p_m)});
+    contacts.push_back(
+        {point.triangle, collision::barycentric_weights(corners(triangle, shifted_world_m_), p_m),
+         *normal, normal->dot(p_m) + exit->distance_m + settings_.thickness_m, velocity.at(p_m)});
   }
 }
 
@@ -107,7 +92,8 @@ void ClothHullContact::shift(const Cloth& cloth) {
     if (sides_[t].sign != 0)
       for (const std::uint32_t vertex : tree_.mesh().triangles[t])
         shifted_world_m_[vertex] -=
-            double(sides_[t].sign) * normal_of(tree_.mesh().triangles[t], vertices_m);
+            double(sides_[t].sign) *
+            collision::unit_normal(corners(tree_.mesh().triangles[t], vertices_m));
   for (std::size_t i = 0; i < vertices_m.size(); ++i)
     shifted_world_m_[i] = vertices_m[i] + settings_.thickness_m * shifted_world_m_[i].normalized();
 }
@@ -124,7 +110,7 @@ std::optional<Eigen::Vector3d> ClothHullContact::direction(std::uint32_t triangl
                                                            const hull::HullQuery& query) {
   if (settings_.v_rec_world) return *settings_.v_rec_world;
   const Eigen::Vector3d normal =
-      normal_of(tree_.mesh().triangles[triangle], cloth.vertices_world_m());
+      collision::unit_normal(corners(tree_.mesh().triangles[triangle], cloth.vertices_world_m()));
   if (!(normal.squaredNorm() > 0)) return {};  // a triangle folded to a line
   Side& side = sides_[triangle];
   side.steps_without_contact = 0;

@@ -22,10 +22,14 @@ ClothObjects::ClothObjects(const config::Scene& scene)
     Eigen::AlignedBox3d bounds_m;
     for (const Eigen::Vector3d& p : cloth.vertices_world_m()) bounds_m.extend(p);
     const double free_fall_m_s = std::sqrt(2 * scene.gravity_m_s2 * bounds_m.diagonal().norm());
+    std::optional<ClothSelfContact> self_contact;
+    if (object.cloth->self_collision)
+      self_contact.emplace(mesh, cloth.vertices_world_m(), object.cloth->thickness_m);
     objects_.push_back(i);
     cloths_.push_back(
         {std::move(cloth),
          ClothHullContact(mesh, *object.cloth),
+         std::move(self_contact),
          object.world_from_object.inverse(),
          {bounds_m.min().array() - kLostCloth_m, bounds_m.max().array() + kLostCloth_m},
          free_fall_m_s,
@@ -52,6 +56,8 @@ void ClothObjects::step(OneCloth& one, double step_s, std::uint64_t steps_left, 
     one.hull_speed_m_s = std::max(one.hull_speed_m_s, share * one.contact.deepest_m() / step_s);
   for (const ClothContact& contact : contacts)
     one.hull_speed_m_s = std::max(one.hull_speed_m_s, contact.velocity_world_m_s.norm());
+  std::vector<Eigen::Vector3d> before_world_m;
+  if (one.self_contact) before_world_m = one.cloth.vertices_world_m();
   one.cloth.step(step_s, gravity_world_m_s2_, contacts, share,
                  one.hull_speed_m_s + one.free_fall_m_s);
   counters_.unrecovered += one.contact.take_without_exit();
@@ -61,9 +67,11 @@ void ClothObjects::step(OneCloth& one, double step_s, std::uint64_t steps_left, 
       })) {
     reset(one);
     ++counters_.reset;
-  } else if (touchable && (moves || steps_left == 1)) {
-    project(one, hull, step_s, before_s);
+    return;
   }
+  if (one.self_contact)
+    counters_.self_contacts += one.self_contact->separate(one.cloth, before_world_m);
+  if (touchable && (moves || steps_left == 1)) project(one, hull, step_s, before_s);
 }
 
 // Moves only finite vertices, by at most kMaxClothExit_m each time.

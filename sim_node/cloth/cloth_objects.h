@@ -7,11 +7,13 @@
 // follow each.
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "common/config/scene.h"
 #include "sim_node/cloth/cloth.h"
 #include "sim_node/cloth/cloth_contact.h"
+#include "sim_node/cloth/cloth_self_contact.h"
 
 namespace fivepipe::sim {
 
@@ -20,6 +22,7 @@ struct ClothCounters {
   std::uint64_t contacts = 0;         // one per cloth and step that finds a contact
   std::uint64_t unrecovered = 0;      // collision points without an exit
   std::uint64_t still_colliding = 0;  // one per cloth and projection that ends in the hull
+  std::uint64_t self_contacts = 0;    // pairs of a vertex and a triangle, in each step
   std::uint64_t reset = 0;            // cloths with a vertex that was not finite or left the scene
 };
 
@@ -45,6 +48,7 @@ class ClothObjects {
   struct OneCloth {
     Cloth cloth;
     ClothHullContact contact;
+    std::optional<ClothSelfContact> self_contact;  // present if the scene requests it
     Eigen::Isometry3d object_from_world;
     Eigen::AlignedBox3d bounds_world_m;  // of the start, kLostCloth_m larger
     double free_fall_m_s;                // speed after a fall by the cloth's size

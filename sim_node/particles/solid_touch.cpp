@@ -4,15 +4,15 @@
 #include <cmath>
 #include <tuple>
 
+#include "common/collision/proximity/moving_triangle.h"
 #include "common/collision/proximity/nearest_point.h"
 
 namespace fivepipe::sim {
 namespace {
 
+using collision::corners;
+using collision::Triangle;
 using Eigen::Vector3d;
-
-// Weights this far below 0 count as in the triangle, so that no path slips between two triangles.
-constexpr double kBesideTriangle = 1e-9;
 
 bool is_finite(const PathInStep& path) { return path.from_m.allFinite() && path.to_m.allFinite(); }
 
@@ -20,46 +20,11 @@ SolidTouch face(int axis, double side, const Vector3d& half_m, const Vector3d& t
   return {side * Vector3d::Unit(axis), side * to_m[axis] - half_m[axis]};
 }
 
-struct Corners {
-  Vector3d a, b, c;
-  Vector3d normal() const { return (b - a).cross(c - a).normalized(); }
-};
-Corners between(const Corners& s, const Corners& t, double at) {
-  return {s.a + at * (t.a - s.a), s.b + at * (t.b - s.b), s.c + at * (t.c - s.c)};
-}
-Corners corners(const std::array<std::uint32_t, 3>& triangle,
-                std::span<const Vector3d> vertices_m) {
-  return {vertices_m[triangle[0]], vertices_m[triangle[1]], vertices_m[triangle[2]]};
-}
-
-// Barycentric weights of a point of the triangle; those of its centroid if it has no area.
-Vector3d weights_of(const Corners& t, const Vector3d& p_m) {
-  const Vector3d ab = t.b - t.a, ac = t.c - t.a, ap = p_m - t.a, normal = ab.cross(ac);
-  const double square = normal.squaredNorm();
-  if (!(square > 0)) return Vector3d::Constant(1.0 / 3);
-  const double b = ap.cross(ac).dot(normal) / square, c = ab.cross(ap).dot(normal) / square;
-  return {1 - b - c, b, c};
-}
-
-// A path that crosses a triangle, which moves evenly from its corners before to those now.
+// A path that crosses a triangle.
 struct Crossing {
-  double at;  // 0 to 1 along the path
+  collision::TriangleCrossing crossing;
   std::uint32_t triangle;
-  Vector3d weights;
-  double side;  // of the path's start: along the normal or against it
 };
-std::optional<Crossing> crossing_of(std::uint32_t triangle, const Corners& before,
-                                    const Corners& now, const PathInStep& path) {
-  const double from = before.normal().dot(path.from_m - before.a),
-               to = now.normal().dot(path.to_m - now.a);
-  if (!(from * to < 0)) return std::nullopt;
-  const double at = from / (from - to);
-  const Vector3d weights =
-      weights_of(between(before, now, at), path.from_m + at * (path.to_m - path.from_m));
-  if (!(weights.minCoeff() >= -kBesideTriangle)) return std::nullopt;
-  return Crossing{at, triangle, weights, from};
-}
-
 std::optional<Crossing> first_crossing(const collision::Bvh& tree,
                                        std::span<const Vector3d> vertices_before_m, double moved_m,
                                        const PathInStep& path) {
@@ -68,15 +33,14 @@ std::optional<Crossing> first_crossing(const collision::Bvh& tree,
   box_m = {box_m.min().array() - moved_m, box_m.max().array() + moved_m};
   std::optional<Crossing> first;
   collision::each_triangle_near(tree, box_m, [&](std::uint32_t triangle) {
-    const Corners now = corners(tree.mesh().triangles[triangle], tree.mesh().vertices_m);
-    const auto found = crossing_of(
-        triangle,
-        vertices_before_m.empty() ? now
-                                  : corners(tree.mesh().triangles[triangle], vertices_before_m),
-        now, path);
+    const Triangle now = corners(tree.mesh().triangles[triangle], tree.mesh().vertices_m);
+    const Triangle before = vertices_before_m.empty()
+                                ? now
+                                : corners(tree.mesh().triangles[triangle], vertices_before_m);
+    const auto found = collision::crossing({before, now}, path.from_m, path.to_m);
     if (found &&
-        (!first || std::tie(found->at, found->triangle) < std::tie(first->at, first->triangle)))
-      first = found;
+        (!first || std::tie(found->at, triangle) < std::tie(first->crossing.at, first->triangle)))
+      first = {*found, triangle};
   });
   return first;
 }
@@ -134,19 +98,19 @@ std::optional<MeshTouch> touch_mesh(const collision::Bvh& tree,
                                     std::span<const Vector3d> vertices_before_m, double moved_m,
                                     const PathInStep& path) {
   if (!is_finite(path)) return std::nullopt;
-  if (const auto crossing = first_crossing(tree, vertices_before_m, moved_m, path)) {
-    const Corners now = corners(tree.mesh().triangles[crossing->triangle], tree.mesh().vertices_m);
-    const Vector3d normal = std::copysign(1, crossing->side) * now.normal();
+  if (const auto first = first_crossing(tree, vertices_before_m, moved_m, path)) {
+    const Triangle now = corners(tree.mesh().triangles[first->triangle], tree.mesh().vertices_m);
+    const Vector3d normal = first->crossing.side * collision::unit_normal(now);
     return MeshTouch{
-        {normal, normal.dot(path.to_m - now.a)}, crossing->triangle, crossing->weights};
+        {normal, normal.dot(path.to_m - now[0])}, first->triangle, first->crossing.weights};
   }
   const auto nearest = collision::nearest_point(tree, path.to_m, path.radius_m);
   // On the surface itself there is no direction; the next step crosses it or leaves it.
   if (!nearest || !(nearest->distance_m > 0)) return std::nullopt;
-  const Corners now = corners(tree.mesh().triangles[nearest->triangle], tree.mesh().vertices_m);
+  const Triangle now = corners(tree.mesh().triangles[nearest->triangle], tree.mesh().vertices_m);
   return MeshTouch{{(path.to_m - nearest->p_m) / nearest->distance_m, nearest->distance_m},
                    nearest->triangle,
-                   weights_of(now, nearest->p_m)};
+                   collision::barycentric_weights(now, nearest->p_m)};
 }
 
 }  // namespace fivepipe::sim

@@ -344,6 +344,7 @@ objects:
   EXPECT_EQ(cloth.air_drag_1_s, 1);
   EXPECT_EQ(cloth.thickness_m, 0.002);
   EXPECT_EQ(cloth.friction, 0.3);
+  EXPECT_FALSE(cloth.self_collision);
   EXPECT_FALSE(cloth.v_rec_world);
   EXPECT_TRUE(cloth.pins.empty());
 }

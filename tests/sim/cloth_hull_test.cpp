@@ -60,9 +60,11 @@ double behind_m(const std::vector<hull::Silhouette>& silhouettes, const Vector3d
   return behind_m;
 }
 
-// The largest over the points of a state's triangles that are 2 mm apart.
-double deepest_behind_m(const ObjectState& state, const geometry::Mesh& mesh,
-                        const std::vector<hull::Silhouette>& silhouettes, const Vector3d& v_rec) {
+// The largest behind_m(p_world_m) over points of the cloth's triangles that are at most 2.5 mm
+// apart.
+template <class BehindM>
+double deepest_behind_m(const std::vector<Vector3d>& vertices_world_m, const geometry::Mesh& mesh,
+                        const BehindM& behind_m) {
   double deepest_m = 0;
   for (const auto& [a, b, c] : mesh.triangles) {
     constexpr int kParts = 16;  // the triangles' sides are up to 4 cm
@@ -70,12 +72,21 @@ double deepest_behind_m(const ObjectState& state, const geometry::Mesh& mesh,
       for (int j = 0; i + j <= kParts; ++j) {
         const double s = double(i) / kParts, t = double(j) / kParts;
         const Vector3d p =
-            state.world_from_object * Vector3d((1 - s - t) * state.vertices_m[a] +
-                                               s * state.vertices_m[b] + t * state.vertices_m[c]);
-        deepest_m = std::max(deepest_m, behind_m(silhouettes, p, v_rec));
+            (1 - s - t) * vertices_world_m[a] + s * vertices_world_m[b] + t * vertices_world_m[c];
+        deepest_m = std::max(deepest_m, behind_m(p));
       }
   }
   return deepest_m;
+}
+
+double deepest_behind_m(const ObjectState& state, const geometry::Mesh& mesh,
+                        const std::vector<hull::Silhouette>& silhouettes, const Vector3d& v_rec) {
+  std::vector<Vector3d> vertices_world_m;
+  for (const Vector3d& p : state.vertices_m)
+    vertices_world_m.push_back(state.world_from_object * p);
+  return deepest_behind_m(vertices_world_m, mesh, [&](const Vector3d& p_world_m) {
+    return behind_m(silhouettes, p_world_m, v_rec);
+  });
 }
 
 config::Scene two_panels() {
@@ -179,15 +190,15 @@ TEST(ClothInHull, WithHistoryTheClothStaysBeforeTheHandsInEachStep) {
             fastest_m_s = std::max(fastest_m_s, v.norm());
           for (const HullPart& part : hull.parts()) {
             const Eigen::Isometry3d newest = newest_from_before(part, before_s);
-            for (const auto& [a, b, c] : config::mesh_of(scene.objects[i]).triangles) {
-              const Vector3d p_m =
-                  newest * Vector3d((vertices_m[a] + vertices_m[b] + vertices_m[c]) / 3);
-              if (part.box_world_m.contains(p_m))
-                step_deepest_m =
-                    std::max(step_deepest_m,
-                             behind_m(silhouettes, p_m,
-                                      newest.linear() * *scene.objects[i].cloth->v_rec_world));
-            }
+            const Vector3d v_rec = newest.linear() * *scene.objects[i].cloth->v_rec_world;
+            step_deepest_m =
+                std::max(step_deepest_m,
+                         deepest_behind_m(vertices_m, config::mesh_of(scene.objects[i]),
+                                          [&](const Vector3d& p_m) {
+                                            return part.box_world_m.contains(newest * p_m)
+                                                       ? behind_m(silhouettes, newest * p_m, v_rec)
+                                                       : 0;
+                                          }));
           }
         }
         deepest_m.push_back(step_deepest_m);

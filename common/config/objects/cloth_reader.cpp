@@ -76,6 +76,7 @@ ClothSettings read_cloth(YamlMap map, const geometry::Mesh& mesh) {
   number("air_drag_1_s", kAirDrag_1_s, cloth.air_drag_1_s);
   number("thickness_m", kThickness_m, cloth.thickness_m);
   number("friction", kFriction, cloth.friction);
+  cloth.self_collision = map.flag("self_collision", cloth.self_collision);
   cloth.v_rec_world = map.direction("v_rec");
   if (map.has("pins")) {
     const std::vector<YamlMap> pins = map.maps("pins");
