@@ -18,22 +18,31 @@ void Particles::reset() {
     of.particles = {};
   }
   objects_.reset();
+  hull_contacts_ = 0;
+}
+
+std::size_t Particles::count() const {
+  std::size_t count = 0;
+  for (const Source& of : sources_) count += of.particles.size();
+  return count;
 }
 
 void Particles::step(double step_s, std::uint64_t steps_left, const CurrentHull& hull,
                      double before_s) {
   objects_.begin();
+  hull_contacts_ = 0;
   if (hull.query()) hull_.begin(hull, step_s, before_s);
   for (Source& of : sources_) {
     fly(of.particles, step_s, gravity_m_s2_, of.source.drag_1_s);
     of.emitter.step(step_s, of.particles);
     objects_.step(of.source, of.particles);
     if (hull.query()) {
-      counters_.contacts += hull_.step(of.source, of.particles);
+      hull_contacts_ += hull_.step(of.source, of.particles);
       if (steps_left == 1) counters_.stuck += hull_.leave(*hull.query(), of.particles);
     }
     remove_old(of);
   }
+  counters_.contacts += hull_contacts_;
 }
 
 void Particles::remove_old(Source& of) {

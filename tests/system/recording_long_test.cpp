@@ -29,7 +29,8 @@ constexpr ExpectedRate kExpected[] = {
     {bus::topics::ObjectPixelMap::name, kCameras},
     {bus::topics::CollisionResult::name, 7},  // objects of the scene with a reaction
     {bus::topics::VirtualState::name, 1},
-    {bus::topics::TileCosts::name, 2},  // reconstruction nodes
+    {bus::topics::SimulationMetrics::name, 1},  // the scene has a ball that moves
+    {bus::topics::TileCosts::name, 2},          // reconstruction nodes
     {bus::topics::HullTile::name, 48},
     {bus::topics::FrameComposited::name, 1},
     {bus::topics::FrameTrace::name, 5},  // nodes
