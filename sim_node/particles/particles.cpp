@@ -30,19 +30,19 @@ std::size_t Particles::count() const {
 void Particles::step(double step_s, std::uint64_t steps_left, const CurrentHull& hull,
                      double before_s) {
   objects_.begin();
-  hull_contacts_ = 0;
+  const std::uint64_t contacts_before = counters_.contacts;
   if (hull.query()) hull_.begin(hull, step_s, before_s);
   for (Source& of : sources_) {
     fly(of.particles, step_s, gravity_m_s2_, of.source.drag_1_s);
     of.emitter.step(step_s, of.particles);
     objects_.step(of.source, of.particles);
     if (hull.query()) {
-      hull_contacts_ += hull_.step(of.source, of.particles);
+      counters_.contacts += hull_.step(of.source, of.particles);
       if (steps_left == 1) counters_.stuck += hull_.leave(*hull.query(), of.particles);
     }
     remove_old(of);
   }
-  counters_.contacts += hull_contacts_;
+  hull_contacts_ = counters_.contacts - contacts_before;
 }
 
 void Particles::remove_old(Source& of) {
