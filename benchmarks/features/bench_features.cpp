@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "benchmarks/features/feature_scenes.h"
-#include "benchmarks/features/loaded_libraries.h"
 #include "benchmarks/features/scene_run.h"
+#include "benchmarks/nodes/loaded_libraries.h"
 #include "benchmarks/support/suite.h"
 #include "common/base/result_file.h"
 #include "common/base/text_table.h"
@@ -17,6 +17,8 @@
 
 namespace fivepipe::feature_bench {
 namespace {
+
+using node_bench::Libraries, node_bench::libraries_of_nodes, node_bench::difference_text;
 
 // A folder for the deployments, removed at the end.
 class WorkFolder {

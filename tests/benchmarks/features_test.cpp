@@ -9,13 +9,16 @@
 #include <nlohmann/json.hpp>
 
 #include "benchmarks/features/feature_scenes.h"
-#include "benchmarks/features/loaded_libraries.h"
+#include "benchmarks/nodes/loaded_libraries.h"
 #include "common/config/deployment.h"
 #include "tests/support/test_folder.h"
 #include "tests/support/text.h"
 
 namespace fivepipe::feature_bench {
 namespace {
+
+using node_bench::Libraries, node_bench::libraries_of_nodes, node_bench::difference_text;
+using node_bench::loaded_libraries;
 
 namespace fs = std::filesystem;
 

@@ -7,7 +7,7 @@
 #include <set>
 #include <string>
 
-namespace fivepipe::feature_bench {
+namespace fivepipe::node_bench {
 
 using Libraries = std::set<std::string>;  // file names, without folders
 
@@ -28,4 +28,4 @@ inline constexpr int kLiveFrames = 10;
 std::string difference_text(const std::map<std::string, Libraries>& base,
                             const std::map<std::string, Libraries>& other);
 
-}  // namespace fivepipe::feature_bench
+}  // namespace fivepipe::node_bench

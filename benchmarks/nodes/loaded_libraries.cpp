@@ -1,4 +1,4 @@
-#include "benchmarks/features/loaded_libraries.h"
+#include "benchmarks/nodes/loaded_libraries.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -13,14 +13,14 @@
 #include "benchmarks/nodes/node_processes.h"
 #include "common/pipeline/bus/bus.h"
 
-namespace fivepipe::feature_bench {
+namespace fivepipe::node_bench {
 namespace {
 
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
 // The time that nodes may need to load shaders, and capture_node for its reference images.
-constexpr auto kStartTimeout = 120s;
+constexpr auto kFramesTimeout = 120s;
 
 std::vector<std::string> minus(const Libraries& from, const Libraries& other) {
   std::vector<std::string> rest;
@@ -50,18 +50,18 @@ Libraries loaded_libraries(pid_t pid) {
 std::map<std::string, Libraries> libraries_of_nodes(const std::filesystem::path& deployment,
                                                     const std::filesystem::path& out) {
   const config::Deployment loaded = config::load_deployment(deployment);
-  const std::uint32_t domain = node_bench::free_domain(loaded.network_profile);
+  const std::uint32_t domain = free_domain(loaded.network_profile);
   bus::Bus bus({domain, loaded.network_profile, "bench"});
   auto composited = bus.reader<bus::topics::FrameComposited>();
-  node_bench::NodesToStart to_start{
+  NodesToStart to_start{
       .deployment = &loaded, .file = deployment, .settings = {}, .nodes = {}, .out = out};
   for (const config::Node& node : loaded.nodes) to_start.nodes.push_back(node.name);
-  node_bench::NodeProcesses nodes(to_start, domain);
-  const auto until = Clock::now() + kStartTimeout;
+  NodeProcesses nodes(to_start, domain);
+  const auto until = Clock::now() + kFramesTimeout;
   for (int frames = 0; frames < kLiveFrames; bus.wait(20ms)) {
     if (Clock::now() >= until)
       throw std::runtime_error(fmt::format("{} of {} frames were composited within {}", frames,
-                                           kLiveFrames, kStartTimeout));
+                                           kLiveFrames, kFramesTimeout));
     nodes.check();
     for (const auto& frame : composited.take()) frames += frame.valid();
   }
@@ -86,4 +86,4 @@ std::string difference_text(const std::map<std::string, Libraries>& base,
   return texts.empty() ? "the same" : fmt::format("{}", fmt::join(texts, "; "));
 }
 
-}  // namespace fivepipe::feature_bench
+}  // namespace fivepipe::node_bench
