@@ -51,6 +51,41 @@ OutgoingParticles particles_message(const std::string& source, std::uint64_t fra
   return out;
 }
 
+const fivepipe_v1_SimulationMetrics& OutgoingMetrics::message() {
+  messages::borrow(header.bodies, bodies);
+  messages::borrow(header.cloths, cloths);
+  messages::borrow(header.particles, particles);
+  return header;
+}
+
+OutgoingMetrics metrics_message(const std::string& simulation, std::uint64_t frame,
+                                std::int64_t capture_stamp_ns, double simulation_time_s,
+                                const SimulationMetrics& metrics) {
+  OutgoingMetrics out;
+  messages::set_text(out.header.simulation, simulation);
+  out.header.frame = frame;
+  out.header.capture_stamp_ns = capture_stamp_ns;
+  out.header.simulation_time_s = simulation_time_s;
+  if (const auto& of = metrics.bodies)
+    out.bodies.push_back({.bodies = std::uint32_t(of->bodies),
+                          .kinetic_j = of->energy.kinetic_j,
+                          .potential_j = of->energy.potential_j,
+                          .hull_contacts = std::uint32_t(of->hull.count),
+                          .body_contacts = std::uint32_t(of->each_other.pairs),
+                          .deepest_in_hull_m = of->hull.deepest_m,
+                          .deepest_in_body_m = of->each_other.deepest_m});
+  if (const auto& of = metrics.cloths)
+    out.cloths.push_back({.cloths = std::uint32_t(of->cloths),
+                          .kinetic_j = of->energy.kinetic_j,
+                          .potential_j = of->energy.potential_j,
+                          .hull_contacts = std::uint32_t(of->hull.count),
+                          .deepest_in_hull_m = of->hull.deepest_m});
+  if (const auto& of = metrics.particles)
+    out.particles.push_back({.particles = std::uint32_t(of->particles),
+                             .hull_contacts = std::uint32_t(of->hull_contacts)});
+  return out;
+}
+
 void apply(const fivepipe_v1_Command& command, const std::string& node, Simulation& simulation) {
   if (command.target[0] != '\0' && node != command.target) return;
   switch (command.kind) {

@@ -1,4 +1,5 @@
-// Conversion to the messages VirtualState and Particles, and execution of the message Command.
+// Conversion to the messages VirtualState, Particles and SimulationMetrics, and execution of the
+// message Command.
 #pragma once
 #include <cstdint>
 #include <string>
@@ -30,6 +31,18 @@ struct OutgoingParticles {
 };
 OutgoingParticles particles_message(const std::string& source, std::uint64_t frame,
                                     std::int64_t capture_stamp_ns, const ParticleSet& particles);
+
+// A SimulationMetrics message and the storage that it borrows, as above.
+struct OutgoingMetrics {
+  fivepipe_v1_SimulationMetrics header{};
+  std::vector<fivepipe_v1_BodyMetrics> bodies;
+  std::vector<fivepipe_v1_ClothMetrics> cloths;
+  std::vector<fivepipe_v1_ParticleMetrics> particles;
+  const fivepipe_v1_SimulationMetrics& message();
+};
+OutgoingMetrics metrics_message(const std::string& simulation, std::uint64_t frame,
+                                std::int64_t capture_stamp_ns, double simulation_time_s,
+                                const SimulationMetrics& metrics);
 
 // Executes the command if its target is this node or empty.
 void apply(const fivepipe_v1_Command& command, const std::string& node, Simulation& simulation);

@@ -84,6 +84,8 @@ class SimulationPipe {
         collisions_(node.bus.writer<bus::topics::CollisionResult>()) {
     if (!scene_.particles.empty()) particles_.emplace(node.bus.writer<bus::topics::Particles>());
     if (scene_.history) components_.emplace(node.bus.writer<bus::topics::HullComponents>());
+    if (config::moves_objects(scene_))
+      metrics_.emplace(node.bus.writer<bus::topics::SimulationMetrics>());
   }
 
   void run() {
@@ -133,6 +135,7 @@ class SimulationPipe {
       components_->write(
           components_message(node_.node.name, result_frame(), *simulation_->hull_components())
               .message());
+    publish_metrics();
     traces_.handled(held_->frame, held_->capture_stamp_ns,
                     {held_->first_received_ns, held_->last_received_ns}, std::move(steps));
   }
@@ -148,6 +151,7 @@ class SimulationPipe {
     }
     count_new(node_.status, simulation_->counters(), reported_);
     publish();
+    publish_metrics();
   }
 
   double stamp_s() const { return base::difference_s(held_->capture_stamp_ns, *first_stamp_ns_); }
@@ -171,6 +175,14 @@ class SimulationPipe {
                       .message());
   }
 
+  // After the state, for which render_node waits.
+  void publish_metrics() {
+    if (!metrics_ || metrics_->readers() == 0) return;
+    metrics_->write(metrics_message(node_.node.name, held_->frame, held_->capture_stamp_ns,
+                                    simulation_->time_s(), simulation_->metrics())
+                        .message());
+  }
+
   node::NodeContext& node_;
   const config::Scene& scene_;
   std::unique_ptr<Simulation> simulation_;
@@ -184,6 +196,8 @@ class SimulationPipe {
   std::optional<bus::Writer<bus::topics::Particles>> particles_;
   // Present if the scene has a history.
   std::optional<bus::Writer<bus::topics::HullComponents>> components_;
+  // Present if the scene has an object that moves, or particles.
+  std::optional<bus::Writer<bus::topics::SimulationMetrics>> metrics_;
   std::optional<std::int64_t> first_stamp_ns_;
   std::optional<frames::FrameSet> held_;
   Clock::time_point last_set_time_;

@@ -69,6 +69,12 @@ void NodeProcesses::check() {
   }
 }
 
+std::map<std::string, pid_t> NodeProcesses::pids() const {
+  std::map<std::string, pid_t> pids;
+  for (const auto& [name, child] : children_) pids[name] = child->pid();
+  return pids;
+}
+
 std::map<std::string, ProcessUse> NodeProcesses::use() const {
   std::map<std::string, ProcessUse> use;
   for (const auto& [name, child] : children_)

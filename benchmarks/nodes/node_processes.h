@@ -35,6 +35,7 @@ class NodeProcesses {
 
   // Throws std::runtime_error with the node's output if a node has ended.
   void check();
+  std::map<std::string, pid_t> pids() const;  // by node
   std::map<std::string, ProcessUse> use() const;
   // The use since `before`, an earlier result of use().
   std::map<std::string, ProcessUse> use_since(

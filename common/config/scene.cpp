@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 
 #include "common/config/collision_requests_reader.h"
@@ -268,6 +269,12 @@ std::vector<std::string> mesh_size_warnings(const Scene& scene) {
                                    kCmPerM * size_m.z(), shape->file.string()));
   }
   return warnings;
+}
+
+bool moves_objects(const Scene& scene) {
+  return !scene.particles.empty() ||
+         std::any_of(scene.objects.begin(), scene.objects.end(),
+                     [](const SceneObject& object) { return object.motion != Motion::fixed; });
 }
 
 geometry::Mesh mesh_of(const SceneObject& object) {

@@ -82,6 +82,9 @@ struct Scene {
 // Returns the object's surface in its own frame [m].
 geometry::Mesh mesh_of(const SceneObject& object);
 
+// Whether the simulation moves something: a dynamic object, a cloth or particles.
+bool moves_objects(const Scene& scene);
+
 // Returns one line, with the size in cm, for each mesh that is larger than kMaxPlausibleSize_m or
 // smaller than kMinPlausibleSize_m: the stated unit is probably wrong. Such a mesh is not an error.
 std::vector<std::string> mesh_size_warnings(const Scene& scene);

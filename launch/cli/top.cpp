@@ -29,14 +29,17 @@ int run_top(const TopOptions& options) {
   ignore_closed_pipes();
   bus::Bus bus({options.network.domain, options.network.profile});
   auto statuses_in = bus.reader<bus::topics::NodeStatus>();
+  auto metrics_in = bus.reader<bus::topics::SimulationMetrics>();
   StatusRegistry registry;
+  SimulationRegistry simulations;
   const bool on_terminal = isatty(STDOUT_FILENO) && !options.once;
   for (auto next = Clock::now() + (options.once ? Clock::duration(kListeningTime)
                                                 : Clock::duration(kRefreshPeriod));
        ; next += kRefreshPeriod) {
     while (Clock::now() < next) {
-      if (bus.wait(std::chrono::ceil<std::chrono::milliseconds>(next - Clock::now())))
-        take_statuses(statuses_in, registry);
+      if (!bus.wait(std::chrono::ceil<std::chrono::milliseconds>(next - Clock::now()))) continue;
+      take_statuses(statuses_in, registry);
+      take_metrics(metrics_in, simulations);
     }
     const bool is_silent = registry.processes().empty();
     if (on_terminal) std::cout << "\x1b[H\x1b[2J";  // cursor to the top left corner, clear
@@ -44,6 +47,7 @@ int run_top(const TopOptions& options) {
       std::cout << "no node publishes a status in domain " << options.network.domain << "\n";
     else
       std::cout << nodes_table(registry, arrival_clock_ns()) << node_messages(registry)
+                << simulations_table(simulations, registry, arrival_clock_ns())
                 << (on_terminal ? "" : "\n");
     std::cout << std::flush;
     if (options.once) return is_silent ? 3 : 0;
@@ -58,6 +62,12 @@ void add_top(CLI::App& app, Command& command) {
   CLI::App* top = app.add_subcommand(
       "top", "Show the running nodes and refresh the table each second until Ctrl-C");
   top->footer(
+      "The second table has a line per simulation for its bodies, cloths and particles, if the\n"
+      "scene has any: kinetic and potential energy (0 at z = 0), contacts with the hull and "
+      "between\n"
+      "objects, the deepest penetration at the end of the newest frame and of all frames since "
+      "the\n"
+      "start of `top`, and objects respawned, cloths reset or particles removed from the hull.\n\n"
       "Examples:\n  fivepipe top\n  fivepipe top --domain 7 --once\n\n"
       "Exit codes with --once: 0 done, 3 no node publishes a status.");
   add_network_options(top, options->network);

@@ -95,6 +95,7 @@ class DeploymentRun {
         programs_(programs_of(nodes, settings)),
         bus_({settings.domain, deployment.network_profile}),
         statuses_in_(bus_.reader<bus::topics::NodeStatus>()),
+        metrics_in_(bus_.reader<bus::topics::SimulationMetrics>()),
         composited_in_(bus_.reader<bus::topics::FrameComposited>()),
         recorder_(started_recorder(bus_, settings)),
         start_stamp_ns_(base::now_realtime_ns()),
@@ -152,6 +153,7 @@ class DeploymentRun {
 
   void take_messages() {
     take_statuses(statuses_in_, statuses_, names_);
+    take_metrics(metrics_in_, simulations_, names_);
     for (const config::Node& node : nodes_)
       if (const ProcessStatus* newest = statuses_.newest(node.name);
           newest && newest->has_handled_frame)
@@ -296,6 +298,7 @@ class DeploymentRun {
                         is_recording_complete(),
                         recorder_ended_after_s_};
     input.statuses = statuses_;
+    input.simulations = simulations_;
     input.drops = drops_;
     return input;
   }
@@ -335,8 +338,10 @@ class DeploymentRun {
   std::set<std::string> names_, reported_duplicates_;  // names_: whose statuses count
   bus::Bus bus_;
   bus::Reader<bus::topics::NodeStatus> statuses_in_;
+  bus::Reader<bus::topics::SimulationMetrics> metrics_in_;
   bus::Reader<bus::topics::FrameComposited> composited_in_;
   StatusRegistry statuses_;
+  SimulationRegistry simulations_;
   std::map<std::string, std::uint64_t> drops_;
   std::unique_ptr<RecorderProcess> recorder_;  // starts before the first node
   std::optional<ProcessExit> recorder_end_;

@@ -320,6 +320,9 @@ json report_from(const ReportInput& input) {
     const auto found = processes.find(program.name);
     const Processes of_node = found == processes.end() ? Processes{} : found->second;
     nodes[program.name] = json_of_node(program, of_node, input.stop_stamp_ns);
+    if (const auto simulation = input.simulations.entries().find(program.name);
+        simulation != input.simulations.entries().end())
+      nodes[program.name]["simulation"] = json_of(simulation->second);
     for (const auto& [reason, count] : summed(of_node, &ProcessStatus::drops))
       dropped[reason] += count;
   }

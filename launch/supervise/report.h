@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "launch/supervise/status/node_status.h"
+#include "launch/supervise/status/simulation_status.h"
 #include "launch/supervise/supervisor.h"
 
 namespace fivepipe::launch {
@@ -33,8 +34,9 @@ struct ReportInput {
   std::optional<std::int64_t> first_composited_stamp_ns;
   std::string ended_by;  // "duration", "SIGINT", "recon_a cannot start: ..."
   std::vector<ProgramHistory> programs;
-  std::optional<RecorderHistory> recorder;     // nullopt: nothing was to be recorded
-  StatusRegistry statuses;                     // of the programs and of the recorder
+  std::optional<RecorderHistory> recorder;  // nullopt: nothing was to be recorded
+  StatusRegistry statuses;                  // of the programs and of the recorder
+  SimulationRegistry simulations = {};
   std::map<std::string, std::uint64_t> drops;  // of `fivepipe up`, by text_of(BadMessage)
 };
 

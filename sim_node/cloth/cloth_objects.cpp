@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 namespace fivepipe::sim {
 namespace {
@@ -9,6 +10,14 @@ namespace {
 // The estimate of the hull's speed decays with a time constant of 1 s, as the cloth's velocity does
 // by the default air drag.
 constexpr double kForgetSpeed_1_s = 1.0;
+
+// Contacts are by part and ascending triangle.
+std::size_t count_triangles(std::span<const ClothContact> contacts) {
+  std::size_t triangles = 0;
+  for (std::size_t i = 0; i < contacts.size(); ++i)
+    triangles += i == 0 || contacts[i].triangle != contacts[i - 1].triangle;
+  return triangles;
+}
 
 }  // namespace
 
@@ -71,7 +80,9 @@ void ClothObjects::step(OneCloth& one, double step_s, std::uint64_t steps_left, 
   }
   if (one.self_contact)
     counters_.self_contacts += one.self_contact->separate(one.cloth, before_world_m);
-  if (touchable && (moves || steps_left == 1)) project(one, hull, step_s, before_s);
+  if (!touchable || !(moves || steps_left == 1)) return;
+  project(one, hull, step_s, before_s);
+  if (steps_left == 1) one.hull_contacts = {count_triangles(contacts), one.contact.deepest_m()};
 }
 
 // Moves only finite vertices, by at most kMaxClothExit_m each time.
@@ -96,6 +107,7 @@ void ClothObjects::reset(OneCloth& one) {
   one.cloth.reset();
   one.contact.reset();
   one.hull_speed_m_s = 0;
+  one.hull_contacts = {};
 }
 
 std::vector<Eigen::Vector3d> ClothObjects::vertices_object_m(std::size_t i) const {

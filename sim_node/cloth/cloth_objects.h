@@ -14,6 +14,7 @@
 #include "sim_node/cloth/cloth.h"
 #include "sim_node/cloth/cloth_contact.h"
 #include "sim_node/cloth/cloth_self_contact.h"
+#include "sim_node/hull/hull_contacts.h"
 
 namespace fivepipe::sim {
 
@@ -42,6 +43,10 @@ class ClothObjects {
   // By position in objects(); in the frame of the object's start [m].
   std::vector<Eigen::Vector3d> vertices_object_m(std::size_t i) const;
   const Cloth& cloth(std::size_t i) const { return cloths_[i].cloth; }
+  // At the last report's time: the pairs of a triangle and a part of the hull in contact in the
+  // last step, and the way out of the hull that the last projection left, along the direction in
+  // which the cloth leaves. After kMaxClothProjections it is the way before the last one.
+  const HullContacts& hull_contacts(std::size_t i) const { return cloths_[i].hull_contacts; }
   const ClothCounters& counters() const { return counters_; }
 
  private:
@@ -56,6 +61,7 @@ class ClothObjects {
     // Speed of the hull: with a history, that of its parts at the contacts; else estimated from the
     // cloth's depth in it.
     double hull_speed_m_s = 0;
+    HullContacts hull_contacts = {};
   };
   void step(OneCloth& one, double step_s, std::uint64_t steps_left, CurrentHull& hull,
             double before_s);

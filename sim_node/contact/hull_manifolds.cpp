@@ -76,6 +76,23 @@ void HullManifolds::reset() {
   for (std::size_t object = 0; object < kept_.size(); ++object) forget(object);
 }
 
+HullContacts HullManifolds::contacts(double before_s) const {
+  HullContacts contacts;
+  for (const std::size_t object : models_.touching) {
+    if (kept_[object].empty()) continue;
+    for (const HullPart& tracked : hull_.parts()) {
+      const HullPart part = local(object, tracked);
+      const Meeting meeting = meeting_with(object, part, before_s);
+      contacts.count += has_contact(meeting);
+      for (const KeptContact& contact : kept_[object])
+        if (contact.part == part.id)
+          contacts.deepest_m =
+              std::max(contacts.deepest_m, -distance_m(contact, meeting.world_from_object));
+    }
+  }
+  return contacts;
+}
+
 void HullManifolds::follow_new_hull() {
   const double between_s = hull_.time_s() - frame_time_s_;
   // After a pause, the parts' motion does not reach back to the last frame.

@@ -16,6 +16,7 @@
 #include "common/config/deployment.h"
 #include "sim_node/contact/contact_probe.h"
 #include "sim_node/hull/current_hull.h"
+#include "sim_node/hull/hull_contacts.h"
 #include "sim_node/objects/object_models.h"
 #include "sim_node/objects/rigid_bodies.h"
 
@@ -43,6 +44,10 @@ class HullManifolds {
   void forget(std::size_t object);  // it has jumped
   void reset();                     // all have jumped
 
+  // The pairs of an object and a part with kept contacts, and the deepest point below its plane, at
+  // before_s before the hull's newest frame. A plane is within 1.5 footprints of the hull's surface
+  // (kPlaneTolerance); the hull may be deeper between the points.
+  HullContacts contacts(double before_s) const;
   const Counters& counters() const { return counters_; }
 
  private:

@@ -43,11 +43,17 @@ void RigidContact::after_step() {
   bounce_off_hull();
 }
 
+void RigidContact::reset() {
+  steps_since_query_ = 0;
+  last_query_ = {};
+}
+
 std::optional<HullContact> RigidContact::take_contact(std::size_t object) {
   return std::exchange(contacts_[object], std::nullopt);
 }
 
 void RigidContact::bounce_off_hull() {
+  last_query_ = {};
   if (models_.bouncing.empty() || !hull_.query()) return;
   std::vector<collision::DetectionObject> objects;
   for (const std::size_t object : models_.bouncing)
@@ -57,6 +63,7 @@ void RigidContact::bounce_off_hull() {
   for (std::size_t i = 0; i < objects.size(); ++i) {
     if (!collisions[i].colliding()) continue;
     ++counters_.contacts;
+    ++last_query_.count;
     const std::size_t object = models_.bouncing[i];
     contacts_[object] = HullContact{std::move(collisions[i]), objects[i], {}};
     colliding.push_back(object);
@@ -77,6 +84,8 @@ collision::Response RigidContact::recover(std::size_t object,
     last = move_out(object, remaining);
   }
   counters_.still_colliding += last.status == collision::RecoveryStatus::still_colliding;
+  if (last.status == collision::RecoveryStatus::still_colliding)
+    last_query_.deepest_m = std::max(last_query_.deepest_m, last.residual_m);
   counters_.unrecovered += last.status != collision::RecoveryStatus::still_colliding &&
                            last.status != collision::RecoveryStatus::recovered;
   return first;

@@ -6,6 +6,7 @@
 
 #include "common/config/deployment.h"
 #include "sim_node/hull/current_hull.h"
+#include "sim_node/hull/hull_contacts.h"
 #include "sim_node/objects/object_models.h"
 #include "sim_node/objects/rigid_bodies.h"
 
@@ -33,12 +34,15 @@ class RigidContact {
   // Call after_step() after each step. It queries the hull every kHullQueryPeriod_s and bounces the
   // objects.
   void after_step();
-  // Restarts the query period.
-  void reset() { steps_since_query_ = 0; }
+  // Restarts the query period and forgets the last query.
+  void reset();
 
   // Returns the object's last contact since the previous call and forgets it; nullopt if there was
   // none.
   std::optional<HullContact> take_contact(std::size_t object);
+  // Of the last query: the objects that collided, and the deepest that still did after the moves,
+  // along V_rec. An object without an exit counts without depth.
+  const HullContacts& last_query() const { return last_query_; }
   const Counters& counters() const { return counters_; }
 
  private:
@@ -54,6 +58,7 @@ class RigidContact {
   double resting_speed_m_s_;
   std::uint64_t steps_per_query_, steps_since_query_ = 0;
   std::vector<std::optional<HullContact>> contacts_;  // by object
+  HullContacts last_query_;
   Counters counters_;
 };
 

@@ -7,6 +7,9 @@
 #include <cassert>
 #include <cmath>
 #include <map>
+#include <optional>
+#include <set>
+#include <utility>
 
 namespace fivepipe::sim {
 namespace {
@@ -146,6 +149,18 @@ void add_joint(const config::Joint& joint, Body& body) {
   }
   const double damping = 1 - std::exp(-joint.damping_1_s);  // Bullet: loss of velocity per second
   body.body->setDamping(damping, damping);
+}
+
+// The present distance of the bodies along a contact's normal [m]; negative if they overlap.
+// Returns nullopt if a body has left the contact, as btPersistentManifold::refreshContactPoints(),
+// which would also change the contact.
+std::optional<double> distance_m(const btPersistentManifold& manifold,
+                                 const btManifoldPoint& point) {
+  const btVector3 b_to_a_m = manifold.getBody0()->getWorldTransform() * point.m_localPointA -
+                             manifold.getBody1()->getWorldTransform() * point.m_localPointB;
+  const double distance = b_to_a_m.dot(point.m_normalWorldOnB);
+  const double slid_m = (b_to_a_m - distance * point.m_normalWorldOnB).length();
+  return slid_m <= manifold.getContactBreakingThreshold() ? std::optional(distance) : std::nullopt;
 }
 
 // A velocity that would leave the limits is removed.
@@ -296,6 +311,31 @@ Eigen::Vector3d RigidBodies::velocity_m_s(std::size_t object,
                                           const Eigen::Vector3d& p_world_m) const {
   const btRigidBody& body = *world_->bodies[object].body;
   return eigen(body.getVelocityInLocalPoint(bt(p_world_m) - body.getWorldTransform().getOrigin()));
+}
+
+double RigidBodies::kinetic_energy_j(std::size_t object) const {
+  const btRigidBody& body = *world_->bodies[object].body;
+  if (!(body.getInvMass() > 0)) return 0;
+  const btVector3 turn_body_rad_s =
+      body.getWorldTransform().getBasis().transpose() * body.getAngularVelocity();
+  return 0.5 * (body.getLinearVelocity().length2() / body.getInvMass() +
+                turn_body_rad_s.dot(body.getLocalInertia() * turn_body_rad_s));
+}
+
+BodyContacts RigidBodies::contacts() const {
+  double deepest_m = 0;
+  std::set<std::pair<const void*, const void*>> pairs;
+  for (int i = 0; i < world_->dispatcher.getNumManifolds(); ++i) {
+    const btPersistentManifold& manifold = *world_->dispatcher.getManifoldByIndexInternal(i);
+    for (int k = 0; k < manifold.getNumContacts(); ++k) {
+      const btManifoldPoint& point = manifold.getContactPoint(k);
+      const auto distance = distance_m(manifold, point);
+      if (!distance || (*distance > 0 && !(point.m_appliedImpulse > 0))) continue;
+      pairs.insert(std::minmax<const void*>(manifold.getBody0(), manifold.getBody1()));
+      deepest_m = std::max(deepest_m, -*distance);
+    }
+  }
+  return {pairs.size(), deepest_m};
 }
 
 void RigidBodies::set_velocity_m_s(std::size_t object, const Eigen::Vector3d& velocity_world_m_s) {

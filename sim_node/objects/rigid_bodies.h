@@ -35,6 +35,17 @@ inline constexpr std::size_t kMaxHullContacts = 4;
 // A slower approach ends at rest. Gravity adds half of it per step of 1/100 s.
 inline constexpr double kMinBounce_m_s = 0.2;
 
+// Contacts between objects after the last step.
+struct BodyContacts {
+  // Pairs of objects, at least one of them dynamic, that overlap or that the last step pushed
+  // apart.
+  std::size_t pairs = 0;
+  // The deepest overlap [m], at the points that the last step's detection found, with the present
+  // poses. Meshes are 1 mm thicker: up to 2 mm more than their triangles overlap. An overlap that
+  // began within the step is not found.
+  double deepest_m = 0;
+};
+
 // Identifies objects by their index in scene.objects. Boxes and spheres are exact. A fixed mesh or
 // curtain is represented by its triangles, a dynamic one by its convex hull; both are 1 mm thicker.
 // A contact has the dynamic object's restitution, or the product of both. A cloth takes no part and
@@ -53,6 +64,10 @@ class RigidBodies {
   Eigen::Vector3d center_world_m(std::size_t object) const;
   Eigen::Vector3d velocity_m_s(std::size_t object) const;  // of the centre, world frame
   Eigen::Vector3d velocity_m_s(std::size_t object, const Eigen::Vector3d& p_world_m) const;
+
+  // Kinetic energy of translation and rotation [J]; 0 for an object that is not dynamic.
+  double kinetic_energy_j(std::size_t object) const;
+  BodyContacts contacts() const;
 
   // The functions below require a dynamic object.
   void set_velocity_m_s(std::size_t object, const Eigen::Vector3d& velocity_world_m_s);

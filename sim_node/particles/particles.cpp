@@ -18,11 +18,19 @@ void Particles::reset() {
     of.particles = {};
   }
   objects_.reset();
+  hull_contacts_ = 0;
+}
+
+std::size_t Particles::count() const {
+  std::size_t count = 0;
+  for (const Source& of : sources_) count += of.particles.size();
+  return count;
 }
 
 void Particles::step(double step_s, std::uint64_t steps_left, const CurrentHull& hull,
                      double before_s) {
   objects_.begin();
+  const std::uint64_t contacts_before = counters_.contacts;
   if (hull.query()) hull_.begin(hull, step_s, before_s);
   for (Source& of : sources_) {
     fly(of.particles, step_s, gravity_m_s2_, of.source.drag_1_s);
@@ -34,6 +42,7 @@ void Particles::step(double step_s, std::uint64_t steps_left, const CurrentHull&
     }
     remove_old(of);
   }
+  hull_contacts_ = counters_.contacts - contacts_before;
 }
 
 void Particles::remove_old(Source& of) {

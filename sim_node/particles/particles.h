@@ -34,6 +34,9 @@ class Particles {
 
   // By position in the scene's particles.
   const ParticleSet& of_source(std::size_t i) const { return sources_[i].particles; }
+  std::size_t count() const;  // of all sources
+  // Contacts with the hull in the last step: one per particle and part.
+  std::uint64_t hull_contacts() const { return hull_contacts_; }
   const ParticleCounters& counters() const { return counters_; }
 
  private:
@@ -49,6 +52,7 @@ class Particles {
   std::vector<Source> sources_;
   ObjectTouches objects_;
   HullTouches hull_;
+  std::uint64_t hull_contacts_ = 0;
   ParticleCounters counters_;
 };
 

@@ -174,4 +174,15 @@ SimulationCounters Simulation::counters() const {
           .detection = hull_.counts()};
 }
 
+SimulationMetrics Simulation::metrics() const {
+  SimulationMetrics metrics;
+  metrics.bodies =
+      body_metrics(scene_, bodies_, contact_.last_query(),
+                   manifolds_ ? manifolds_->contacts(before_hull_s(0)) : HullContacts{});
+  if (cloths_) metrics.cloths = cloth_metrics(*cloths_, scene_.gravity_m_s2);
+  if (particles_)
+    metrics.particles = ParticleMetrics{particles_->count(), particles_->hull_contacts()};
+  return metrics;
+}
+
 }  // namespace fivepipe::sim

@@ -11,6 +11,7 @@
 #include "sim_node/particles/particles.h"
 #include "sim_node/simulation/collision_reports.h"
 #include "sim_node/simulation/simulation_clock.h"
+#include "sim_node/simulation/simulation_metrics.h"
 
 namespace fivepipe::sim {
 
@@ -80,6 +81,8 @@ class Simulation {
   // Returns null if the scene has no history.
   const std::vector<collision::TrackedComponent>* hull_components() const;
   SimulationCounters counters() const;
+  // Of the present state.
+  SimulationMetrics metrics() const;
 
  private:
   bool advance(double time_s, bool is_new_hull);

@@ -290,6 +290,13 @@ TEST(ClothInHull, AHullThatAppearsInsideIsLeftWithinAFrame) {
       deepest_behind_m(simulation.states()[1], config::mesh_of(scene.objects[1]), block, {1, 0, 0}),
       2e-3);
   EXPECT_GT(simulation.counters().cloth.contacts, 0u);
+  const std::optional<ClothMetrics> metrics = simulation.metrics().cloths;
+  ASSERT_TRUE(metrics);
+  EXPECT_EQ(metrics->cloths, 2u);
+  EXPECT_GT(metrics->hull.count, 0u);
+  EXPECT_LE(metrics->hull.deepest_m, kClothIndifferent_m);
+  simulation.reset();
+  EXPECT_EQ(simulation.metrics().cloths->hull.count, 0u);
 }
 
 // The upper edge cannot leave the hull: the contacts there move nothing, and the search ends.
@@ -304,6 +311,9 @@ TEST(ClothInHull, AHandOnTheRailIsCountedAndHarmsNothing) {
   EXPECT_EQ(simulation.counters().cloth.reset, 0u);
   const std::vector<ObjectState> states = simulation.states();
   for (const Vector3d& v : states[1].vertices_m) EXPECT_TRUE(v.allFinite());
+  // The ball's hull reaches 3 cm beyond the rail's points along V_rec, or less.
+  EXPECT_GT(simulation.metrics().cloths->hull.deepest_m, 0.01);
+  EXPECT_LT(simulation.metrics().cloths->hull.deepest_m, 0.07);
 }
 
 TEST(ClothInHull, PauseAndResetHoldForCloth) {

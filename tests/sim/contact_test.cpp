@@ -136,6 +136,7 @@ TEST(RigidContact, MovesOutOfOneContactAtATimeAtMostFourTimes) {
   auto contact = squeezed.contact.take_contact(0);
   ASSERT_TRUE(contact);
   collision::ObjectCollision remaining = contact->collision;
+  double last_residual_m = 0;
   for (int move = 0; move < 4; ++move) {
     const collision::Response response = same.response_to(remaining);
     ASSERT_EQ(response.status, collision::RecoveryStatus::still_colliding) << move;
@@ -148,11 +149,15 @@ TEST(RigidContact, MovesOutOfOneContactAtATimeAtMostFourTimes) {
     same.bodies.translate(0, after.move_world_m);
     same.bodies.set_velocity_m_s(0, after.velocity_world_m_s);
     remaining.points = response.remaining_points;
+    last_residual_m = response.residual_m;
   }
   EXPECT_LT((squeezed.center_m() - same.center_m()).norm(), 1e-9);
   EXPECT_EQ(squeezed.contact.counters().contacts, 1u);
   EXPECT_EQ(squeezed.contact.counters().still_colliding, 1u);
   EXPECT_EQ(squeezed.contact.counters().unrecovered, 0u);
+  EXPECT_EQ(squeezed.contact.last_query().count, 1u);
+  EXPECT_EQ(squeezed.contact.last_query().deepest_m, last_residual_m) << "after the fourth move";
+  EXPECT_GT(last_residual_m, 0);
   squeezed.contact.after_step();
   EXPECT_EQ(squeezed.contact.counters().contacts, 2u);
   EXPECT_EQ(squeezed.contact.counters().still_colliding, 2u);

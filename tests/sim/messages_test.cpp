@@ -315,6 +315,37 @@ TEST(CollisionMessage, ContainsEveryFieldOfAContact) {
   EXPECT_STREQ(second.camera, "") << "there is no such camera";
 }
 
+TEST(MetricsMessage, ContainsEveryFieldOfTheKindsThatTheSceneHas) {
+  SimulationMetrics metrics;
+  EXPECT_EQ(metrics_message("sim", 1, 2, 0, metrics).message().bodies._length, 0u);
+  metrics.bodies = {
+      .bodies = 3, .energy = {1.5, -2.5}, .hull = {4, 0.001}, .each_other = {5, 0.002}};
+  metrics.cloths = {.cloths = 6, .energy = {3.5, -4.5}, .hull = {7, 0.003}};
+  metrics.particles = {.particles = 8, .hull_contacts = 9};
+  OutgoingMetrics out = metrics_message("sim", 10, 11, 12.5, metrics);
+  const fivepipe_v1_SimulationMetrics& message = out.message();
+  EXPECT_STREQ(message.simulation, "sim");
+  EXPECT_EQ(message.frame, 10u);
+  EXPECT_EQ(message.capture_stamp_ns, 11);
+  EXPECT_EQ(message.simulation_time_s, 12.5);
+  ASSERT_EQ(message.bodies._length, 1u);
+  const fivepipe_v1_BodyMetrics& bodies = message.bodies._buffer[0];
+  EXPECT_EQ((std::vector{bodies.bodies, bodies.hull_contacts, bodies.body_contacts}),
+            (std::vector<std::uint32_t>{3, 4, 5}));
+  EXPECT_EQ((std::vector{bodies.kinetic_j, bodies.potential_j, bodies.deepest_in_hull_m,
+                         bodies.deepest_in_body_m}),
+            (std::vector{1.5, -2.5, 0.001, 0.002}));
+  ASSERT_EQ(message.cloths._length, 1u);
+  const fivepipe_v1_ClothMetrics& cloths = message.cloths._buffer[0];
+  EXPECT_EQ(cloths.cloths, 6u);
+  EXPECT_EQ(cloths.hull_contacts, 7u);
+  EXPECT_EQ((std::vector{cloths.kinetic_j, cloths.potential_j, cloths.deepest_in_hull_m}),
+            (std::vector{3.5, -4.5, 0.003}));
+  ASSERT_EQ(message.particles._length, 1u);
+  EXPECT_EQ(message.particles._buffer[0].particles, 8u);
+  EXPECT_EQ(message.particles._buffer[0].hull_contacts, 9u);
+}
+
 TEST(CollisionMessage, ProximityNamesWhatItIsOf) {
   config::CollisionRequests requests;
   requests.proximity = config::ProximityRequests{config::ProximityOf::vertices, 0.1, 0.01};

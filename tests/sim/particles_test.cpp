@@ -213,6 +213,17 @@ TEST(Particles, RestOnARealBlock) {
   }
   EXPECT_GT(at_rest, 400);
   EXPECT_EQ(simulation.counters().particles.stuck, 0u);
+  const std::uint64_t before = simulation.counters().particles.contacts;
+  simulation.advance_to(90 * kFrame_s + kStep_s);
+  const std::optional<sim::ParticleMetrics> metrics = simulation.metrics().particles;
+  ASSERT_TRUE(metrics);
+  EXPECT_EQ(metrics->particles, simulation.particles(0).size());
+  EXPECT_EQ(metrics->hull_contacts, simulation.counters().particles.contacts - before)
+      << "of one step";
+  EXPECT_GT(metrics->hull_contacts, 400u);
+  simulation.reset();
+  EXPECT_EQ(simulation.metrics().particles->particles, 0u);
+  EXPECT_EQ(simulation.metrics().particles->hull_contacts, 0u);
 }
 
 // An arm, 6 cm thick, that crosses a rain of particles at 1 m/s.

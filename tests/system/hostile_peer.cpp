@@ -190,6 +190,15 @@ class HostilePeer {
     composited.composited_stamp_ns = coin() ? INT64_MIN : INT64_MAX;
     composited_.write(composited);
   }
+  void send_metrics() {
+    fivepipe_v1_SimulationMetrics metrics{};
+    messages::set_text(metrics.simulation, name_or("simulation"));
+    fivepipe_v1_BodyMetrics bodies{UINT32_MAX, kNaN, kNaN, UINT32_MAX, UINT32_MAX, kNaN, -1};
+    std::vector<fivepipe_v1_BodyMetrics> many(coin() ? 1 : 1000, bodies);
+    messages::borrow(metrics.bodies, many);
+    if (coin()) make_implausible(metrics);
+    metrics_.write(metrics);
+  }
   void send_trace() {
     fivepipe_v1_FrameTrace trace{};
     messages::set_text(trace.node, invented());
@@ -242,11 +251,13 @@ class HostilePeer {
   bus::Writer<bus::topics::TileCosts> costs_ = bus_.writer<bus::topics::TileCosts>();
   bus::Writer<bus::topics::FrameComposited> composited_ =
       bus_.writer<bus::topics::FrameComposited>();
+  bus::Writer<bus::topics::SimulationMetrics> metrics_ =
+      bus_.writer<bus::topics::SimulationMetrics>();
   bus::Writer<bus::topics::FrameTrace> traces_ = bus_.writer<bus::topics::FrameTrace>();
   bus::Writer<bus::topics::NodeStatus> statuses_ = bus_.writer<bus::topics::NodeStatus>();
 };
 
-const std::array<HostilePeer::Topic, 13> HostilePeer::kTopics = {{
+const std::array<HostilePeer::Topic, 14> HostilePeer::kTopics = {{
     {"ObjectPixelMap", &HostilePeer::send_map},
     {"ObjectColour", &HostilePeer::send_colour},
     {"CameraInfo", &HostilePeer::send_camera_info},
@@ -258,6 +269,7 @@ const std::array<HostilePeer::Topic, 13> HostilePeer::kTopics = {{
     {"CollisionResult", &HostilePeer::send_collision},
     {"TileCosts", &HostilePeer::send_costs},
     {"FrameComposited", &HostilePeer::send_composited},
+    {"SimulationMetrics", &HostilePeer::send_metrics},
     {"FrameTrace", &HostilePeer::send_trace},
     {"NodeStatus", &HostilePeer::send_status},
 }};

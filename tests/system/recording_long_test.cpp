@@ -31,7 +31,8 @@ constexpr ExpectedRate kExpected[] = {
     {bus::topics::ObjectPixelMap::name, kCameras},
     {bus::topics::CollisionResult::name, 7},  // objects of the scene with a reaction
     {bus::topics::VirtualState::name, 1},
-    {bus::topics::TileCosts::name, 2},  // reconstruction nodes
+    {bus::topics::SimulationMetrics::name, 1},  // the scene has a ball that moves
+    {bus::topics::TileCosts::name, 2},          // reconstruction nodes
     {bus::topics::HullTile::name, 48},
     {bus::topics::FrameComposited::name, 0, 1},
     {bus::topics::FrameTrace::name, 4, 1},  // nodes, and render_node

@@ -256,6 +256,63 @@ TEST_F(SimNode, TimeIsThatOfTheCaptures) {
     EXPECT_EQ(state.world_from_object.size(), 1u) << "fixed objects are as in the scene";
 }
 
+struct Metrics {
+  std::uint64_t frame;
+  std::int64_t source_stamp_ns;
+  std::vector<fivepipe_v1_BodyMetrics> bodies;
+  std::size_t others;
+};
+Metrics copied_metrics(const bus::Sample<bus::topics::SimulationMetrics>& sample) {
+  const auto bodies = messages::span_of(sample->bodies);
+  return {sample->frame,
+          sample.source_stamp_ns(),
+          {bodies.begin(), bodies.end()},
+          sample->cloths._length + sample->particles._length};
+}
+
+class SimNodeMetrics : public SimNode {
+ protected:
+  Collected<bus::topics::SimulationMetrics, Metrics> metrics_{bus_, copied_metrics};
+};
+
+TEST_F(SimNodeMetrics, ArePublishedAfterTheStateOfEachFrame) {
+  start_with(kScene);
+  begin_replay(true);
+  for (const std::uint64_t frame : {0, 3, 9}) {
+    simulate(frame);
+    ASSERT_TRUE(holds([&] {
+      metrics_.take();
+      return !metrics_.all().empty() && metrics_.all().back().frame == frame;
+    })) << said();
+    const Metrics& newest = metrics_.all().back();
+    ASSERT_EQ(newest.bodies.size(), 1u) << "the faller";
+    EXPECT_EQ(newest.others, 0u);
+    EXPECT_EQ(newest.bodies[0].bodies, 1u);
+    const State& state = states_.all().back();
+    EXPECT_GT(newest.source_stamp_ns, state.source_stamp_ns);
+    const double speed_m_s = 9.80665 * state.time_s;
+    EXPECT_NEAR(newest.bodies[0].kinetic_j, 0.5 * speed_m_s * speed_m_s, 1e-6);
+    EXPECT_NEAR(newest.bodies[0].potential_j,
+                9.80665 * state.world_from_object.at("faller").translation().z(), 1e-6);
+  }
+  EXPECT_EQ(metrics_.all().size(), 3u);
+}
+
+TEST_F(SimNode, PublishesNoMetricsWithoutAReader) {
+  start_with(kScene);
+  for (const std::uint64_t frame : {0, 1, 2}) simulate(frame);
+  EXPECT_EQ(ended().sent.at(bus::topics::SimulationMetrics::name), 0u);
+}
+
+TEST_F(SimNodeMetrics, AreAbsentWithoutAnObjectThatMoves) {
+  start_with(
+      "name: still\nobjects:\n  - {name: box, box: {size_m: [1, 1, 1]}, "
+      "position_m: [0, 0, 0]}\n");
+  simulate(0);
+  EXPECT_EQ(metrics_.writers(), 0);
+  EXPECT_FALSE(ended().sent.contains(bus::topics::SimulationMetrics::name));
+}
+
 TEST_F(SimNode, ReportsTheTimesOfEachFrame) {
   start_with(kScene);
   for (const std::uint64_t frame : {2, 5}) {

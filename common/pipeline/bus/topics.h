@@ -20,22 +20,23 @@ inline constexpr std::uint32_t kMaxKeys = 1024, kMaxTiles = 4096;
 // Columns: name, delivery, maximum keys. The order is that in which the nodes write the messages of
 // a frame. A replay sends the topics in this order, so the message that completes a node's inputs
 // follows its other inputs.
-#define FIVEPIPE_TOPICS(TOPIC)             \
-  TOPIC(ReplaySession, latched, kMaxKeys)  \
-  TOPIC(CameraInfo, latched, kMaxKeys)     \
-  TOPIC(ViewInfo, latched, kMaxKeys)       \
-  TOPIC(Command, event, kMaxKeys)          \
-  TOPIC(HeadPose, stream, kMaxKeys)        \
-  TOPIC(ObjectColour, stream, kMaxKeys)    \
-  TOPIC(ObjectPixelMap, stream, kMaxKeys)  \
-  TOPIC(CollisionResult, stream, kMaxKeys) \
-  TOPIC(Particles, stream, kMaxKeys)       \
-  TOPIC(VirtualState, stream, kMaxKeys)    \
-  TOPIC(HullComponents, stream, kMaxKeys)  \
-  TOPIC(TileCosts, event, kMaxKeys)        \
-  TOPIC(HullTile, stream, kMaxTiles)       \
-  TOPIC(FrameComposited, event, kMaxKeys)  \
-  TOPIC(FrameTrace, event, kMaxKeys)       \
+#define FIVEPIPE_TOPICS(TOPIC)               \
+  TOPIC(ReplaySession, latched, kMaxKeys)    \
+  TOPIC(CameraInfo, latched, kMaxKeys)       \
+  TOPIC(ViewInfo, latched, kMaxKeys)         \
+  TOPIC(Command, event, kMaxKeys)            \
+  TOPIC(HeadPose, stream, kMaxKeys)          \
+  TOPIC(ObjectColour, stream, kMaxKeys)      \
+  TOPIC(ObjectPixelMap, stream, kMaxKeys)    \
+  TOPIC(CollisionResult, stream, kMaxKeys)   \
+  TOPIC(Particles, stream, kMaxKeys)         \
+  TOPIC(VirtualState, stream, kMaxKeys)      \
+  TOPIC(HullComponents, stream, kMaxKeys)    \
+  TOPIC(SimulationMetrics, stream, kMaxKeys) \
+  TOPIC(TileCosts, event, kMaxKeys)          \
+  TOPIC(HullTile, stream, kMaxTiles)         \
+  TOPIC(FrameComposited, event, kMaxKeys)    \
+  TOPIC(FrameTrace, event, kMaxKeys)         \
   TOPIC(NodeStatus, event, kMaxKeys)
 
 #define FIVEPIPE_TOPIC(NAME, DELIVERY, MAX_KEYS)                                            \

@@ -38,6 +38,7 @@ inline std::set<std::string> outputs_of(const std::string& program, const config
     std::set<std::string> outputs{CollisionResult::name, VirtualState::name};
     if (!scene.particles.empty()) outputs.insert(Particles::name);
     if (scene.history) outputs.insert(HullComponents::name);
+    if (config::moves_objects(scene)) outputs.insert(SimulationMetrics::name);
     return outputs;
   }
   if (program == "render_node") return {FrameComposited::name};

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
+#include <limits>
 
 #include "common/base/realtime.h"
 #include "common/pipeline/messages/bad_message.h"
@@ -22,6 +24,22 @@ void add_lost_messages(ProcessStatus& status) {
     if (totals.not_sent > 0) status.drops["not_sent: " + topic] += totals.not_sent;
     if (totals.lost > 0) status.drops["lost: " + topic] += totals.lost;
   }
+}
+
+// A scene has at most one entry of a kind.
+template <class Sequence>
+auto first_of(const Sequence& sequence) {
+  const auto entries = messages::span_of(sequence);
+  return entries.empty() ? nullptr : &entries.front();
+}
+
+bool is_possible(const SimulatedObjects& objects) {
+  const auto is_finite = [](const std::optional<double>& value, double min) {
+    return !value || (std::isfinite(*value) && *value >= min);
+  };
+  return is_finite(objects.kinetic_j, 0) &&
+         is_finite(objects.potential_j, std::numeric_limits<double>::lowest()) &&
+         is_finite(objects.in_hull_m, 0) && is_finite(objects.in_body_m, 0);
 }
 
 }  // namespace
@@ -74,6 +92,42 @@ void take_statuses(bus::Reader<bus::topics::NodeStatus>& reader, StatusRegistry&
       registry.ignore();
     else
       registry.add(status_from(*sample, reader.process(sample)), now_ns);
+  }
+}
+
+std::optional<SimulationStatus> simulation_from(const fivepipe_v1_SimulationMetrics& message) {
+  if (messages::why_implausible(message.frame, message.capture_stamp_ns)) return std::nullopt;
+  SimulationStatus status{.simulation = message.simulation};
+  if (const auto* of = first_of(message.bodies))
+    status.of_kind["bodies"] = {.count = of->bodies,
+                                .kinetic_j = of->kinetic_j,
+                                .potential_j = of->potential_j,
+                                .hull_contacts = of->hull_contacts,
+                                .body_contacts = of->body_contacts,
+                                .in_hull_m = of->deepest_in_hull_m,
+                                .in_body_m = of->deepest_in_body_m};
+  if (const auto* of = first_of(message.cloths))
+    status.of_kind["cloths"] = {.count = of->cloths,
+                                .kinetic_j = of->kinetic_j,
+                                .potential_j = of->potential_j,
+                                .hull_contacts = of->hull_contacts,
+                                .in_hull_m = of->deepest_in_hull_m};
+  if (const auto* of = first_of(message.particles))
+    status.of_kind["particles"] = {.count = of->particles, .hull_contacts = of->hull_contacts};
+  for (const auto& [kind, objects] : status.of_kind)
+    if (!is_possible(objects)) return std::nullopt;
+  return status;
+}
+
+void take_metrics(bus::Reader<bus::topics::SimulationMetrics>& reader, SimulationRegistry& registry,
+                  const std::set<std::string>& nodes) {
+  const std::int64_t now_ns = arrival_clock_ns();
+  for (const auto& sample : reader.take()) {
+    if (!sample.valid() || !(nodes.empty() || nodes.contains(sample->simulation))) continue;
+    if (auto status = simulation_from(*sample))
+      registry.add(std::move(*status), now_ns);
+    else
+      registry.ignore();
   }
 }
 

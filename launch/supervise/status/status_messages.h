@@ -1,9 +1,10 @@
-// Converts NodeStatus messages.
+// Converts the messages NodeStatus and SimulationMetrics.
 #pragma once
 #include <set>
 
 #include "common/pipeline/bus/bus.h"
 #include "launch/supervise/status/node_status.h"
+#include "launch/supervise/status/simulation_status.h"
 
 namespace fivepipe::launch {
 
@@ -24,5 +25,14 @@ inline constexpr std::int64_t kMaxClockDifference_ns = 60'000'000'000;
 // or more than kMaxClockDifference_ns from now.
 void take_statuses(bus::Reader<bus::topics::NodeStatus>& reader, StatusRegistry& registry,
                    const std::set<std::string>& nodes = {});
+
+// Returns nullopt if a value is impossible: an energy that is not finite, a negative kinetic energy
+// or depth, or a frame number or stamp beyond its limit.
+std::optional<SimulationStatus> simulation_from(const fivepipe_v1_SimulationMetrics& message);
+
+// Adds all metrics that have arrived to the registry. If `nodes` is not empty, adds only those of
+// these nodes. The registry counts a message with an impossible value as ignored.
+void take_metrics(bus::Reader<bus::topics::SimulationMetrics>& reader, SimulationRegistry& registry,
+                  const std::set<std::string>& nodes = {});
 
 }  // namespace fivepipe::launch

@@ -156,10 +156,36 @@ TEST(RecordingCommandsLive, TopPrintsOneTableOfTheNodes) {
   EXPECT_TRUE(top.text.starts_with("node            state            frame ")) << top.text;
   EXPECT_TRUE(holds(top, "\nsim                                  7     0.0 ")) << top.text;
   EXPECT_EQ(std::count(top.text.begin(), top.text.end(), '\n'), 3) << top.text;
+  EXPECT_FALSE(holds(top, "kinetic J")) << "nothing is simulated: " << top.text;
   // A status names a frame but belongs to none.
   const Answer hz = fivepipe("hz NodeStatus --once 0.5 --domain " + std::to_string(domain));
   EXPECT_EQ(hz.exit_code, 0) << hz.text;
   EXPECT_FALSE(holds(hz, " frame")) << hz.text;
+}
+
+TEST(RecordingCommandsLive, TopPrintsTheMetricsOfASimulation) {
+  const std::uint32_t domain = test::own_domain();
+  bus::Bus bus({domain});
+  auto statuses = bus.writer<bus::topics::NodeStatus>();
+  auto metrics = bus.writer<bus::topics::SimulationMetrics>();
+  const std::jthread publishing([&](std::stop_token stop) {
+    fivepipe_v1_NodeStatus status{};
+    std::snprintf(status.node, sizeof status.node, "sim");
+    status.start_stamp_ns = start_ns;
+    fivepipe_v1_SimulationMetrics message{};
+    std::snprintf(message.simulation, sizeof message.simulation, "sim");
+    fivepipe_v1_BodyMetrics bodies{2, 1.25, 3.5, 4, 1, 0.0012, 0.0003};
+    message.bodies = {1, 1, &bodies, false};
+    for (; !stop.stop_requested(); std::this_thread::sleep_for(50ms)) {
+      statuses.write(status);
+      metrics.write(message);
+    }
+  });
+  const Answer top = fivepipe("top --once --domain " + std::to_string(domain));
+  EXPECT_EQ(top.exit_code, 0) << top.text;
+  EXPECT_TRUE(holds(top, "\nsim             bodies: 2             1.250        3.500  "))
+      << top.text;
+  EXPECT_TRUE(holds(top, "1.2/1.2")) << top.text;
 }
 
 // Runs `fivepipe` until it has printed `lines` lines, calls `meanwhile`, then interrupts it.

@@ -70,6 +70,16 @@ TEST(Report, CountsFramesOverAllProcessesOfANode) {
   EXPECT_EQ(report["nodes"]["recon_b"]["counts"]["frame_sets_complete"], 285);
 }
 
+TEST(Report, ANodeThatSimulatesHasItsMetrics) {
+  auto input = ten_seconds();
+  EXPECT_FALSE(launch::report_from(input)["nodes"]["sim"].contains("simulation"));
+  input.simulations.add({"sim", {{"particles", {.count = 5}}}}, 1 * s);
+  const auto report = launch::report_from(input);
+  EXPECT_EQ(report["nodes"]["sim"]["simulation"],
+            (nlohmann::json{{"particles", {{"count", 5}, {"hull_contacts", 0}}}}));
+  EXPECT_FALSE(report["nodes"]["render"].contains("simulation"));
+}
+
 TEST(Report, CountsTheDropsOfUp) {
   auto input = ten_seconds();
   input.drops["bad_composited: viewer: timestamp before 1970 or after 2200"] = 5;
