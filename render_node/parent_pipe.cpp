@@ -10,6 +10,8 @@
 #include "common/pipeline/node/replay_monitor.h"
 #include "common/pipeline/node/status_names.h"
 #include "render_node/messages.h"
+#include "render_node/overlays/messages_marks.h"
+#include "render_node/overlays/overlay_painter.h"
 #include "render_node/presenter.h"
 #include "render_node/virtual_frames.h"
 
@@ -50,6 +52,7 @@ class ParentPipe {
         traces_(node.bus, node.status, node.node.name),
         composited_(node.bus.writer<bus::topics::FrameComposited>()) {
     if (light_) light_assembler_.emplace(light_->recon, light_->near_m, light_->far_m);
+    if (!node.deployment.scene.overlays.empty()) overlays_.emplace(node.deployment.scene, viewer_);
     if (!node.deployment.scene.particles.empty())
       particles_.emplace(node.bus.reader<bus::topics::Particles>());
     for (const config::SceneObject& object : node.deployment.scene.objects)
@@ -102,13 +105,33 @@ class ParentPipe {
 
   void take_collisions() {
     for (const auto& sample : collisions_.take()) {
-      if (!sample.valid() || !highlighted_.contains(sample->object)) continue;
+      if (!sample.valid()) continue;
+      const bool is_highlighted = highlighted_.contains(sample->object);
+      const OverlaidObject* const overlaid = overlays_ ? overlays_->find(sample->object) : nullptr;
+      if (!is_highlighted && !overlaid) continue;
       const auto highlight = highlight_from(*sample);
-      if (const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&highlight))
+      if (const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&highlight)) {
         node_.status.drop_from(collisions_.process(sample), *bad);
-      else if (const auto& [frame, stamp_ns, collides] = std::get<Highlight>(highlight); collides)
+        continue;
+      }
+      if (overlaid && !take_marks(sample, *overlaid)) continue;
+      const auto& [frame, stamp_ns, collides] = std::get<Highlight>(highlight);
+      if (is_highlighted && collides)
         virtual_frames_.add_collision(frame, stamp_ns, sample->object);
     }
+  }
+
+  // Returns false if the message is invalid; then it drops and counts it.
+  bool take_marks(const bus::Sample<bus::topics::CollisionResult>& sample,
+                  const OverlaidObject& object) {
+    auto marks = marks_from(*sample, object);
+    if (const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&marks)) {
+      node_.status.drop_from(collisions_.process(sample), *bad);
+      return false;
+    }
+    virtual_frames_.add_marks(sample->frame, sample->capture_stamp_ns,
+                              std::get<CollisionMarks>(std::move(marks)));
+    return true;
   }
 
   void take_particles() {
@@ -214,6 +237,7 @@ class ParentPipe {
     steps.begin("render");
     renderer_.draw(hull, virtual_frame.poses, virtual_frame.colliding, virtual_frame.particles,
                    light_hull);
+    if (overlays_) draw_overlays(hull, virtual_frame);
     const bool wanted = present(hull.frame);
     steps.end();
     const std::int64_t now_ns = base::now_realtime_ns();
@@ -229,6 +253,12 @@ class ParentPipe {
                     {hull.first_received_ns, hull.last_received_ns}, std::move(steps));
     node_.status.diagnostic("hull", node::empty_hull_text(hull.empty_cameras));
     if (!wanted) node::stop_running();
+  }
+
+  void draw_overlays(const HullFrame& hull, const VirtualFrame& virtual_frame) {
+    for (const ObjectPose& pose : virtual_frame.poses)
+      overlays_->place(pose.object, pose.world_from_object, pose.vertices_m);
+    overlays_->draw(hull.eye_from_world, virtual_frame.marks);
   }
 
   // Presents the last drawn frame. If no output needs it, waits for the GPU but does not read it
@@ -254,6 +284,7 @@ class ParentPipe {
   node::NodeContext& node_;
   const config::Viewer& viewer_;
   Renderer renderer_;
+  std::optional<OverlayPainter> overlays_;  // present if the scene has overlays
   Presenter presenter_;
   TileAssembler tile_assembler_;
   const std::optional<config::HullView> light_;  // present if the scene has shadows

@@ -36,6 +36,7 @@ class Renderer {
   // last pose. Colliding objects are tinted red. Virtual and real surfaces occlude each other per
   // pixel; at equal depth the virtual surface is visible. The poses and particles must be drawable.
   // light_hull: the hull in config::light_view(), which casts shadows; null: it casts none.
+  // Leaves the framebuffer of the image bound, so that OverlayPainter can draw into it.
   void draw(const HullFrame& hull, std::span<const ObjectPose> poses,
             const std::set<std::string>& colliding, std::span<const ParticleCloud> particles = {},
             const HullFrame* light_hull = nullptr);

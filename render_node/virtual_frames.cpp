@@ -13,6 +13,15 @@ void VirtualFrames::add_collision(std::uint64_t frame, std::int64_t capture_stam
   if (VirtualFrame* const found = at(frame, capture_stamp_ns)) found->colliding.insert(object);
 }
 
+void VirtualFrames::add_marks(std::uint64_t frame, std::int64_t capture_stamp_ns,
+                              CollisionMarks marks) {
+  VirtualFrame* const found = at(frame, capture_stamp_ns);
+  if (!found) return;
+  std::erase_if(found->marks,
+                [&](const CollisionMarks& other) { return other.object == marks.object; });
+  found->marks.push_back(std::move(marks));
+}
+
 void VirtualFrames::add_particles(std::uint64_t frame, std::int64_t capture_stamp_ns,
                                   ParticleCloud particles) {
   VirtualFrame* const found = at(frame, capture_stamp_ns);

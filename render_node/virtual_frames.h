@@ -1,5 +1,5 @@
-// Collects the simulation's results by frame: object poses, colliding objects and particles. Keeps
-// at most kMaxFrames frames and drops the one that was added first.
+// Collects the simulation's results by frame: object poses, colliding objects, marks of the
+// overlays and particles. Keeps at most kMaxFrames frames and drops the one that was added first.
 #pragma once
 #include <cstdint>
 #include <set>
@@ -8,6 +8,7 @@
 
 #include "common/pipeline/frames/recent_frames.h"
 #include "common/pipeline/frames/restart_detector.h"
+#include "render_node/overlays/collision_marks.h"
 #include "render_node/renderer.h"
 
 namespace fivepipe::render {
@@ -15,6 +16,7 @@ namespace fivepipe::render {
 struct VirtualFrame {
   std::vector<ObjectPose> poses;
   std::set<std::string> colliding;
+  std::vector<CollisionMarks> marks;     // at most one per object
   std::vector<ParticleCloud> particles;  // at most one per source
   // True if the state has arrived. sim_node sends collisions and particles before the state.
   bool complete = false;
@@ -24,9 +26,10 @@ class VirtualFrames {
  public:
   static constexpr std::size_t kMaxFrames = 16;
 
-  // Adds a colliding object, the particles of a source or the poses of a frame. Ignores a frame
-  // that was displaced. Drops all kept frames if the source has restarted.
+  // Adds a colliding object, the marks of an object, the particles of a source or the poses of a
+  // frame. Ignores a frame that was displaced. Drops all kept frames if the source has restarted.
   void add_collision(std::uint64_t frame, std::int64_t capture_stamp_ns, const std::string& object);
+  void add_marks(std::uint64_t frame, std::int64_t capture_stamp_ns, CollisionMarks marks);
   void add_particles(std::uint64_t frame, std::int64_t capture_stamp_ns, ParticleCloud particles);
   void add_state(std::uint64_t frame, std::int64_t capture_stamp_ns, std::vector<ObjectPose> poses);
 

@@ -175,7 +175,7 @@ SimConfig read_sim(YamlMap& map) {
   config.viewport_px = map.integer("viewport_px", {1, 4096}, config.viewport_px);
   config.window_px = map.integer("window_px", {1, 16384}, config.window_px);
   config.step_s = map.number("step_s", {1e-4, 0.1}, config.step_s);
-  config.max_points = map.integer("max_points", {1, 1000000}, config.max_points);
+  config.max_points = map.integer("max_points", {1, kMaxCollisionPoints}, config.max_points);
   if (config.viewport_px > config.window_px)
     map.problem_at("viewport_px", fmt::format("viewport_px must be at most window_px ({}), is {}",
                                               config.window_px, config.viewport_px));

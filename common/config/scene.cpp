@@ -10,6 +10,7 @@
 #include "common/config/objects/cloth_reader.h"
 #include "common/config/objects/joint_reader.h"
 #include "common/config/objects/lighting_reader.h"
+#include "common/config/objects/overlay_reader.h"
 #include "common/config/objects/particle_source_reader.h"
 #include "common/config/read_files.h"
 #include "common/config/yaml/yaml_reader.h"
@@ -251,8 +252,30 @@ Scene read_scene(const std::filesystem::path& file, Problems& problems) {
       names.add(source_map, "source", scene.particles.back().name);
     }
   check_clearance(scene, object_maps);
+  scene.overlays = read_overlays(map, [&](Overlay overlay) {
+    return std::any_of(scene.objects.begin(), scene.objects.end(),
+                       [&](const SceneObject& object) { return reports(object, overlay); });
+  });
   map.finish();
   return scene;
+}
+
+bool is_reported(const SceneObject& object) {
+  // Rigid contact needs no report: its contacts are detected in the steps.
+  return object.reaction == Reaction::contact ? object.requests.any()
+                                              : object.reaction != Reaction::none;
+}
+
+bool reports(const SceneObject& object, Overlay overlay) {
+  if (!is_reported(object)) return false;
+  const std::optional<ResponseRequests>& response = object.requests.response;
+  switch (overlay) {
+    case Overlay::collision_points: return true;
+    case Overlay::recovery: return response || object.reaction == Reaction::bounce;
+    case Overlay::hull_normals: return response && (response->four_points || response->closed_form);
+    case Overlay::proximity: return object.requests.proximity.has_value();
+  }
+  return false;
 }
 
 std::vector<std::string> mesh_size_warnings(const Scene& scene) {

@@ -4,6 +4,7 @@
 #include <array>
 #include <filesystem>
 #include <optional>
+#include <set>
 #include <string>
 #include <variant>
 #include <vector>
@@ -12,6 +13,7 @@
 #include "common/config/objects/cloth_settings.h"
 #include "common/config/objects/joint.h"
 #include "common/config/objects/lighting.h"
+#include "common/config/objects/overlay.h"
 #include "common/config/objects/particle_source.h"
 #include "common/geometry/mesh.h"
 
@@ -77,7 +79,13 @@ struct Scene {
   std::vector<SceneObject> objects;
   std::vector<ParticleSource> particles = {};
   std::optional<HistoryRequests> history = {};  // absent: hull components are not tracked
+  std::set<Overlay> overlays = {};              // each shows something of at least one object
 };
+
+// Returns true if sim_node sends a collision result of the object in every frame.
+bool is_reported(const SceneObject& object);
+// Returns true if the object's collision results contain what the overlay shows.
+bool reports(const SceneObject& object, Overlay overlay);
 
 // Returns the object's surface in its own frame [m].
 geometry::Mesh mesh_of(const SceneObject& object);

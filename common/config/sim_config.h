@@ -7,6 +7,8 @@ namespace fivepipe::config {
 // (common/collision/detection/detection.h). paper: samples the hull in OpenGL as the paper does.
 enum class CollisionBackend { cpu, gl, paper };
 
+inline constexpr int kMaxCollisionPoints = 1'000'000;  // per object
+
 struct SimConfig {
   CollisionBackend collision = CollisionBackend::cpu;
   int threads = 1;  // for all queries of the hull; any number gives the same bits

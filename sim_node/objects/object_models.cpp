@@ -35,11 +35,7 @@ ObjectModels object_models(const config::Scene& scene) {
     const geometry::Mesh& mesh = bvh.mesh();
     for (const Eigen::Vector3d& v : mesh.vertices_m)
       models.start_bounds_m.extend(object.world_from_object * v);
-    // Rigid contact needs no report: its contacts are detected in the steps.
-    const bool is_reported = object.reaction == config::Reaction::contact
-                                 ? object.requests.any()
-                                 : object.reaction != config::Reaction::none;
-    if (is_reported) models.reacting.push_back(i);
+    if (config::is_reported(object)) models.reacting.push_back(i);
     if (object.motion == config::Motion::dynamic) {
       if (object.reaction == config::Reaction::bounce) models.bouncing.push_back(i);
       if (object.reaction == config::Reaction::contact) models.touching.push_back(i);

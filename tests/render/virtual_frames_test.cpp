@@ -54,6 +54,23 @@ TEST(VirtualFrames, KeepTheNewestParticlesOfEachSource) {
   EXPECT_TRUE(frames.best_for(8)->particles.empty());
 }
 
+TEST(VirtualFrames, KeepTheNewestMarksOfEachObject) {
+  const auto marks_at = [](std::size_t object, float x_m) {
+    return CollisionMarks{.object = object, .points_world_m = {Eigen::Vector3f(x_m, 0, 0)}};
+  };
+  VirtualFrames frames;
+  frames.add_marks(7, 7, marks_at(2, 1));
+  frames.add_marks(7, 7, marks_at(3, 2));
+  frames.add_marks(7, 7, marks_at(2, 3));
+  EXPECT_FALSE(frames.has(7)) << "the state is missing";
+  frames.add_state(7, 7, ball_at(0));
+  frames.add_state(8, 8, ball_at(0));
+  ASSERT_EQ(frames.best_for(7)->marks.size(), 2u);
+  EXPECT_EQ(frames.best_for(7)->marks[0].object, 3u);
+  EXPECT_EQ(frames.best_for(7)->marks[1].points_world_m[0].x(), 3);
+  EXPECT_TRUE(frames.best_for(8)->marks.empty());
+}
+
 TEST(VirtualFrames, StayBoundedAndKeepTheNewest) {
   VirtualFrames frames;
   for (std::uint64_t frame = 0; frame < 100; ++frame)
@@ -74,6 +91,7 @@ TEST(VirtualFrames, WrongFrameNumbersDoNotKeepStatesOut) {
     for (std::size_t i = 0; i <= VirtualFrames::kMaxFrames; ++i)
       frames.add_state(++wrong, std::int64_t(frame), ball_at(-1));
     frames.add_collision(++wrong, INT64_MAX, "block");
+    frames.add_marks(++wrong, INT64_MAX, {});
     frames.add_state(frame, std::int64_t(frame), ball_at(double(frame)));
     ASSERT_TRUE(frames.has(frame)) << frame;
     ASSERT_EQ(x_of(frames.best_for(frame)), double(frame));

@@ -75,13 +75,14 @@ class RenderNode : public ScriptedPeer {
   const std::int64_t start_ns_ = base::now_realtime_ns();
   config::Deployment deployment_;
   int frame_rate_hz_ = 30;
+  std::string scene_ = kScene;
 
   // Starts the node with these options of its entry in the deployment. `with_simulation`: whether
   // the test writes VirtualState.
   void start_with(const std::string& options, bool with_simulation = true,
                   const std::string& viewer = "viewer", const std::string& light = "") {
     file("rig.yaml", kRig);
-    file("scene.yaml", replaced(kScene, "light_m: [0, -1, 1]\n", "light_m: [0, -1, 1]\n" + light));
+    file("scene.yaml", replaced(scene_, "light_m: [0, -1, 1]\n", "light_m: [0, -1, 1]\n" + light));
     const std::string path =
         file("deployment.yaml",
              replaced(replaced(kDeployment, "viewer:\n", "viewer:\n  name: " + viewer + "\n"),
@@ -177,6 +178,17 @@ class RenderNode : public ScriptedPeer {
     message.capture_stamp_ns = stamp_of(frame);
     message.verdict = verdict;
     messages::borrow(message.first_contact, contacts);
+    deliver(collisions_, message);
+  }
+  // A collision of `object` with one collision point.
+  void send_point(std::uint64_t frame, const char* object, const fivepipe_v1_Vec3& p_m) {
+    std::vector<fivepipe_v1_Vec3> points_m{p_m};
+    fivepipe_v1_CollisionResult message{};
+    messages::set_text(message.object, object);
+    message.frame = frame;
+    message.capture_stamp_ns = stamp_of(frame);
+    message.verdict = fivepipe_v1_colliding;
+    messages::borrow(message.points_m, points_m);
     deliver(collisions_, message);
   }
   // Sends a tile that the node drops, and waits until it has counted it: the node has then taken
@@ -275,6 +287,69 @@ TEST_F(RenderNode, ShowsTheParticlesOfTheFrameOfTheImage) {
     return drops_of(report(), "bad_particles: smoke") == 1 &&
            drops_of(report(), "bad_particles: grains") == 1;
   })) << said();
+}
+
+TEST_F(RenderNode, ShowsTheOverlaysOfTheFrameOfTheImage) {
+  start_with(", video: false, still_frame: 7", true, "viewer", "overlays: [collision_points]\n");
+  for (const std::uint64_t frame : {6, 7, 8}) {
+    send_point(frame, "touched", {0.1 * (double(frame) - 7), 0, 0});
+    send_point(frame, "scenery", {0, 0, -0.1});
+    if (frame == 7) {
+      send_point(frame, "met", {0.2, 0, -0.1});
+      send_point(frame, "free", {0.2, kNaN, 0});
+    }
+    send_state(frame);
+    if (frame > 6) send_hull(frame - 1);
+  }
+  send_hull(8);
+  ASSERT_TRUE(has_composited(3)) << said();
+  const cv::Mat image = still();
+  const auto is_white = [&](double x_m, double z_m) {
+    return at(image, x_m, z_m) == cv::Vec3b(255, 255, 255);
+  };
+  EXPECT_TRUE(is_white(0, 0));
+  EXPECT_TRUE(is_white(0.2, -0.1));
+  EXPECT_FALSE(is_white(-0.1, 0) || is_white(0.1, 0)) << "of another frame";
+  EXPECT_FALSE(is_white(0, -0.1)) << "of an object without reaction";
+  EXPECT_EQ(red_boxes(image), (std::set<std::string>{"touched", "met"})) << "free is invalid";
+  EXPECT_TRUE(holds([&] { return drops_of(report(), "bad_collision: free") == 1; })) << said();
+}
+
+TEST_F(RenderNode, WithoutOverlaysInTheSceneItIgnoresThem) {
+  start_with(", video: false, still_frame: 7");
+  send_point(7, "touched", {0, 0, 0});
+  send_point(7, "free", {0, kNaN, 0});
+  send_state(7);
+  send_hull(7);
+  ASSERT_TRUE(has_composited(1)) << said();
+  EXPECT_EQ(at(still(), 0, 0), at(still(), 0.1, 0));
+  EXPECT_EQ(ended().drops, (std::map<std::string, std::uint64_t>{}));
+}
+
+// The ball is red where it is closest to the hull: everywhere.
+TEST_F(RenderNode, TheOverlaysFollowTheObjectsOfTheImage) {
+  scene_ = replaced(kScene, "reaction: none, colour_rgb: [0.1, 0.9, 0.1]",
+                    "report: {proximity: {}}, colour_rgb: [0.1, 0.9, 0.1]");
+  start_with(", video: false, still_frame: 7", true, "viewer", "overlays: [proximity]\n");
+  const config::SceneObject& ball = deployment_.scene.objects.back();
+  std::vector<float> min_m(config::mesh_of(ball).vertices_m.size(), 0), max_m = min_m;
+  std::vector<fivepipe_v1_ProximityField> fields(1);
+  fields[0].of = fivepipe_v1_of_vertices;
+  fields[0].cap_m = 0.05;
+  messages::borrow(fields[0].min_m, min_m);
+  messages::borrow(fields[0].max_m, max_m);
+  fivepipe_v1_CollisionResult message{};
+  messages::set_text(message.object, "ball");
+  message.frame = 7;
+  message.capture_stamp_ns = stamp_of(7);
+  messages::borrow(message.proximity, fields);
+  deliver(collisions_, message);
+  send_state(7, 0.3);
+  send_hull(7);
+  ASSERT_TRUE(has_composited(1)) << said();
+  const cv::Vec3b bgr = at(still(), 0.3, -0.2);
+  EXPECT_GT(bgr[2], 150) << bgr;
+  EXPECT_LT(bgr[1], 60) << bgr;
 }
 
 const std::string kShadows =

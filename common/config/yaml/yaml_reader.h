@@ -81,6 +81,19 @@ class YamlMap {
     return index ? choices[*index].second : default_value.value_or(choices.front().second);
   }
 
+  // Returns the values whose names a list holds, in its order, each with its place. Returns an
+  // empty list if the key is absent. A repeated name is a problem.
+  template <typename Value>
+  std::vector<std::pair<Value, SourceLocation>> choices(
+      const std::string& key, const std::vector<std::pair<std::string, Value>>& choices) {
+    std::vector<std::string> names;
+    for (const auto& [choice_name, value] : choices) names.push_back(choice_name);
+    std::vector<std::pair<Value, SourceLocation>> chosen;
+    for (const auto& [index, location] : choice_indices(key, names))
+      chosen.emplace_back(choices[index].second, location);
+    return chosen;
+  }
+
   // Returns the mapping below a key. A missing key is a problem and returns a void mapping.
   YamlMap map(const std::string& key);
   // Returns the mappings of a list. An empty or missing list is a problem.
@@ -126,6 +139,10 @@ class YamlMap {
                                                Range each);
   std::optional<std::size_t> choice_index(const std::string& key,
                                           const std::vector<std::string>& names, bool required);
+  std::optional<std::size_t> index_of_name(const YAML::Node& node, const std::string& what,
+                                           const std::vector<std::string>& names);
+  std::vector<std::pair<std::size_t, SourceLocation>> choice_indices(
+      const std::string& key, const std::vector<std::string>& names);
   void report(SourceLocation location, const std::string& what) const;
 
   std::shared_ptr<Context> context_;

@@ -204,14 +204,41 @@ std::filesystem::path YamlMap::path(const std::string& key) {
 std::optional<std::size_t> YamlMap::choice_index(const std::string& key,
                                                  const std::vector<std::string>& names,
                                                  bool required) {
-  const YAML::Node node = value_of(key, required);
-  const auto text = scalar(node, key);
+  return index_of_name(value_of(key, required), key, names);
+}
+
+std::optional<std::size_t> YamlMap::index_of_name(const YAML::Node& node, const std::string& what,
+                                                  const std::vector<std::string>& names) {
+  const auto text = scalar(node, what);
   if (!text) return std::nullopt;
   const auto found = std::find(names.begin(), names.end(), text->text);
   if (found != names.end()) return found - names.begin();
   report(location_of_mark(node.Mark()),
-         fmt::format("{} must be one of {}; is \"{}\"", key, fmt::join(names, ", "), text->text));
+         fmt::format("{} must be one of {}; is \"{}\"", what, fmt::join(names, ", "), text->text));
   return std::nullopt;
+}
+
+std::vector<std::pair<std::size_t, SourceLocation>> YamlMap::choice_indices(
+    const std::string& key, const std::vector<std::string>& names) {
+  std::vector<std::pair<std::size_t, SourceLocation>> result;
+  const YAML::Node node = value_of(key, false);
+  if (!node.IsDefined()) return result;
+  if (!node.IsSequence()) {
+    report(location_of_mark(node.Mark()), key + " must be a list, is " + kind_of(node));
+    return result;
+  }
+  std::set<std::size_t> listed;
+  for (std::size_t i = 0; i < node.size(); ++i) {
+    const std::string what = key + '[' + std::to_string(i) + ']';
+    const auto index = index_of_name(node[i], what, names);
+    if (!index) continue;
+    const SourceLocation location = location_of_mark(node[i].Mark());
+    if (listed.insert(*index).second)
+      result.emplace_back(*index, location);
+    else
+      report(location, what + " repeats " + names[*index] + ": remove it");
+  }
+  return result;
 }
 
 }  // namespace fivepipe::config

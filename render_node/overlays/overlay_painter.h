@@ -1,0 +1,70 @@
+// Draws the overlays of a scene over the composite.
+#pragma once
+#include <array>
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/config/viewer.h"
+#include "common/gl/objects.h"
+#include "render_node/overlays/arrow_strokes.h"
+#include "render_node/overlays/overlay_shapes.h"
+
+namespace fivepipe::render {
+
+// Needs a current GL context from construction to destruction.
+class OverlayPainter {
+ public:
+  OverlayPainter(const config::Scene& scene, const config::Viewer& viewer);
+
+  // Returns the object of which the overlays show something, or null.
+  const OverlaidObject* find(const std::string& object) const;
+
+  // Sets the pose of an object, and its vertices (x y z each, object frame) if there are any; they
+  // stay until the next call. Ignores objects of which no proximity is shown.
+  void place(const std::string& object, const Eigen::Isometry3d& world_from_object,
+             std::span<const float> vertices_m);
+
+  // Draws into the bound framebuffer, which holds the composite as seen from eye_from_world, with
+  // its depths; leaves the depths as they are. Parts that a surface hides by more than kLift_m are
+  // faint: every second pixel of them is drawn. marks: of objects that find() returns.
+  void draw(const Eigen::Isometry3d& eye_from_world, std::span<const CollisionMarks> marks);
+
+ private:
+  struct PlacedObject {
+    OverlaidObject overlaid;
+    Eigen::Isometry3d world_from_object;
+    std::vector<Eigen::Vector3d> vertices_m;  // object frame
+  };
+  // Discs of one size.
+  struct DiscLayer {
+    DiscLayer();
+    gl::GlBuffer buffer;
+    gl::GlVertexArray vertex_array;
+    int count = 0;
+  };
+
+  OverlayShapes shapes_of(std::span<const CollisionMarks> marks) const;
+  void upload(const OverlayShapes& shapes, const Eigen::Isometry3d& eye_from_world);
+  void draw_discs(const DiscLayer& layer, double diameter_px, bool hidden) const;
+  void draw_arrows(bool hidden) const;
+
+  geometry::Pinhole pinhole_;
+  double near_m_, unit_px_;
+  Eigen::Matrix4d clip_from_eye_;
+  std::map<std::string, PlacedObject> objects_;
+  std::vector<std::string> name_of_object_;  // by the index in the scene
+  gl::GlProgram disc_program_, stroke_program_;
+  DiscLayer proximity_, points_, ends_;
+  gl::GlBuffer stroke_buffer_;  // the outlines of all arrows, then the arrows
+  gl::GlVertexArray stroke_array_;
+  int outline_corners_ = 0, stroke_corners_ = 0;
+};
+
+// A surface hides what is more than this behind it. A disc faces the eye, so half of one on a
+// tilted surface is behind it: at 45 degrees by its radius, which is 9 mm at 1 m for the widest
+// disc.
+inline constexpr double kLift_m = 0.01;
+
+}  // namespace fivepipe::render
