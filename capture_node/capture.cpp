@@ -215,9 +215,10 @@ void Capture::add_colours(std::int64_t frame, std::vector<RawCapture>& raw_captu
   if (std::any_of(parts.begin(), parts.end(),
                   [](const hull::SilhouetteBounds& seen) { return seen.part.empty(); }))
     return;  // the hull is empty
-  const VisibleRegion eye =
-      visible_region(viewer_, config::eye_from_world_at(viewer_, double(frame) / frame_rate_hz_));
-  parts.push_back(eye.part);
+  const Eigen::Isometry3d head = config::eye_from_world_at(viewer_, double(frame) / frame_rate_hz_);
+  std::vector<VisibleRegion> eyes;
+  for (const double x_m : config::eye_positions_m(viewer_))
+    eyes.push_back(visible_region(viewer_, config::eye_at(x_m, head)));
   in_parallel(pool_, raw_captures.size(), [&](std::size_t i) {
     RawCapture& raw_capture = raw_captures[i];
     const Channel& channel = *channels_[i];
@@ -228,7 +229,7 @@ void Capture::add_colours(std::int64_t frame, std::vector<RawCapture>& raw_captu
     hull::ObjectPixels pixels =
         raw_capture.result.pixels
             ? *raw_capture.result.pixels
-            : footprint(parts, eye.box_m, raw_capture.published, kColourMargin_px);
+            : visible_footprint(parts, eyes, raw_capture.published, kColourMargin_px);
     if (!raw_capture.result.pixels) pixels.keep(channel.seen);
     if (pixels.count() > 0)
       raw_capture.result.colour =

@@ -82,6 +82,20 @@ hull::ObjectPixels footprint(std::vector<hull::SilhouetteBounds> parts,
   return rasterize_conservative(outline, k.width_px, k.height_px);
 }
 
+hull::ObjectPixels visible_footprint(const std::vector<hull::SilhouetteBounds>& parts,
+                                     std::span<const VisibleRegion> eyes,
+                                     const geometry::Camera& camera, int margin_px) {
+  hull::ObjectPixels all(camera.pinhole.width_px, camera.pinhole.height_px);
+  for (const VisibleRegion& eye : eyes) {
+    std::vector<hull::SilhouetteBounds> seen = parts;
+    seen.push_back(eye.part);
+    const hull::ObjectPixels pixels = footprint(std::move(seen), eye.box_m, camera, margin_px);
+    pixels.for_each_run(pixels.bounds(),
+                        [&](int v, int begin, int end) { all.set_run(begin, end, v); });
+  }
+  return all;
+}
+
 hull::ColourRegion colours_of(hull::ObjectPixels pixels, const geometry::Camera& camera,
                               const Undistortion& undistortion, const cv::Mat& captured_bgr) {
   const hull::PixelRect region = pixels.bounds();

@@ -1,6 +1,7 @@
 // Selects the pixels of a camera's image that can show the hull, and returns their colours.
 #pragma once
 #include <opencv2/core.hpp>
+#include <span>
 #include <vector>
 
 #include "capture_node/lens/undistortion.h"
@@ -10,8 +11,8 @@
 
 namespace fivepipe::capture {
 
-// The part of the world that the viewer's eye can see: its reconstruction image (`part`), and a
-// world box that contains every point of its view frustum up to the far plane.
+// The part of the world that one eye of the viewer can see: its reconstruction image (`part`), and
+// a world box that contains every point of its view frustum up to the far plane.
 struct VisibleRegion {
   hull::SilhouetteBounds part;
   Eigen::AlignedBox3d box_m;
@@ -24,6 +25,12 @@ VisibleRegion visible_region(const config::Viewer& viewer, const Eigen::Isometry
 hull::ObjectPixels footprint(std::vector<hull::SilhouetteBounds> parts,
                              const Eigen::AlignedBox3d& box_m, const geometry::Camera& camera,
                              int margin_px);
+
+// Returns the pixels of `camera`'s image that can show a point which all `parts` and at least one
+// eye see: the union of the footprints for each eye.
+hull::ObjectPixels visible_footprint(const std::vector<hull::SilhouetteBounds>& parts,
+                                     std::span<const VisibleRegion> eyes,
+                                     const geometry::Camera& camera, int margin_px);
 
 // Returns the colours of `pixels` of the published image. `captured_bgr`: 8-bit BGR of the captured
 // size.

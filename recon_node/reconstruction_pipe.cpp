@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <deque>
-#include <optional>
 
 #include "common/base/realtime.h"
 #include "common/config/views.h"
@@ -25,7 +24,7 @@ class ReconstructionPipe {
   ReconstructionPipe(node::NodeContext& node, config::HullBackend backend)
       : node_(node),
         viewer_(node.deployment.viewer.name),
-        light_(config::light_view(node.deployment.scene)),
+        views_(config::hull_views(node.deployment)),
         config_(decided(node::config_of<config::ReconConfig>(node), backend)),
         reconstructor_(config_, node.deployment.rig.volume_m),
         sets_(node.bus, node.deployment.rig, node.status),
@@ -63,7 +62,7 @@ class ReconstructionPipe {
           const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&geometry))
         node_.status.drop_from(view_infos_.process(sample), *bad);
       else
-        geometry_ = std::get<messages::ViewGeometry>(geometry);
+        set_geometry(std::get<messages::ViewGeometry>(geometry));
     }
     for (const auto& sample : poses_.take()) {
       if (!sample.valid() || viewer_ != sample->viewer) continue;
@@ -72,6 +71,16 @@ class ReconstructionPipe {
         node_.status.drop_from(poses_.process(sample), *bad);
       else
         inputs_.add(std::get<messages::FramePose>(pose));
+    }
+  }
+
+  void set_geometry(const messages::ViewGeometry& geometry) {
+    has_view_info_ = true;
+    for (config::HullView& view : views_) {
+      if (view.fixed) continue;
+      view.recon = geometry.recon;
+      view.near_m = geometry.near_m;
+      view.far_m = geometry.far_m;
     }
   }
 
@@ -94,19 +103,24 @@ class ReconstructionPipe {
     }
   }
 
-  // Returns the tiles of a frame that this node reconstructs.
-  std::vector<Tile> own_tiles(const messages::FramePose& pose, const geometry::Pinhole& view) {
+  // Returns the owner of each tile. Tiles with the same index have the same owner in every view.
+  std::vector<std::uint8_t> owners_of(const messages::FramePose& pose) {
+    const std::size_t tiles = std::size_t(config_.tile_columns * config_.tile_rows);
+    // A single node reconstructs every tile, also in the replay of a recording of several nodes.
+    if (config_.worker_count == 1)
+      return std::vector<std::uint8_t>(tiles, std::uint8_t(config_.worker_index));
+    const std::vector<std::uint8_t>& owners = pose.tile_owners;
+    const auto known = [&](int owner) { return owner < config_.worker_count; };
+    if (owners.size() == tiles && std::all_of(owners.begin(), owners.end(), known)) return owners;
+    if (!owners.empty()) node_.status.drop("bad_tile_owners");
+    return frames::round_robin_tiles(config_.tile_columns, config_.tile_rows, config_.worker_count);
+  }
+
+  // Returns the tiles of a view that this node reconstructs.
+  std::vector<Tile> own_tiles(const geometry::Pinhole& view,
+                              const std::vector<std::uint8_t>& owners) const {
     std::vector<Tile> tiles =
         tiles_of(view.width_px, view.height_px, config_.tile_columns, config_.tile_rows);
-    // A single node reconstructs every tile, also in the replay of a recording of several nodes.
-    if (config_.worker_count == 1) return tiles;
-    std::vector<std::uint8_t> owners = pose.tile_owners;
-    const auto known = [&](int owner) { return owner < config_.worker_count; };
-    if (owners.size() != tiles.size() || !std::all_of(owners.begin(), owners.end(), known)) {
-      if (!owners.empty()) node_.status.drop("bad_tile_owners");
-      owners =
-          frames::round_robin_tiles(config_.tile_columns, config_.tile_rows, config_.worker_count);
-    }
     std::erase_if(tiles, [&](const Tile& tile) {
       return owners[std::size_t(tile.index)] != config_.worker_index;
     });
@@ -118,7 +132,7 @@ class ReconstructionPipe {
   // more than kMaxWaiting frames wait.
   void reconstruct_frames_with_pose() {
     const auto has_pose = [&](const frames::FrameSet& set) {
-      return geometry_ && inputs_.pose_of(set.frame);
+      return has_view_info_ && inputs_.pose_of(set.frame);
     };
     while (!waiting_.empty()) {
       const frames::FrameSet& set = waiting_.front();
@@ -126,76 +140,65 @@ class ReconstructionPipe {
         reconstruct(set, *inputs_.pose_of(set.frame));
       else if (waiting_.size() > kMaxWaiting ||
                std::any_of(waiting_.begin(), waiting_.end(), has_pose))
-        node_.status.drop(geometry_ ? "no_head_pose" : "no_view_info");
+        node_.status.drop(has_view_info_ ? "no_head_pose" : "no_view_info");
       else
         return;
       waiting_.pop_front();
     }
   }
 
-  // A view, and the tiles of it that this node reconstructs.
-  struct OwnView {
-    TileFrame frame;
-    std::vector<Tile> tiles;
-  };
-  // The light's view comes before the viewer's, whose last tile completes the frame.
-  std::vector<OwnView> own_views(const frames::FrameSet& set, const messages::FramePose& pose) {
-    const auto frame_of = [&](const std::string& name, const hull::View& view) {
-      return TileFrame{name,
-                       set.frame,
-                       set.capture_stamp_ns,
-                       view,
-                       config_.tile_columns * config_.tile_rows,
-                       set.empty_cameras};
-    };
-    const hull::View view{
-        {geometry_->recon, pose.eye_from_world}, geometry_->near_m, geometry_->far_m};
-    const std::vector<Tile> tiles = own_tiles(pose, view.camera.pinhole);
-    std::vector<OwnView> views;
-    if (light_) {
-      const hull::View from_light{{light_->recon, *light_->fixed}, light_->near_m, light_->far_m};
-      std::vector<Tile> light_tiles = tiles_of(light_->recon.width_px, light_->recon.height_px,
-                                               config_.tile_columns, config_.tile_rows);
-      // A tile of the light's view has the owner of the viewer's tile with the same index.
-      std::erase_if(light_tiles, [&](const Tile& tile) {
-        return std::none_of(tiles.begin(), tiles.end(),
-                            [&](const Tile& own) { return own.index == tile.index; });
-      });
-      views.push_back({frame_of(light_->name, from_light), std::move(light_tiles)});
-    }
-    views.push_back({frame_of(viewer_, view), tiles});
-    return views;
+  // Returns the own tiles of each view. Colour is for eyes: a light needs none.
+  std::vector<Reconstructor::ViewTiles> own_views(const messages::FramePose& pose) {
+    const std::vector<std::uint8_t> owners = owners_of(pose);
+    std::vector<Reconstructor::ViewTiles> own;
+    for (const config::HullView& view : views_)
+      own.push_back({{{view.recon, config::eye_from_world(view, pose.eye_from_world)},
+                      view.near_m,
+                      view.far_m},
+                     own_tiles(view.recon, owners),
+                     !view.fixed});
+    return own;
+  }
+
+  // Returns true if an eye sees the hull.
+  bool is_seen(const std::vector<std::vector<ReconTile>>& made) const {
+    for (std::size_t i = 0; i < views_.size(); ++i)
+      if (!views_[i].fixed &&
+          std::any_of(made[i].begin(), made[i].end(),
+                      [](const ReconTile& tile) { return !tile.covered.empty(); }))
+        return true;
+    return false;
   }
 
   void reconstruct(const frames::FrameSet& set, const messages::FramePose& pose) {
-    const std::vector<OwnView> views = own_views(set, pose);
+    std::vector<Reconstructor::ViewTiles> views = own_views(pose);
     node::FrameSteps steps;
     const node::InputTimes times{set.first_received_ns, set.last_received_ns};
-    if (views.back().tiles.empty())
+    if (views.front().tiles.empty())
       return traces_.handled(set.frame, set.capture_stamp_ns, times, std::move(steps));
     const std::vector<hull::ColourRegion> colours =
         inputs_.take_colours(set.frame, set.capture_stamp_ns);
-    // Only readers of tiles need colour; skip it if there are none. A light needs none.
-    const bool want_colour = tiles_.readers() > 0 && !colours.empty();
-    std::vector<Reconstructor::ViewTiles> requests;
-    for (const OwnView& of : views)
-      requests.push_back({of.frame.view, of.tiles, want_colour && &of == &views.back()});
+    // Only readers of tiles need colour; skip it if there are none.
+    for (Reconstructor::ViewTiles& view : views)
+      view.want_colour &= tiles_.readers() > 0 && !colours.empty();
     steps.begin("reconstruct");
     std::vector<std::vector<ReconTile>> made =
-        reconstructor_.reconstruct(set.silhouettes, requests, colours);
-    // The owner of a tile makes it in every view.
-    for (std::size_t i = 0; light_ && i < made.back().size(); ++i)
-      made.back()[i].cost_s += made.front()[i].cost_s;
-    const bool is_seen = std::any_of(made.back().begin(), made.back().end(),
-                                     [](const ReconTile& tile) { return !tile.covered.empty(); });
-    if (is_seen && tiles_.readers() > 0 && colours.empty())
+        reconstructor_.reconstruct(set.silhouettes, views, colours);
+    // The tiles with one index in all views have one owner, so their costs add up.
+    for (std::size_t view = 0; view + 1 < made.size(); ++view)
+      for (std::size_t i = 0; i < made.back().size(); ++i)
+        made.back()[i].cost_s += made[view][i].cost_s;
+    if (is_seen(made) && tiles_.readers() > 0 && colours.empty())
       node_.status.count("frames_without_colour");
     steps.begin("write_tiles");
     if (costs_.readers() > 0)
-      costs_.write(costs_message(views.back().frame, config_.worker_index, made.back()).message());
-    for (std::size_t i = 0; i < views.size(); ++i)
-      for (ReconTile& tile : made[i])
-        tiles_.write(tile_message(views[i].frame, std::move(tile)).message());
+      costs_.write(costs_message(frame_of(set, viewer_, views.back().view), config_.worker_index,
+                                 made.back())
+                       .message());
+    for (std::size_t i = 0; i < views.size(); ++i) {
+      const TileFrame frame = frame_of(set, views_[i].name, views[i].view);
+      for (ReconTile& tile : made[i]) tiles_.write(tile_message(frame, std::move(tile)).message());
+    }
     if (replay_.replaying())
       node_.status.latency("arrival_to_tiles",
                            1e-9 * double(base::now_realtime_ns() - times.first_ns));
@@ -206,9 +209,20 @@ class ReconstructionPipe {
     inputs_.drop_colours_up_to(set.frame);
   }
 
+  TileFrame frame_of(const frames::FrameSet& set, const std::string& name,
+                     const hull::View& view) const {
+    return {name,
+            set.frame,
+            set.capture_stamp_ns,
+            view,
+            config_.tile_columns * config_.tile_rows,
+            set.empty_cameras};
+  }
+
   node::NodeContext& node_;
   const std::string viewer_;
-  const std::optional<config::HullView> light_;  // present if the scene has shadows
+  std::vector<config::HullView> views_;  // those of eyes have the geometry of the last ViewInfo
+  bool has_view_info_ = false;
   const config::ReconConfig config_;
   Reconstructor reconstructor_;
   node::FrameSetReader sets_;
@@ -220,7 +234,6 @@ class ReconstructionPipe {
   bus::Writer<bus::topics::HullTile> tiles_;
   bus::Writer<bus::topics::TileCosts> costs_;
   std::deque<frames::FrameSet> waiting_;  // frame sets that wait for their poses
-  std::optional<messages::ViewGeometry> geometry_;
   FrameInputs inputs_;
 };
 

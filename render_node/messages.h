@@ -7,7 +7,7 @@
 #include "common/pipeline/messages/camera_messages.h"
 #include "common/pipeline/messages/wire_conversions.h"
 #include "render_node/renderer.h"
-#include "render_node/tile_assembler.h"
+#include "render_node/views/tile_assembler.h"
 
 namespace fivepipe::render {
 

@@ -1,11 +1,11 @@
 #include "render_node/parent_pipe.h"
 
+#include <algorithm>
 #include <deque>
 #include <optional>
 
 #include "common/base/realtime.h"
 #include "common/config/views.h"
-#include "common/pipeline/frames/recent_frames.h"
 #include "common/pipeline/node/frame_trace.h"
 #include "common/pipeline/node/replay_monitor.h"
 #include "common/pipeline/node/status_names.h"
@@ -13,6 +13,7 @@
 #include "render_node/overlays/messages_marks.h"
 #include "render_node/overlays/overlay_painter.h"
 #include "render_node/presenter.h"
+#include "render_node/views/view_assembler.h"
 #include "render_node/virtual_frames.h"
 
 namespace fivepipe::render {
@@ -28,12 +29,19 @@ constexpr auto kStateTimeout = 40ms;
 // failed.
 constexpr auto kStateTimeoutLossless = 2s;
 
-// Relative difference of the light's pose in a message, whose rotation is a quaternion.
-constexpr double kSamePose = 1e-9;
-
 // More frames than a replay has in flight. If a peer sends so many without the light's view, the
 // frames wait for the timeout.
 constexpr std::size_t kMaxAfterPending = 64;
+
+// Returns when the tiles of all eyes arrived.
+node::InputTimes input_times(const EyeFrames& eyes) {
+  node::InputTimes times{eyes.front().first_received_ns, eyes.front().last_received_ns};
+  for (const HullFrame& eye : eyes) {
+    times.first_ns = std::min(times.first_ns, eye.first_received_ns);
+    times.last_ns = std::max(times.last_ns, eye.last_received_ns);
+  }
+  return times;
+}
 
 class ParentPipe {
  public:
@@ -43,15 +51,13 @@ class ParentPipe {
         renderer_(node.deployment.scene, viewer_),
         presenter_(node::config_of<config::RenderConfig>(node), viewer_,
                    node.deployment.frame_rate_hz, node.out),
-        tile_assembler_(config::recon_pinhole(viewer_), viewer_.near_m, viewer_.far_m),
-        light_(config::light_view(node.deployment.scene)),
+        views_(config::hull_views(node.deployment)),
         tiles_(node.bus.reader<bus::topics::HullTile>()),
         states_(node.bus.reader<bus::topics::VirtualState>()),
         collisions_(node.bus.reader<bus::topics::CollisionResult>()),
         replay_(node.bus),
         traces_(node.bus, node.status, node.node.name),
         composited_(node.bus.writer<bus::topics::FrameComposited>()) {
-    if (light_) light_assembler_.emplace(light_->recon, light_->near_m, light_->far_m);
     if (!node.deployment.scene.overlays.empty()) overlays_.emplace(node.deployment.scene, viewer_);
     if (!node.deployment.scene.particles.empty())
       particles_.emplace(node.bus.reader<bus::topics::Particles>());
@@ -71,7 +77,8 @@ class ParentPipe {
       // In a lossless replay a newer frame must not replace the pending one before its state
       // arrives. The tiles of the light's view may still be missing.
       if (!(replay_.lossless() && pending_ &&
-            (!light_ || light_hull_of(*pending_) || after_pending_.size() >= kMaxAfterPending)))
+            (!views_.lacks_light_of(pending_->front()) ||
+             after_pending_.size() >= kMaxAfterPending)))
         take_tiles();
       if (pending_ && has_all_inputs(*pending_)) composite();
       if (pending_ && Clock::now() >= pending_until_) composite();
@@ -86,21 +93,14 @@ class ParentPipe {
   void reset() {
     pending_.reset();
     after_pending_.clear();
-    tile_assembler_.reset();
-    if (light_assembler_) light_assembler_->reset();
-    light_frames_.clear();
+    views_.reset();
     virtual_frames_ = {};
   }
 
-  bool has_all_inputs(const HullFrame& hull) const {
+  bool has_all_inputs(const EyeFrames& eyes) const {
+    const HullFrame& hull = eyes.front();
     return (virtual_frames_.has(hull.frame) || states_.writers() == 0) &&
-           (!light_ || light_hull_of(hull));
-  }
-
-  // Returns the hull of the same frame in the light's view, or null.
-  const HullFrame* light_hull_of(const HullFrame& hull) const {
-    const HullFrame* const found = light_frames_.find(hull.frame);
-    return found && found->capture_stamp_ns == hull.capture_stamp_ns ? found : nullptr;
+           !views_.lacks_light_of(hull);
   }
 
   void take_collisions() {
@@ -181,84 +181,80 @@ class ParentPipe {
     const std::int64_t now_ns = base::now_realtime_ns();  // after the take: the node has the tiles
     for (const auto& sample : samples) {
       if (!sample.valid()) continue;
-      const bool is_light = light_ && light_->name == sample->viewer;
-      if (!is_light && viewer_.name != sample->viewer) continue;
+      const std::optional<std::size_t> view = views_.find(sample->viewer);
+      if (!view) {
+        if (config::is_view_of(viewer_, sample->viewer))
+          node_.status.drop_from(
+              tiles_.process(sample),
+              {"bad_tile", sample->viewer, "stereo differs from this node's deployment"});
+        continue;
+      }
       auto tile = tile_from(*sample, node_.deployment.rig);
       if (const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&tile)) {
         node_.status.drop_from(tiles_.process(sample), *bad);
         continue;
       }
       std::get<ReceivedTile>(tile).received_ns = now_ns;
-      if (is_light &&
-          !std::get<ReceivedTile>(tile).eye_from_world.isApprox(*light_->fixed, kSamePose)) {
-        node_.status.drop_from(tiles_.process(sample), {"bad_tile", "", "pose of another light"});
-        continue;
-      }
-      auto added =
-          (is_light ? *light_assembler_ : tile_assembler_).add(std::get<ReceivedTile>(tile));
+      auto added = views_.add(*view, std::get<ReceivedTile>(tile));
       if (const RefusedTile* refused = std::get_if<RefusedTile>(&added))
         node_.status.drop_from(tiles_.process(sample), {"bad_tile", "", refused->reason});
-      HullFrame* const hull = std::get_if<HullFrame>(&added);
-      if (!hull) continue;
-      if (is_light) {
-        light_frames_.get_or_add(hull->frame).value = std::move(*hull);
-        continue;
-      }
+      EyeFrames* const eyes = std::get_if<EyeFrames>(&added);
+      if (!eyes) continue;
       if (pending_ && replay_.lossless()) {
-        after_pending_.push_back(std::move(*hull));  // waits for the states of the frames before it
+        after_pending_.push_back(std::move(*eyes));  // waits for the states of the frames before it
         continue;
       }
       if (pending_) composite();
-      wait_for_state(std::move(*hull));
+      wait_for_state(std::move(*eyes));
     }
     report_drops();
   }
 
-  void wait_for_state(HullFrame hull) {
-    pending_ = std::move(hull);
+  void wait_for_state(EyeFrames eyes) {
+    pending_ = std::move(eyes);
     pending_until_ = Clock::now() + (replay_.lossless() ? Clock::duration(kStateTimeoutLossless)
                                                         : Clock::duration(kStateTimeout));
   }
 
   void composite() {
-    const HullFrame hull = std::move(*pending_);
+    const EyeFrames eyes = std::move(*pending_);
+    const HullFrame& hull = eyes.front();
     pending_.reset();
     if (!after_pending_.empty()) {
       wait_for_state(std::move(after_pending_.front()));
       after_pending_.pop_front();
     }
     if (!virtual_frames_.has(hull.frame) && states_.writers() > 0) node_.status.drop("late_state");
-    const HullFrame* const light_hull = light_hull_of(hull);
-    if (light_ && !light_hull) node_.status.drop("late_light_view");
+    if (views_.lacks_light_of(hull)) node_.status.drop("late_light_view");
     static const VirtualFrame kNothing;
     const VirtualFrame* found = virtual_frames_.best_for(hull.frame);
     const VirtualFrame& virtual_frame = found ? *found : kNothing;
     node::FrameSteps steps;
     steps.begin("render");
-    renderer_.draw(hull, virtual_frame.poses, virtual_frame.colliding, virtual_frame.particles,
-                   light_hull);
-    if (overlays_) draw_overlays(hull, virtual_frame);
+    renderer_.draw(eyes, virtual_frame.poses, virtual_frame.colliding, virtual_frame.particles,
+                   views_.light_of(hull));
+    if (overlays_) draw_overlays(eyes, virtual_frame);
     const bool wanted = present(hull.frame);
     steps.end();
+    const node::InputTimes times = input_times(eyes);
     const std::int64_t now_ns = base::now_realtime_ns();
     composited_.write(composited_message(viewer_.name, hull, now_ns));
     if (replay_.replaying())
-      node_.status.latency(node::kArrivalToComposite,
-                           1e-9 * double(now_ns - hull.first_received_ns));
+      node_.status.latency(node::kArrivalToComposite, 1e-9 * double(now_ns - times.first_ns));
     else
       node_.status.latency(node::kCaptureToComposite,
                            1e-9 * double(now_ns - hull.capture_stamp_ns));
     node_.status.count(node::kFramesComposited);
-    traces_.handled(hull.frame, hull.capture_stamp_ns,
-                    {hull.first_received_ns, hull.last_received_ns}, std::move(steps));
+    traces_.handled(hull.frame, hull.capture_stamp_ns, times, std::move(steps));
     node_.status.diagnostic("hull", node::empty_hull_text(hull.empty_cameras));
     if (!wanted) node::stop_running();
   }
 
-  void draw_overlays(const HullFrame& hull, const VirtualFrame& virtual_frame) {
+  void draw_overlays(const EyeFrames& eyes, const VirtualFrame& virtual_frame) {
     for (const ObjectPose& pose : virtual_frame.poses)
       overlays_->place(pose.object, pose.world_from_object, pose.vertices_m);
-    overlays_->draw(hull.eye_from_world, virtual_frame.marks);
+    for (std::size_t i = 0; i < eyes.size(); ++i)
+      overlays_->draw(i, eyes[i].eye_from_world, virtual_frame.marks);
   }
 
   // Presents the last drawn frame. If no output needs it, waits for the GPU but does not read it
@@ -271,11 +267,11 @@ class ParentPipe {
   }
 
   void report_drops() {
-    TileCounts counts = tile_assembler_.counts();
-    if (light_assembler_) counts += light_assembler_->counts();
+    const ViewCounts counts = views_.counts();
     node_.status.drop("incomplete_hull", counts.incomplete - reported_.incomplete);
     node_.status.drop("late_tile", counts.late - reported_.late);
     node_.status.drop("repeated_tile", counts.duplicate - reported_.duplicate);
+    node_.status.drop("missing_eye", counts.missing_eye - reported_.missing_eye);
     node_.status.drop("video_frame", presenter_.video_frames_dropped() - reported_video_drops_);
     reported_video_drops_ = presenter_.video_frames_dropped();
     reported_ = counts;
@@ -286,16 +282,13 @@ class ParentPipe {
   Renderer renderer_;
   std::optional<OverlayPainter> overlays_;  // present if the scene has overlays
   Presenter presenter_;
-  TileAssembler tile_assembler_;
-  const std::optional<config::HullView> light_;  // present if the scene has shadows
-  std::optional<TileAssembler> light_assembler_;
-  frames::RecentFrames<HullFrame> light_frames_{TileAssembler::kMaxOpenFrames};
-  TileCounts reported_;
+  ViewAssembler views_;
+  ViewCounts reported_;
   std::uint64_t reported_video_drops_ = 0;
   VirtualFrames virtual_frames_;
   std::set<std::string> highlighted_;
-  std::optional<HullFrame> pending_;
-  std::deque<HullFrame> after_pending_;  // lossless replays only; about kMaxAfterPending at most
+  std::optional<EyeFrames> pending_;
+  std::deque<EyeFrames> after_pending_;  // lossless replays only; about kMaxAfterPending at most
   std::optional<std::uint64_t> unread_frame_;  // the last frame that was not read back
   Clock::time_point pending_until_;
   bus::Reader<bus::topics::HullTile> tiles_;

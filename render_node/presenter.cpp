@@ -21,16 +21,14 @@ std::filesystem::path unused_name(const std::filesystem::path& folder, const std
 Presenter::Presenter(const config::RenderConfig& config, const config::Viewer& viewer,
                      double frame_rate_hz, const std::filesystem::path& out)
     : config_(config), out_(out), frame_rate_hz_(frame_rate_hz) {
+  const cv::Size size_px(config::composite_width_px(viewer), viewer.render_height_px);
   if (!out_.empty()) std::filesystem::create_directories(out_);
   if (!out_.empty() && config_.video) {
     VideoOptions options;
     options.frame_rate_hz = frame_rate_hz;
-    video_ = std::make_unique<VideoFile>(unused_name(out_, "composite", ".mp4"),
-                                         cv::Size(viewer.render_width_px, viewer.render_height_px),
-                                         options);
+    video_ = std::make_unique<VideoFile>(unused_name(out_, "composite", ".mp4"), size_px, options);
   }
-  if (config_.window)
-    window_ = std::make_unique<Window>("fivepipe", viewer.render_width_px, viewer.render_height_px);
+  if (config_.window) window_ = std::make_unique<Window>("fivepipe", size_px.width, size_px.height);
 }
 
 void Presenter::add_to_video(std::uint64_t frame, const cv::Mat& image_bgr) {

@@ -7,6 +7,7 @@
 
 #include "common/geometry/gl_camera.h"
 #include "common/gl/shader_source.h"
+#include "render_node/extents.h"
 #include "render_node/shaders/shaders_embedded.h"
 
 namespace fivepipe::render {
@@ -30,34 +31,6 @@ Eigen::Vector3d linear_from_srgb(const std::array<double, 3>& srgb) {
     return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
   };
   return {one(srgb[0]), one(srgb[1]), one(srgb[2])};
-}
-
-// Returns the distance from the eye to the farthest corner of the near plane's visible part [m].
-double near_corner_m(const geometry::Pinhole& pinhole, double near_m) {
-  double farthest_m = 0;
-  for (const double u_px : {-0.5, pinhole.width_px - 0.5})
-    for (const double v_px : {-0.5, pinhole.height_px - 0.5})
-      farthest_m =
-          std::max(farthest_m, near_m * Eigen::Vector3d((u_px - pinhole.cx_px) / pinhole.fx_px,
-                                                        (v_px - pinhole.cy_px) / pinhole.fy_px, 1)
-                                            .norm());
-  return farthest_m;
-}
-
-// Returns the distance at which the light has its nominal strength: that from the light to the
-// center of the scene's bounding box [m].
-double light_reach_m(const config::Scene& scene) {
-  Eigen::AlignedBox3d box;
-  for (const config::SceneObject& object : scene.objects) {
-    const Eigen::AlignedBox3d local = bounds_m(config::mesh_of(object));
-    if (!local.isEmpty()) box.extend(local.transformed(object.world_from_object));
-  }
-  // A light at the center of the scene must still light it.
-  constexpr double kMinLightDistance_m = 0.1;
-  return std::max(
-      kMinLightDistance_m,
-      ((box.isEmpty() ? Eigen::Vector3d::Zero().eval() : box.center()) - scene.light_world_m)
-          .norm());
 }
 
 // Returns the #define line of the programs whose surfaces receive shadows.
@@ -123,7 +96,8 @@ Renderer::Renderer(const config::Scene& scene, const config::Viewer& viewer)
           program("hull", hull_features(scene, false), shaders::kHullVert, shaders::kHullFrag)),
       background_program_(
           program("background", "", shaders::kBackgroundVert, shaders::kBackgroundFrag)),
-      framebuffer_(pinhole_.width_px, pinhole_.height_px, GL_RGBA8, gl::DepthBuffer::depth) {
+      framebuffer_(config::composite_width_px(viewer), pinhole_.height_px, GL_RGBA8,
+                   gl::DepthBuffer::depth) {
   if (scene.shadows) shadow_map_.emplace(scene);
   if (!sources_.empty()) particle_points_.emplace(shadow_features(scene));
   objects_.reserve(scene.objects.size());
@@ -137,9 +111,10 @@ Renderer::Renderer(const config::Scene& scene, const config::Viewer& viewer)
   }
 }
 
-void Renderer::draw(const HullFrame& hull, std::span<const ObjectPose> poses,
+void Renderer::draw(std::span<const HullFrame> eyes, std::span<const ObjectPose> poses,
                     const std::set<std::string>& colliding,
                     std::span<const ParticleCloud> particles, const HullFrame* light_hull) {
+  assert(int(eyes.size()) * pinhole_.width_px == framebuffer_.colour().width_px());
   for (const ObjectPose& pose : poses) {
     assert(!why_undrawable(pose));
     set_pose(pose);
@@ -152,6 +127,19 @@ void Renderer::draw(const HullFrame& hull, std::span<const ObjectPose> poses,
   glEnable(GL_DEPTH_TEST);
   glDepthFunc(GL_LEQUAL);
   glDepthMask(GL_TRUE);
+  glEnable(GL_SCISSOR_TEST);  // the viewport does not clip the squares of particles
+  for (std::size_t i = 0; i < eyes.size(); ++i) {
+    const int left_px = int(i) * pinhole_.width_px;
+    glViewport(left_px, 0, pinhole_.width_px, pinhole_.height_px);
+    glScissor(left_px, 0, pinhole_.width_px, pinhole_.height_px);
+    draw_eye(eyes[i], colliding, particles);
+  }
+  glDisable(GL_SCISSOR_TEST);
+}
+
+// Draws into the viewport.
+void Renderer::draw_eye(const HullFrame& hull, const std::set<std::string>& colliding,
+                        std::span<const ParticleCloud> particles) {
   const float farthest = 1;
   glClearBufferfv(GL_DEPTH, 0, &farthest);
   // Draw roughly front to back, so that the depth test skips the shading of hidden pixels.
@@ -373,7 +361,8 @@ void Renderer::draw_background() const {
 void Renderer::finish() const { glFinish(); }
 
 cv::Mat Renderer::image_bgr() const {
-  cv::Mat rgba(pinhole_.height_px, pinhole_.width_px, CV_8UC4), image(rgba.size(), CV_8UC3);
+  cv::Mat rgba(pinhole_.height_px, framebuffer_.colour().width_px(), CV_8UC4),
+      image(rgba.size(), CV_8UC3);
   glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer_.get());
   glReadPixels(0, 0, rgba.cols, rgba.rows, GL_RGBA, GL_UNSIGNED_BYTE, rgba.data);
   for (int v = 0; v < image.rows; ++v) {  // GL's rows count from the bottom
@@ -384,7 +373,7 @@ cv::Mat Renderer::image_bgr() const {
 }
 
 cv::Mat Renderer::depth_m() const {
-  cv::Mat window_depth(pinhole_.height_px, pinhole_.width_px, CV_32F),
+  cv::Mat window_depth(pinhole_.height_px, framebuffer_.colour().width_px(), CV_32F),
       depth(window_depth.size(), CV_32F);
   glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer_.get());
   glReadPixels(0, 0, depth.cols, depth.rows, GL_DEPTH_COMPONENT, GL_FLOAT, window_depth.data);

@@ -15,7 +15,7 @@
 #include "render_node/particle_points.h"
 #include "render_node/shadow_map.h"
 #include "render_node/surface.h"
-#include "render_node/tile_assembler.h"
+#include "render_node/views/tile_assembler.h"
 
 namespace fivepipe::render {
 
@@ -32,14 +32,21 @@ class Renderer {
  public:
   Renderer(const config::Scene& scene, const config::Viewer& viewer);
 
-  // Draws one frame as seen from hull.eye_from_world. An object without a pose in `poses` keeps its
+  // Draws one frame as each eye of the viewer sees it from eye_from_world of its hull: one image,
+  // the eyes side by side, the left one at the left. An object without a pose in `poses` keeps its
   // last pose. Colliding objects are tinted red. Virtual and real surfaces occlude each other per
   // pixel; at equal depth the virtual surface is visible. The poses and particles must be drawable.
   // light_hull: the hull in config::light_view(), which casts shadows; null: it casts none.
   // Leaves the framebuffer of the image bound, so that OverlayPainter can draw into it.
-  void draw(const HullFrame& hull, std::span<const ObjectPose> poses,
+  void draw(std::span<const HullFrame> eyes, std::span<const ObjectPose> poses,
             const std::set<std::string>& colliding, std::span<const ParticleCloud> particles = {},
             const HullFrame* light_hull = nullptr);
+  // The same for a viewer with one eye.
+  void draw(const HullFrame& hull, std::span<const ObjectPose> poses,
+            const std::set<std::string>& colliding, std::span<const ParticleCloud> particles = {},
+            const HullFrame* light_hull = nullptr) {
+    draw(std::span(&hull, 1), poses, colliding, particles, light_hull);
+  }
 
   // Returns why draw() cannot draw the pose, or nullopt: unknown object, wrong number of vertices
   // or warmth values, a non-finite pose or vertex, or warmth for an object without `warmth` in the
@@ -70,6 +77,8 @@ class Renderer {
 
   void set_pose(const ObjectPose& pose);
   void draw_shadow_map(const HullFrame* light_hull);
+  void draw_eye(const HullFrame& hull, const std::set<std::string>& colliding,
+                std::span<const ParticleCloud> particles);
   void draw_triangles(const DrawableObject& drawn) const;
   void set_view(const gl::GlProgram& program, const Eigen::Isometry3d& eye_from_world) const;
   void draw_hull(const HullFrame& hull);

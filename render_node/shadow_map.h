@@ -6,7 +6,7 @@
 #include "common/config/scene.h"
 #include "common/config/views.h"
 #include "common/gl/objects.h"
-#include "render_node/tile_assembler.h"
+#include "render_node/views/tile_assembler.h"
 
 namespace fivepipe::render {
 

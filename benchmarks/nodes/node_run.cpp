@@ -9,7 +9,6 @@
 #include <set>
 
 #include "benchmarks/nodes/free_domain.h"
-#include "common/config/views.h"
 #include "common/recording/replay/node_inputs.h"
 #include "launch/supervise/interrupt.h"
 
@@ -58,7 +57,7 @@ class Outputs {
 
 replay::ReplayPlan plan_of(const recording::Recording& recording, const NodeRunOptions& options) {
   replay::ReplayPlan plan;
-  plan.hull_views = config::light_view(options.deployment->scene) ? 2 : 1;
+  plan.hull_views = replay::hull_view_names(*options.deployment);
   std::set<std::string> read, written;
   for (const std::string& name : options.nodes) {
     const std::string program = config::program_of(*config::find_node(*options.deployment, name));

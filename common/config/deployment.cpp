@@ -41,6 +41,27 @@ std::vector<HeadKey> read_keys(YamlMap& map) {
   return path;
 }
 
+// The name of an eye's view is the viewer's, a slash and "right", and has at most 32 characters in
+// a message.
+constexpr std::size_t kMaxStereoName = 26;
+// Both eyes are drawn into one GL texture: half of its common limit.
+constexpr int kMaxStereoWidth_px = 8192;
+
+void read_stereo(YamlMap& map, Viewer& viewer) {
+  if (!map.has("stereo")) return;
+  YamlMap stereo = map.map("stereo");
+  viewer.eye_distance_m = stereo.number("eye_distance_m", {0, 1, true});
+  stereo.finish();
+  if (viewer.name.size() > kMaxStereoName)
+    map.problem_at("name", fmt::format("name of a stereo viewer must have at most {} characters, "
+                                       "has {}",
+                                       kMaxStereoName, viewer.name.size()));
+  if (viewer.render_width_px > kMaxStereoWidth_px)
+    map.problem_at("render_size_px",
+                   fmt::format("render_size_px[0] of a stereo viewer must be at most {}, is {}",
+                               kMaxStereoWidth_px, viewer.render_width_px));
+}
+
 Viewer read_viewer(YamlMap map) {
   Viewer viewer;
   if (map.is_void()) return viewer;
@@ -69,6 +90,7 @@ Viewer read_viewer(YamlMap map) {
   if (!(viewer.near_m < viewer.far_m))
     map.problem(
         fmt::format("near_m ({}) must be less than far_m ({})", viewer.near_m, viewer.far_m));
+  read_stereo(map, viewer);
   map.finish();
   return viewer;
 }

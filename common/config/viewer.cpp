@@ -1,4 +1,4 @@
-// The viewer: pinholes of its two images, and the path of its eye.
+// The viewer: pinholes of its two images, the path of its head, and its eyes.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -88,6 +88,21 @@ Eigen::Isometry3d eye_from_world_at(const Viewer& viewer, double t_s) {
                                       [](double t, const HeadKey& key) { return t < key.t_s; });
   const EyeAndTarget pose = pose_in_segment(path, after - path.begin() - 1, in_period_s);
   return geometry::look_at(pose.eye_world_m, pose.target_world_m);
+}
+
+std::vector<double> eye_positions_m(const Viewer& viewer) {
+  if (!viewer.eye_distance_m) return {0};
+  return {-0.5 * *viewer.eye_distance_m, 0.5 * *viewer.eye_distance_m};
+}
+
+Eigen::Isometry3d eye_at(double x_m, const Eigen::Isometry3d& head_from_world) {
+  Eigen::Isometry3d eye_from_world = head_from_world;
+  eye_from_world.translation().x() -= x_m;
+  return eye_from_world;
+}
+
+int composite_width_px(const Viewer& viewer) {
+  return int(eye_positions_m(viewer).size()) * viewer.render_width_px;
 }
 
 std::vector<HeadPathFault> head_path_faults(const std::vector<HeadKey>& path) {

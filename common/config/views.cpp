@@ -1,5 +1,6 @@
 #include "common/config/views.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace fivepipe::config {
@@ -12,6 +13,29 @@ constexpr double kVertical = 0.999;
 
 geometry::Pinhole shadow_map_pinhole(const ShadowView& shadows) {
   return geometry::pinhole_from_fov(shadows.map_px, shadows.map_px, shadows.fov_rad);
+}
+
+std::vector<HullView> hull_views(const Deployment& deployment) {
+  const Viewer& viewer = deployment.viewer;
+  std::vector<HullView> views;
+  if (std::optional<HullView> light = light_view(deployment.scene))
+    views.push_back(*std::move(light));
+  const std::vector<double> eyes_m = eye_positions_m(viewer);
+  for (std::size_t eye = 0; eye < eyes_m.size(); ++eye)
+    views.push_back({viewer.name + (eyes_m.size() > 1 ? kEyeSuffixes[eye] : ""),
+                     recon_pinhole(viewer), viewer.near_m, viewer.far_m, std::nullopt,
+                     eyes_m[eye]});
+  return views;
+}
+
+Eigen::Isometry3d eye_from_world(const HullView& view, const Eigen::Isometry3d& head_from_world) {
+  return view.fixed ? *view.fixed : eye_at(view.eye_x_m, head_from_world);
+}
+
+bool is_view_of(const Viewer& viewer, const std::string& name) {
+  return name == viewer.name ||
+         std::any_of(std::begin(kEyeSuffixes), std::end(kEyeSuffixes),
+                     [&](const char* suffix) { return name == viewer.name + suffix; });
 }
 
 std::optional<HullView> light_view(const Scene& scene) {

@@ -121,8 +121,12 @@ void OverlayPainter::draw_arrows(bool hidden) const {
   glDrawArrays(GL_TRIANGLES, outline_corners_, stroke_corners_ - outline_corners_);
 }
 
-void OverlayPainter::draw(const Eigen::Isometry3d& eye_from_world,
+void OverlayPainter::draw(std::size_t eye, const Eigen::Isometry3d& eye_from_world,
                           std::span<const CollisionMarks> marks) {
+  const int left_px = int(eye) * pinhole_.width_px;
+  glViewport(left_px, 0, pinhole_.width_px, pinhole_.height_px);
+  glScissor(left_px, 0, pinhole_.width_px, pinhole_.height_px);
+  glEnable(GL_SCISSOR_TEST);  // the viewport does not clip discs
   upload(shapes_of(marks), eye_from_world);
   disc_program_.use();
   disc_program_.set("eye_from_world", Eigen::Matrix4f(eye_from_world.matrix().cast<float>()));
@@ -140,6 +144,7 @@ void OverlayPainter::draw(const Eigen::Isometry3d& eye_from_world,
   }
   glDepthMask(GL_TRUE);
   glDisable(GL_PROGRAM_POINT_SIZE);
+  glDisable(GL_SCISSOR_TEST);
 }
 
 }  // namespace fivepipe::render

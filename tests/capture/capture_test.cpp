@@ -326,6 +326,37 @@ TEST(Capture, ReturnsPixelsAndColourInRigOrder) {
   EXPECT_FALSE(capture.ended());
 }
 
+// A camera without shape sends what at least one eye can see.
+TEST(Capture, TheColourSufficesForBothEyesOfAStereoViewer) {
+  const config::Rig rig = table_rig();
+  config::Viewer viewer = test_viewer();
+  viewer.eye_distance_m = 0.3;
+  viewer.horizontal_fov_rad = 0.3;  // neither eye sees the whole hand
+  const Eigen::Isometry3d head = config::eye_from_world_at(viewer, 10 / 30.0);
+  Capture capture(rig, viewer, synthetic_config(rig), 30);
+  const std::vector<CapturedCamera> set = capture.capture(10, true);
+  ASSERT_TRUE(set.at(2).colour);
+  const geometry::Camera camera = config::published_camera(rig.cameras[2], head);
+  EXPECT_TRUE(set[2].colour->camera.camera_from_world.isApprox(camera.camera_from_world))
+      << "the camera is on the head, not on an eye";
+  hull::ObjectPixels expected(160, 120);
+  std::vector<std::size_t> counts;
+  for (const double x_m : {-0.15, 0.15}) {
+    const VisibleRegion eye = visible_region(viewer, Eigen::Translation3d(-x_m, 0, 0) * head);
+    const hull::ObjectPixels pixels =
+        footprint({{config::published_camera(rig.cameras[0]), set[0].pixels->bounds()},
+                   {config::published_camera(rig.cameras[1]), set[1].pixels->bounds()},
+                   eye.part},
+                  eye.box_m, camera, 2);
+    counts.push_back(pixels.count());
+    for (int v = 0; v < 120; ++v)
+      for (int u = 0; u < 160; ++u)
+        if (pixels.contains(u, v)) expected.set(u, v);
+  }
+  EXPECT_EQ(set[2].colour->pixels, expected);
+  EXPECT_GT(expected.count(), std::max(counts[0], counts[1])) << "the eyes see different parts";
+}
+
 // Compares the shortest of 12 readings, because other processes lengthen some.
 TEST(Capture, ReadsPrerenderedImagesInLessThanHalfTheTimeOfRendering) {
   const config::Rig rig = table_rig();

@@ -70,6 +70,7 @@ viewer:
   recon_size_px: [400, 300]
   near_m: 0.1
   far_m: 4
+  stereo: {eye_distance_m: 0.063}
 nodes:
   - name: files
     program: capture_node
@@ -148,6 +149,7 @@ TEST_F(FullDeployment, HasTheKeysOfDeploymentAndViewer) {
   EXPECT_EQ(d.viewer.render_height_px, 600);
   EXPECT_EQ(d.viewer.recon_width_px, 400);
   EXPECT_EQ(d.viewer.far_m, 4);
+  EXPECT_EQ(d.viewer.eye_distance_m, 0.063);
 }
 
 TEST_F(FullDeployment, HasTheKeysOfItsCaptureNodes) {

@@ -41,6 +41,7 @@ viewer:
   horizontal_fov_deg: LOW
   near_m: LOW
   far_m: LOW
+  stereo: {eye_distance_m: LOW}
 nodes:
   - name: c
     program: capture_node
@@ -102,7 +103,9 @@ TEST_F(Limits, EachNumberOfADeploymentHasItsRange) {
           "frame_rate_hz must be greater than 0 and at most 1000, is -1e9",
           "t_s must be at least 0, is -1e9", "horizontal_fov_deg must be from 1 to 170, is -1e9",
           "near_m must be from 0.001 to 10000, is -1e9",
-          "far_m must be from 0.001 to 100000, is -1e9", "cores[0] must be from 0 to 1023, is -1e9",
+          "far_m must be from 0.001 to 100000, is -1e9",
+          "eye_distance_m must be greater than 0 and at most 1, is -1e9",
+          "cores[0] must be from 0 to 1023, is -1e9",
           "background_frames must be from 1 to 10000, is -1e9",
           "first_frame must be from 0 to 2147483647, is -1e9",
           "threshold_sigmas must be from 0 to 1000, is -1e9",
@@ -227,6 +230,7 @@ TEST_F(Limits, AnAbsentKeyOfADeploymentHasItsDefault) {
   EXPECT_EQ(d.viewer.recon_height_px, 240);
   EXPECT_EQ(d.viewer.near_m, 0.05);
   EXPECT_EQ(d.viewer.far_m, 5);
+  EXPECT_FALSE(d.viewer.eye_distance_m);
   ASSERT_EQ(d.nodes.size(), 4u);
 
   const auto& capture = std::get<CaptureConfig>(d.nodes[0].config);

@@ -145,6 +145,9 @@ std::string broken_viewer(const Viewer& viewer) {
   if (!head_path_faults(viewer.path).empty()) return "the viewer's path has faults";
   if (!(viewer.near_m > 0 && viewer.near_m < viewer.far_m && viewer.far_m <= 1e5))
     return "near_m or far_m";
+  if (viewer.eye_distance_m && !(is_positive(*viewer.eye_distance_m, 1) &&
+                                 viewer.name.size() <= 26 && viewer.render_width_px <= 8192))
+    return "stereo";
   const double period_s = viewer.path.back().t_s;
   for (const double part : {0.0, 0.25, 0.5, 0.999999, 1.0, 7.3})
     if (!is_rigid(eye_from_world_at(viewer, part * period_s)))

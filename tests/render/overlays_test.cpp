@@ -32,7 +32,7 @@ class OverlayPicture : public Composite {
     Renderer renderer(scene_, viewer_);
     OverlayPainter painter(scene_, viewer_);
     renderer.draw(*hull_, {}, {});
-    painter.draw(eye_, {&marks, 1});
+    painter.draw(0, eye_, {&marks, 1});
     return renderer.image_bgr();
   }
   static CollisionMarks point(float x_m, float y_m, float z_m) {
@@ -75,9 +75,9 @@ TEST_F(OverlayPicture, WithoutMarksNoPixelDiffers) {
   renderer.draw(*hull_, {}, {});
   const cv::Mat before = renderer.image_bgr();
   OverlayPainter painter(scene_, viewer_);
-  painter.draw(eye_, {});
+  painter.draw(0, eye_, {});
   const CollisionMarks nothing{.object = 1};
-  painter.draw(eye_, {&nothing, 1});
+  painter.draw(0, eye_, {&nothing, 1});
   EXPECT_EQ(different_px(before, renderer.image_bgr()), 0);
 }
 
@@ -88,12 +88,12 @@ TEST_F(OverlayPicture, ChangesNeitherDepthsNorTheNextFrame) {
   const cv::Mat image = renderer.image_bgr(), depth_m = renderer.depth_m();
   OverlayPainter painter(scene_, viewer_);
   const CollisionMarks marks = point(0.1f, 1, 0.1f);
-  painter.draw(eye_, {&marks, 1});
+  painter.draw(0, eye_, {&marks, 1});
   EXPECT_GT(different_px(image, renderer.image_bgr()), 0);
   EXPECT_EQ(cv::norm(depth_m, renderer.depth_m(), cv::NORM_INF), 0);
   renderer.draw(*hull_, {}, {});
   EXPECT_EQ(different_px(image, renderer.image_bgr()), 0);
-  painter.draw(eye_, {});
+  painter.draw(0, eye_, {});
   EXPECT_EQ(different_px(image, renderer.image_bgr()), 0);
 }
 
@@ -232,7 +232,7 @@ TEST_F(OverlayPicture, ProximityMovesWithItsObject) {
   marks.proximity.assign(8, 0);
   const auto red_at = [&](double x_m, double z_m) {
     renderer.draw(*hull_, {}, {});
-    painter.draw(eye_, {&marks, 1});
+    painter.draw(0, eye_, {&marks, 1});
     const cv::Vec3b bgr = at(renderer.image_bgr(), x_m, 0.9, z_m);
     return bgr[2] > 150 && bgr[1] < 60 && bgr[0] < 60;
   };

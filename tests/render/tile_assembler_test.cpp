@@ -1,4 +1,4 @@
-#include "render_node/tile_assembler.h"
+#include "render_node/views/tile_assembler.h"
 
 #include <gtest/gtest.h>
 

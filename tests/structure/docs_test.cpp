@@ -151,7 +151,7 @@ TEST(Docs, QuotedConstantsAreThoseOfTheCode) {
        "common/pipeline/frames/frame_set_assembler.h", R"(kMaxIncompleteSets = (\d+))"},
       {"docs/architecture.md", R"(while (\d+) frames arrive from others)",
        "common/pipeline/frames/frame_set_assembler.h", R"(kLostAfterFrames = (\d+))"},
-      {"docs/architecture.md", R"(At most (\d+) frames are open)", "render_node/tile_assembler.h",
+      {"docs/architecture.md", R"(At most (\d+) frames are open)", "render_node/views/tile_assembler.h",
        R"(kMaxOpenFrames = (\d+))"},
       {"docs/architecture.md", R"(waits at most (\d+) ms for the simulation's state)",
        "render_node/parent_pipe.cpp", R"(kStateTimeout = (\d+)ms)"},

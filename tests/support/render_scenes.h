@@ -5,7 +5,7 @@
 #include <string>
 
 #include "common/config/deployment.h"
-#include "render_node/tile_assembler.h"
+#include "render_node/views/tile_assembler.h"
 
 namespace fivepipe::test {
 

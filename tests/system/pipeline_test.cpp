@@ -93,6 +93,27 @@ TEST_F(Pipeline, CompositesReportsAndExitsCleanly) {
   EXPECT_GE(video.get(cv::CAP_PROP_FRAME_COUNT), 20);
 }
 
+// Both eyes of all frames are reconstructed, drawn and shown side by side.
+TEST_F(Pipeline, AStereoViewerSeesBothEyesSideBySide) {
+  Deployed deployed(
+      changed_deployment(out_ / "files", "viewer:\n", "viewer:\n  stereo: {eye_distance_m: 0.1}\n"),
+      domain_, out_, {"--duration", "3"});
+  ASSERT_TRUE(frames_go_on(20, kStart)) << log();
+  ASSERT_EQ(deployed.wait_for_end(40s), 0) << log();
+  const cv::Mat still = cv::imread(out_ / "composite.png");
+  ASSERT_EQ(still.size(), cv::Size(640, 240));
+  const cv::Mat left = still.colRange(0, 320), right = still.colRange(320, 640);
+  // Each eye sees the scene, from another place.
+  cv::Mat difference;
+  cv::absdiff(left, right, difference);
+  EXPECT_GT(cv::countNonZero(difference.reshape(1) > 20), 1000);
+  EXPECT_NEAR(cv::mean(left)[1], cv::mean(right)[1], 10);
+  cv::VideoCapture video((out_ / "composite.mp4").string());
+  ASSERT_TRUE(video.isOpened());
+  EXPECT_EQ(video.get(cv::CAP_PROP_FRAME_WIDTH), 640);
+  EXPECT_EQ(drops_["rendering"]["missing_eye"], 0u);
+}
+
 TEST_F(Pipeline, EmptyHullIsReportedWithTheCameraThatEmptiedIt) {
   const std::string corner_camera =
       "  - name: corner\n    image_size_px: [180, 122]\n    horizontal_fov_deg: 6\n    look_at: "

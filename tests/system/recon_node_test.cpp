@@ -100,11 +100,12 @@ class ReconNode : public ScriptedCapture {
 
   // Starts recon_a of a deployment with these nodes. Unless `bare`, sends the ViewInfo and a frame,
   // and waits for its tiles, so that both sides have found each other.
-  void start_with(const std::string& nodes, bool bare = false, const std::string& light = "") {
+  void start_with(const std::string& nodes, bool bare = false, const std::string& light = "",
+                  const std::string& viewer = "") {
     const std::string path = three_cameras(
         "name: far\n" + light +
             "objects:\n  - {name: box, box: {size_m: [1, 1, 1]}, position_m: [9, 9, 9]}\n",
-        nodes);
+        nodes, viewer);
     start("recon_node", "recon_a", path);
     wait_for_readers(infos_, views_, poses_, colours_, maps_);
     if (bare) return;
@@ -302,6 +303,57 @@ TEST_F(ReconNode, ReconstructsTheTilesOfALightThatCastsShadows) {
   EXPECT_EQ(by_view["viewer"], (TileSet{1, 2}));
   EXPECT_EQ(by_view[config::kLightView], (TileSet{1, 2}));
   EXPECT_EQ(made_of(2, {1, 1, 1, 1}), TileSet{});
+}
+
+// The owner of a tile makes it in the light's view and in that of each eye, with the colours that
+// the eye sees. One message has the costs of all.
+TEST_F(ReconNode, ReconstructsTheTilesOfBothEyes) {
+  start_with(kTwoWorkers, false,
+             "light_m: [0.5, -0.5, 1.5]\nshadows: {target_m: [0, 0, 0], fov_deg: 40}\n",
+             "  stereo: {eye_distance_m: 0.2}\n");
+  send_colours(1, {10, 100, 200});
+  send_frame(1, {1, 0, 0, 1});
+  ASSERT_TRUE(has_handled(1) && holds([&] {
+                tiles_.take();
+                return tiles_of(1).size() == 6;
+              }))
+      << said();
+  const std::vector<hull::Silhouette> silhouettes = silhouettes_of(1);
+  std::map<std::string, TileSet> by_view;
+  std::map<std::string, int> hits;
+  for (const Tile& tile : tiles_of(1)) {
+    by_view[tile.viewer].insert(tile.tile);
+    if (tile.viewer == config::kLightView) continue;
+    // The eyes are 10 cm to the left and to the right of the head.
+    const double x_m = tile.viewer == "viewer/left" ? -0.1 : 0.1;
+    const Eigen::Isometry3d eye = Eigen::Translation3d(-x_m, 0, 0) * eye_of(1);
+    EXPECT_TRUE(tile.eye_from_world.isApprox(eye, 1e-12)) << tile.viewer;
+    const hull::View view{{config::recon_pinhole(deployment_.viewer), eye}, kNear_m, kFar_m};
+    const hull::PixelRect& c = tile.covered;
+    for (int v = tile.rect.v0_px; v < tile.rect.v1_px; ++v)
+      for (int u = tile.rect.u0_px; u < tile.rect.u1_px; ++u) {
+        const bool is_covered = u >= c.u0_px && v >= c.v0_px && u < c.u1_px && v < c.v1_px;
+        const std::size_t i =
+            is_covered ? std::size_t((v - c.v0_px) * c.width_px() + u - c.u0_px) : 0;
+        const double expected_m = hull::reference_depth_m(silhouettes, view, u, v).value_or(0);
+        EXPECT_NEAR(is_covered ? double(tile.depth_m.at(i)) : 0, expected_m,
+                    kDepthError * expected_m)
+            << tile.viewer << " at " << u << ' ' << v;
+        hits[tile.viewer] += expected_m > 0;
+      }
+    EXPECT_EQ(tile.bgr.size(), 3 * tile.depth_m.size()) << "each eye has colour";
+  }
+  const TileSet own{1, 2};
+  EXPECT_EQ(by_view, (std::map<std::string, TileSet>{
+                         {config::kLightView, own}, {"viewer/left", own}, {"viewer/right", own}}));
+  EXPECT_GT(hits["viewer/left"], 20);
+  EXPECT_GT(hits["viewer/right"], 20);
+  ASSERT_TRUE(holds([&] {
+    costs_.take();
+    return find_frame(costs_.all(), 1) != costs_.all().end();
+  }));
+  EXPECT_EQ(find_frame(costs_.all(), 1)->viewer, "viewer") << "capture_node balances by this name";
+  EXPECT_EQ(find_frame(costs_.all(), 1)->tiles, own);
 }
 
 class ReconNodeAlone : public ReconNode, public testing::WithParamInterface<const char*> {};

@@ -114,16 +114,21 @@ class RenderNode : public ScriptedPeer {
       return message;
     }
   };
-  Tile tile(std::uint64_t frame, int half) const {
+  // Of the viewer's only eye, or of one of two: views without a light.
+  Tile tile(std::uint64_t frame, int half, std::size_t eye = 0) const {
     const config::Viewer& viewer = deployment_.viewer;
     Tile tile;
-    messages::set_text(tile.message.viewer, viewer.name);
+    const std::vector<config::HullView> views = config::hull_views(deployment_);
+    const config::HullView& view =
+        views[views.size() - config::eye_positions_m(viewer).size() + eye];
+    messages::set_text(tile.message.viewer, view.name);
     tile.message.tile = std::uint16_t(half);
     tile.message.tiles = 2;
     tile.message.frame = frame;
     tile.message.capture_stamp_ns = stamp_of(frame);
-    tile.message.eye_from_world = messages::to_wire(config::eye_from_world_at(viewer, 0));
-    tile.message.recon = messages::to_wire(config::recon_pinhole(viewer));
+    tile.message.eye_from_world =
+        messages::to_wire(config::eye_from_world(view, config::eye_from_world_at(viewer, 0)));
+    tile.message.recon = messages::to_wire(view.recon);
     tile.message.rect = {16 * half, 0, 16 * half + 16, 24};
     return tile;
   }
@@ -141,9 +146,9 @@ class RenderNode : public ScriptedPeer {
     }
     return tile;
   }
-  void send_hull(std::uint64_t frame) {
-    deliver(tiles_, tile(frame, 0).wire());
-    deliver(tiles_, tile(frame, 1).wire());
+  void send_hull(std::uint64_t frame, std::size_t eye = 0) {
+    deliver(tiles_, tile(frame, 0, eye).wire());
+    deliver(tiles_, tile(frame, 1, eye).wire());
   }
   // The ball is at x_m.
   void send_state(std::uint64_t frame, double x_m = 0, const char* object = "ball",
@@ -214,7 +219,7 @@ class RenderNode : public ScriptedPeer {
     const std::filesystem::path file = out_ / "composite.png";
     EXPECT_TRUE(holds([&] { return std::filesystem::exists(file); })) << said();
     const cv::Mat image = cv::imread(file);
-    EXPECT_EQ(image.size(), cv::Size(64, 48));
+    EXPECT_EQ(image.size(), cv::Size(config::composite_width_px(deployment_.viewer), 48));
     return image.empty() ? cv::Mat::zeros(48, 64, CV_8UC3) : image;
   }
   // The pixel of the image that shows a point of the plane y = 0.
@@ -389,6 +394,70 @@ TEST_F(RenderNode, WaitsForTheLightsViewAndCountsALateOne) {
   send_hull(2);
   ASSERT_TRUE(has_composited(2)) << said();
   EXPECT_EQ(drops_of(ended(), "late_light_view"), 1u);
+}
+
+// The keys of a viewer whose eyes are 20 cm to the left and to the right of the head.
+const std::string kStereo = "viewer\n  stereo: {eye_distance_m: 0.4}";
+
+TEST_F(RenderNode, ShowsBothEyesSideBySide) {
+  start_with(", video: false, still_frame: 1", true, kStereo);
+  send_state(1);
+  for (const std::size_t eye : {0, 1}) {
+    // The hull fills the view's upper right in blue for the left eye, in yellow for the right one.
+    Tile right_half = tile(1, 1, eye);
+    right_half.message.covered = {24, 0, 32, 4};
+    right_half.depth_m.assign(32, 0.5f);
+    for (int i = 0; i < 32; ++i)
+      right_half.bgr.insert(right_half.bgr.end(),
+                            {std::uint8_t(eye == 0 ? 250 : 20), std::uint8_t(eye == 0 ? 20 : 240),
+                             std::uint8_t(eye == 0 ? 30 : 250)});
+    deliver(tiles_, tile(1, 0, eye).wire());
+    deliver(tiles_, right_half.wire());
+  }
+  ASSERT_TRUE(has_composited(1)) << said();
+  const cv::Mat image = still(), left = image.colRange(0, 64), right = image.colRange(64, 128);
+  EXPECT_EQ(left.at<cv::Vec3b>(3, 58), cv::Vec3b(250, 20, 30));
+  EXPECT_EQ(right.at<cv::Vec3b>(3, 58), cv::Vec3b(20, 240, 250));
+  // The ball is in the middle before the head: to the right of the left eye.
+  EXPECT_TRUE(has_ball_at(left, 0.2));
+  EXPECT_TRUE(has_ball_at(right, -0.2));
+  EXPECT_FALSE(has_ball_at(left, -0.2) || has_ball_at(right, 0.2));
+}
+
+TEST_F(RenderNode, WaitsForBothEyesAndCountsAMissingOne) {
+  start_with(", video: false", true, kStereo);
+  for (const std::uint64_t frame : {1, 2, 3}) send_state(frame);
+  send_hull(1, 0);
+  wait_until_taken();
+  EXPECT_TRUE(composited_.take().empty()) << "without the right eye";
+  send_hull(1, 1);
+  ASSERT_TRUE(has_composited(1)) << said();
+  send_hull(2, 1);
+  for (const std::size_t eye : {1, 0}) send_hull(3, eye);
+  ASSERT_TRUE(has_composited(2)) << said();
+  EXPECT_EQ(composited_frames(), (std::vector<std::uint64_t>{1, 3}));
+  EXPECT_STREQ(composited_.all()[0].viewer, "viewer") << "capture_node paces itself by this name";
+  // The node's trace begins with the first tile of the first eye.
+  ASSERT_TRUE(holds([&] { return traces().size() == 2; }));
+  EXPECT_LT(traces()[0].first_input_ns, traces()[0].last_input_ns);
+  // bad_tile: wait_until_taken().
+  EXPECT_EQ(ended().drops,
+            (std::map<std::string, std::uint64_t>{
+                {"bad_tile: pose is not finite or not a rotation", 1}, {"missing_eye", 1}}));
+}
+
+// As in the replay of a recording of a viewer with another number of eyes.
+TEST_F(RenderNode, NamesTilesOfAViewerWithAnotherNumberOfEyes) {
+  for (const bool is_stereo : {true, false}) {
+    start_with(", video: false", true, is_stereo ? kStereo : "viewer");
+    Tile other = tile(1, 0);
+    messages::set_text(other.message.viewer, is_stereo ? "viewer" : "viewer/right");
+    deliver(tiles_, other.wire());
+    const std::string text = "bad_tile: " + std::string(other.message.viewer) +
+                             ": stereo differs from this node's deployment";
+    EXPECT_TRUE(holds([&] { return drops_of(report(), text) == 1; })) << said();
+    ended();
+  }
 }
 
 TEST_F(RenderNode, ShowsTheHullOfTheTilesInFrontOfAndBehindTheObjects) {

@@ -1,9 +1,11 @@
 #include "common/recording/replay/in_flight_tracker.h"
 
+#include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <map>
+#include <utility>
 
 #include "common/base/realtime.h"
 #include "common/base/text_table.h"
@@ -67,9 +69,9 @@ void InFlightTracker::reset() {
   if (traces_) traces_->take();
 }
 
-bool InFlightTracker::has_all_tiles(const recording::FrameGroup& group) const {
+bool InFlightTracker::has_all_tiles(const recording::FrameGroup& group) {
   std::optional<schema::FieldReader> view_of, tiles_of;
-  std::map<std::string, std::pair<std::uint64_t, std::uint64_t>> views;  // tiles: present, all
+  TilesByView views;
   for (const recording::OwnedMessage& message : group.messages) {
     if (message.channel->topic != bus::topics::HullTile::name || message.key_change) continue;
     if (!view_of) {
@@ -80,17 +82,32 @@ bool InFlightTracker::has_all_tiles(const recording::FrameGroup& group) const {
     const auto view = view_of->read(message.cdr), all = tiles_of->read(message.cdr);
     if (!view || !all || !std::get_if<std::string>(&*view) || !std::get_if<std::uint64_t>(&*all))
       return false;
-    auto& [present, expected] = views[std::get<std::string>(*view)];
-    ++present;
-    expected = std::get<std::uint64_t>(*all);
+    Tiles& tiles = views[std::get<std::string>(*view)];
+    ++tiles.present;
+    tiles.all = std::get<std::uint64_t>(*all);
   }
-  return views.size() == plan_.hull_views &&
-         std::all_of(views.begin(), views.end(),
-                     [](const auto& of) { return of.second.first == of.second.second; });
+  warn_of_other_views(views);
+  return std::all_of(plan_.hull_views.begin(), plan_.hull_views.end(), [&](const auto& name) {
+    const auto view = views.find(name);
+    return view != views.end() && view->second.present == view->second.all;
+  });
+}
+
+// Names once the views that the recording has and those that it lacks: its frames stay incomplete
+// if it was recorded with another number of eyes.
+void InFlightTracker::warn_of_other_views(const TilesByView& views) {
+  const bool is_known = std::all_of(views.begin(), views.end(), [&](const auto& view) {
+    return plan_.hull_views.contains(view.first);
+  });
+  if (is_known || std::exchange(is_warned_of_views_, true)) return;
+  std::set<std::string> recorded;
+  for (const auto& [name, tiles] : views) recorded.insert(base::printable(name));
+  spdlog::warn("the recording has tiles of the views {}, the deployment has the views {}",
+               fmt::join(recorded, ", "), fmt::join(plan_.hull_views, ", "));
 }
 
 bool InFlightTracker::is_complete_for(const ReplayedNode& node,
-                                      const recording::FrameGroup& group) const {
+                                      const recording::FrameGroup& group) {
   // If tiles are not replayed, reconstruction nodes make them, for the frames that are complete for
   // those nodes.
   if (node.program == "render_node" && replayed_.contains(bus::topics::HullTile::name))

@@ -48,9 +48,14 @@ class InFlightTracker {
   };
   // Counts and logs a trace with impossible numbers, at most one line per kProgressPeriod.
   void refuse(const bus::Sample<bus::topics::FrameTrace>& trace);
-  // Whether the group has every tile of each of its views.
-  bool has_all_tiles(const recording::FrameGroup& group) const;
-  bool is_complete_for(const ReplayedNode& node, const recording::FrameGroup& group) const;
+  struct Tiles {
+    std::uint64_t present = 0, all = 0;
+  };
+  using TilesByView = std::map<std::string, Tiles>;
+  // Whether the group has every tile of each view of the plan.
+  bool has_all_tiles(const recording::FrameGroup& group);
+  void warn_of_other_views(const TilesByView& views);
+  bool is_complete_for(const ReplayedNode& node, const recording::FrameGroup& group);
 
   const recording::Recording& recording_;
   const ReplayPlan plan_;
@@ -58,6 +63,7 @@ class InFlightTracker {
   std::optional<bus::Reader<bus::topics::FrameTrace>> traces_;
   std::map<std::string, Progress> progress_;
   std::map<std::string, std::uint64_t> expected_, handled_;
+  bool is_warned_of_views_ = false;
   std::uint64_t refused_ = 0;
   std::optional<Clock::time_point> refusal_logged_;
 };

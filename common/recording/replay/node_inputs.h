@@ -1,9 +1,10 @@
-// Topics that each program reads and writes. A test compares them with those of running nodes.
+// Topics that each program reads and writes, and the views of their HullTiles. A test compares the
+// topics with those of running nodes.
 #pragma once
 #include <set>
 #include <string>
 
-#include "common/config/scene.h"
+#include "common/config/views.h"
 #include "common/pipeline/bus/topics.h"
 
 namespace fivepipe::replay {
@@ -43,6 +44,13 @@ inline std::set<std::string> outputs_of(const std::string& program, const config
   }
   if (program == "render_node") return {FrameComposited::name};
   return {};
+}
+
+// Names of the views of which render_node needs all tiles of a frame.
+inline std::set<std::string> hull_view_names(const config::Deployment& deployment) {
+  std::set<std::string> names;
+  for (const config::HullView& view : config::hull_views(deployment)) names.insert(view.name);
+  return names;
 }
 
 // True for the topics whose messages start the work on a frame; a frame's other messages must

@@ -41,7 +41,8 @@ struct ReplayPlan {
   std::vector<ReplayedNode> nodes;
   int frames_in_flight = 2;
   SendOrder order = SendOrder::inputs_first;
-  std::size_t hull_views = 1;     // views whose tiles complete a frame for render_node
+  // Names of the views whose tiles complete a frame for render_node: hull_view_names().
+  std::set<std::string> hull_views = {};
   std::size_t shape_cameras = 0;  // maps per frame set, for nodes that wait for complete sets
   // Maximum wait for a reader, or for a node to handle a frame. Then the replay ends, because it is
   // no longer lossless.

@@ -1,5 +1,4 @@
 #include "common/recording/replay/replay_session.h"
-#include "common/config/views.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -28,7 +27,7 @@ std::set<std::string> add_nodes(ReplayPlan& plan, const recording::Recording& re
   const RecordedDeployment recorded(recording, request.settings);
   const config::Deployment& deployment = recorded.deployment();
   plan.shape_cameras = shape_cameras(deployment.rig).size();
-  plan.hull_views = config::light_view(deployment.scene) ? 2 : 1;
+  plan.hull_views = hull_view_names(deployment);
   std::set<std::string> topics;
   for (const std::string& name : request.nodes) {
     const config::Node* node = config::find_node(deployment, name);

@@ -35,6 +35,7 @@ TEST(InFlightTracker, WaitsForRenderedFramesOnlyIfAllTilesAreSent) {
   const recording::Recording recording(test::kKeptRecording);
   ReplayPlan plan;
   plan.nodes = {{"parent", "render_node"}};
+  plan.hull_views = {"viewer"};
   const recording::FrameGroup whole = frame_with_tiles(recording);
   const auto is_waited_for = [&](const recording::FrameGroup& group) {
     InFlightTracker tracker(bus, recording, plan, {bus::topics::HullTile::name});
@@ -52,13 +53,13 @@ TEST(InFlightTracker, WaitsForRenderedFramesOnlyIfAllTilesAreSent) {
   EXPECT_FALSE(is_waited_for(incomplete));
 }
 
-// With shadows, a frame also has the tiles of the light's view.
+// With shadows, a frame also has the tiles of the light's view; with two eyes, those of both.
 TEST(InFlightTracker, WaitsForRenderedFramesOnlyIfTheyHaveAllViews) {
   bus::Bus bus({test::own_domain()});
   const recording::Recording recording(test::kKeptRecording);
   ReplayPlan plan;
   plan.nodes = {{"parent", "render_node"}};
-  plan.hull_views = 2;
+  plan.hull_views = {"viewer", "mirror"};
   const auto is_waited_for = [&](const recording::FrameGroup& group) {
     InFlightTracker tracker(bus, recording, plan, {bus::topics::HullTile::name});
     tracker.reset();
@@ -79,8 +80,32 @@ TEST(InFlightTracker, WaitsForRenderedFramesOnlyIfTheyHaveAllViews) {
     group.messages.push_back(std::move(message));
   }
   EXPECT_TRUE(is_waited_for(group));
+  // render_node ignores the tiles of other views.
+  plan.hull_views = {"mirror"};
+  EXPECT_TRUE(is_waited_for(group));
   group.messages.pop_back();
   EXPECT_FALSE(is_waited_for(group));
+}
+
+// The kept recording has one eye.
+TEST(InFlightTracker, NamesTheViewsOfARecordingWithAnotherNumberOfEyes) {
+  const test::CapturedLog captured;
+  bus::Bus bus({test::own_domain()});
+  const recording::Recording recording(test::kKeptRecording);
+  ReplayPlan plan;
+  plan.nodes = {{"parent", "render_node"}};
+  plan.hull_views = {"viewer/left", "viewer/right"};
+  InFlightTracker tracker(bus, recording, plan, {bus::topics::HullTile::name});
+  tracker.reset();
+  const recording::FrameGroup group = frame_with_tiles(recording);
+  for (int i = 0; i < 2; ++i) tracker.expect(group);
+  EXPECT_EQ(tracker.expected().at("parent"), 0u);
+  const std::string log = captured.text(),
+                    expected =
+                        "the recording has tiles of the views viewer, the deployment has the views "
+                        "viewer/left, viewer/right\n";
+  ASSERT_NE(log.find(expected), std::string::npos) << log;
+  EXPECT_EQ(log.find(expected, log.find(expected) + 1), std::string::npos) << "once is enough";
 }
 
 // Groups of messages without content.

@@ -20,8 +20,9 @@ class ScriptedCapture : public ScriptedPeer {
   config::Deployment deployment_;
 
   // Writes a rig of three cameras, the scene and the deployment, and loads them. Returns the path
-  // of the deployment. `nodes` is the list of its nodes.
-  std::string three_cameras(const std::string& scene, const std::string& nodes) {
+  // of the deployment. `nodes` is the list of its nodes, `viewer` further keys of its viewer.
+  std::string three_cameras(const std::string& scene, const std::string& nodes,
+                            const std::string& viewer = "") {
     file("rig.yaml", R"(
 name: three
 volume_m: {min: [-0.4, -0.4, -0.4], max: [0.4, 0.4, 0.4]}
@@ -43,8 +44,7 @@ viewer:
   near_m: 0.05
   far_m: 3
   recon_size_px: [24, 18]
-nodes:
-)" + nodes);
+)" + viewer + "nodes:\n" + nodes);
     deployment_ = config::load_deployment(path);
     return path;
   }
