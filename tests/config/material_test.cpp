@@ -91,7 +91,7 @@ TEST_F(MeshMaterial, DoNotChangeTheMesh) {
   const std::string vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 0 0 1\nv 2 0 1\nv 0 2 1\n",
                     faces =
                         "vt 0 0\nvt 1 0\nvt 0 1\nusemtl a\nf 1/1 2/2 3/3\nusemtl b\nf 2/3 4/1 "
-                        "3/2\np 1\nusemtl a\nf 5/2 6/3 7/1\nf 1//  2// 5//\n";
+                        "3/2\np 1\nusemtl a\nf 5/2 6/3 7/1\nf 1 2 5\n";
   write("part.mtl", "newmtl a\nKd 1 0 0\nnewmtl b\nKd 0 1 0\nmap_Kd part.png\n");
   write("part.png", kImage);
   write("part.obj", "mtllib part.mtl\n" + vertices + faces);
