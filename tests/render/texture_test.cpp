@@ -19,7 +19,7 @@ using Eigen::Vector3d;
 
 constexpr double kDepth_m = 1;
 constexpr float kPlate_m = 0.6f;
-const Vector3d kLight_m(0.3, -0.5, 0.2);
+const Vector3d kPlateLight_m(0.3, -0.5, 0.2);
 // sRGB, as BGR: top left, top right, bottom left, bottom right.
 const std::array<cv::Vec3b, 4> kQuarters = {cv::Vec3b(30, 40, 220), cv::Vec3b(60, 200, 50),
                                             cv::Vec3b(230, 90, 20), cv::Vec3b(128, 180, 240)};
@@ -62,7 +62,7 @@ class Textured : public Composite {
         {{test::glb_rectangle(kPlate_m, kPlate_m, 0)}, {encoded(image)}, test::kBoardAndRed});
   }
   static config::Scene lit(const config::SceneObject& object) {
-    return scene_of({object}, kLight_m);
+    return scene_of({object}, kPlateLight_m);
   }
   cv::Mat drawn(const config::SceneObject& object, const std::set<std::string>& colliding = {}) {
     return image(lit(object), empty_hull_, colliding);
@@ -80,8 +80,8 @@ class Textured : public Composite {
   }
   // Returns the expected BGR levels of a pixel of the plate with a linear albedo.
   Vector3d expected_bgr(int u, int v, const Vector3d& albedo_rgb) const {
-    const double reach_m = (Vector3d(0, kDepth_m, 0) - kLight_m).norm();
-    const Vector3d to_light = (kLight_m - on_plate_m(u, v)) / reach_m;
+    const double reach_m = (Vector3d(0, kDepth_m, 0) - kPlateLight_m).norm();
+    const Vector3d to_light = (kPlateLight_m - on_plate_m(u, v)) / reach_m;
     const double diffuse = 1.6 * -to_light.y() / to_light.norm() / (1 + to_light.squaredNorm());
     const Vector3d light = Vector3d(0.135, 0.1425, 0.155) + diffuse * Vector3d(1, 0.97, 0.92);
     return {level_of(albedo_rgb[2] * light[2]), level_of(albedo_rgb[1] * light[1]),
@@ -253,7 +253,7 @@ TEST_F(Textured, APlateIsShadowed) {
   scene.shadows = config::ShadowView{.target_world_m = {0, 1, 0}, .fov_rad = 1.2};
   const cv::Mat dark = image(scene, empty_hull_);
   // The line from the light through the occluder's centre meets the plate here.
-  const Vector3d p_m = kLight_m + 1.5 * (Vector3d(0, 0.5, 0) - kLight_m);
+  const Vector3d p_m = kPlateLight_m + 1.5 * (Vector3d(0, 0.5, 0) - kPlateLight_m);
   const cv::Point shadowed = pixel_at(0.5 + p_m.x() / kPlate_m, 0.5 - p_m.z() / kPlate_m);
   EXPECT_LT(3 * brightness(dark.at<cv::Vec3b>(shadowed)),
             2 * brightness(bright.at<cv::Vec3b>(shadowed)));
