@@ -107,6 +107,25 @@ TEST_F(OverlayPicture, CollisionPointsAreWhiteDiscsAtTheirPlaces) {
   EXPECT_LT(brightness(image.at<cv::Vec3b>(centre.y, centre.x + 3)), 60);
 }
 
+TEST_F(OverlayPicture, EachEyeHasItsOwnMarks) {
+  viewer_.eye_distance_m = 0.06;
+  Renderer renderer(scene_, viewer_);
+  OverlayPainter painter(scene_, viewer_);
+  renderer.draw(std::vector{*hull_, *hull_}, {}, {});
+  const CollisionMarks left = point(-0.2f, 1, 0.1f), right = point(0.1f, 1, 0.1f);
+  painter.draw(0, eye_, {&left, 1});
+  painter.draw(1, eye_, {&right, 1});
+  const cv::Mat image = renderer.image_bgr();
+  ASSERT_EQ(image.cols, 2 * pinhole_.width_px);
+  const auto half = [&](int eye) {
+    return image.colRange(eye * pinhole_.width_px, (eye + 1) * pinhole_.width_px);
+  };
+  EXPECT_TRUE(is_white(at(half(0), -0.2, 1, 0.1)));
+  EXPECT_FALSE(is_white(at(half(0), 0.1, 1, 0.1)));
+  EXPECT_TRUE(is_white(at(half(1), 0.1, 1, 0.1)));
+  EXPECT_FALSE(is_white(at(half(1), -0.2, 1, 0.1)));
+}
+
 // The marks keep their size relative to the image.
 TEST_F(OverlayPicture, IsLargerInALargerImage) {
   viewer_.render_width_px = 1280, viewer_.render_height_px = 960;
