@@ -1,5 +1,6 @@
 #include "benchmarks/nodes/loaded_libraries.h"
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 

@@ -7,6 +7,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "common/pipeline/messages/wire_conversions.h"
 #include "launch/supervise/status/status_messages.h"
 #include "tests/launch/supervise/statuses.h"
 #include "tests/support/not_finite.h"
