@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "common/base/readable_file.h"
 #include "common/config/node_checks.h"
 #include "common/config/node_reader.h"
@@ -116,7 +118,13 @@ std::vector<std::filesystem::path> files_of(YamlMap& map, const Deployment& depl
   for (const char* key : {"rig", "scene"})
     if (map.has(key)) files.push_back(map.path(key));
   for (const SceneObject& object : deployment.scene.objects)
-    if (const auto* mesh = std::get_if<MeshShape>(&object.shape)) files.push_back(mesh->file);
+    if (const auto* mesh = std::get_if<MeshShape>(&object.shape)) {
+      files.push_back(mesh->file);
+      if (!mesh->materials) continue;
+      for (const Material& material : mesh->materials->materials)
+        if (material.texture && std::ranges::count(files, material.texture->file) == 0)
+          files.push_back(material.texture->file);
+    }
   if (!deployment.viewer.file.empty()) files.push_back(deployment.viewer.file);
   return files;
 }

@@ -39,8 +39,8 @@ std::string program_of(const Node& node);
 struct Deployment {
   std::string name;
   std::filesystem::path file;
-  // All files that were read: the deployment file first, then rig, scene, meshes and head path.
-  // Excludes videos and pictures.
+  // All files that were read: the deployment file first, then rig, scene, meshes with the
+  // textures beside them, and head path. Excludes videos and pictures.
   std::vector<std::filesystem::path> files;
   std::uint32_t domain = 0;  // DDS domain
   std::string network_profile = "loopback";

@@ -56,7 +56,7 @@ CurtainShape read_curtain(YamlMap map) {
 }
 
 // OBJ, STL and PLY carry no unit, so the scene must state one; glTF is in metres.
-MeshShape read_mesh_shape(YamlMap map) {
+MeshShape read_mesh_shape(YamlMap map, Materials materials) {
   MeshShape shape;
   shape.file = map.path("file");
   const std::vector<std::pair<std::string, double>> units = {
@@ -65,10 +65,11 @@ MeshShape read_mesh_shape(YamlMap map) {
       map.choice<double>("unit", units, is_gltf(shape.file) ? std::optional(1.0) : std::nullopt);
   map.finish();
   if (shape.file.empty()) return shape;
-  MeshOrReason mesh = read_mesh(shape.file, shape.unit_m);
+  MeshOrReason mesh = read_mesh(shape.file, shape.unit_m, materials);
   if (!mesh.reason.empty())
     map.problem_at("file", "mesh " + shape.file.string() + ": " + mesh.reason);
   shape.mesh = std::move(mesh.mesh);
+  shape.materials = std::move(mesh.materials);
   return shape;
 }
 
@@ -86,7 +87,9 @@ Shape read_shape(YamlMap& map) {
   if (given[0] == "box") return read_box(map.map("box"));
   if (given[0] == "sphere") return read_sphere(map.map("sphere"));
   if (given[0] == "curtain") return read_curtain(map.map("curtain"));
-  return read_mesh_shape(map.map("mesh"));
+  // The object's own colour replaces the materials of the file.
+  return read_mesh_shape(map.map("mesh"),
+                         map.has("colour_rgb") ? Materials::without : Materials::with);
 }
 
 // Rotates about the world's x, then y, then z axis; then translates.
@@ -267,6 +270,16 @@ std::vector<std::string> mesh_size_warnings(const Scene& scene) {
                                    object.name, kCmPerM * size_m.x(), kCmPerM * size_m.y(),
                                    kCmPerM * size_m.z(), shape->file.string()));
   }
+  return warnings;
+}
+
+std::vector<std::string> material_warnings(const Scene& scene) {
+  std::vector<std::string> warnings;
+  for (const SceneObject& object : scene.objects)
+    if (const auto* shape = std::get_if<MeshShape>(&object.shape); shape && shape->materials)
+      for (const std::string& note : shape->materials->notes)
+        warnings.push_back(
+            fmt::format("object {}, mesh {}: {}", object.name, shape->file.string(), note));
   return warnings;
 }
 

@@ -3,12 +3,14 @@
 #pragma once
 #include <array>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
 #include <vector>
 
 #include "common/config/collision_requests.h"
+#include "common/config/mesh/material.h"
 #include "common/config/objects/cloth_settings.h"
 #include "common/config/objects/joint.h"
 #include "common/config/objects/lighting.h"
@@ -35,6 +37,8 @@ struct MeshShape {
   std::filesystem::path file;
   double unit_m;        // size of the file's unit
   geometry::Mesh mesh;  // the loaded file, vertices in metres
+  // Null if the file has none, or if the object has a colour_rgb, which replaces them.
+  std::shared_ptr<const MeshMaterials> materials = {};
 };
 using Shape = std::variant<BoxShape, SphereShape, CurtainShape, MeshShape>;
 
@@ -85,6 +89,9 @@ geometry::Mesh mesh_of(const SceneObject& object);
 // Returns one line, with the size in cm, for each mesh that is larger than kMaxPlausibleSize_m or
 // smaller than kMinPlausibleSize_m: the stated unit is probably wrong. Such a mesh is not an error.
 std::vector<std::string> mesh_size_warnings(const Scene& scene);
+// Returns one line for each part of a mesh's materials that is drawn in another way than its file
+// states (MeshMaterials::notes).
+std::vector<std::string> material_warnings(const Scene& scene);
 // The size of a hall, and of a 5 cm part whose millimetres were read as metres.
 inline constexpr double kMaxPlausibleSize_m = 50.0;
 // Below a camera's resolution, and the size of a 0.5 m part whose metres were read as millimetres.

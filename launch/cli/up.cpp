@@ -55,6 +55,8 @@ int run_up(UpOptions options) {
     spdlog::warn("this is a {} build, which is many times slower than Release", base::build_type());
   for (const std::string& warning : config::mesh_size_warnings(deployment.scene))
     spdlog::warn("{}", warning);
+  for (const std::string& warning : config::material_warnings(deployment.scene))
+    spdlog::warn("{}", warning);
 
   std::vector<std::string> names;
   for (const config::Node& node : nodes) names.push_back(node.name);

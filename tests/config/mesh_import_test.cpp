@@ -184,12 +184,14 @@ TEST(MeshBytes, RoundTrip) {
   for (const ImportedMesh& mesh :
        {ImportedMesh{}, ImportedMesh{{}, {}, "why"}, ImportedMesh{{{1, 2, 3}}, {}, ""},
         ImportedMesh{{{1, 2, 3}}, {{0, 0, 0}}, "x"},
-        ImportedMesh{{{1, 2, 3}, {4, 5, 6}, {7, 8, 9}}, {{0, 1, 2}, {2, 1, 0}}, ""}}) {
+        ImportedMesh{{{1, 2, 3}, {4, 5, 6}, {7, 8, 9}}, {{0, 1, 2}, {2, 1, 0}}, ""},
+        ImportedMesh{{{1, 2, 3}}, {{0, 0, 0}}, "", MeshMaterials{{{"a", {1, 0, 0}}}, {{1, 0}}}}}) {
     const auto again = mesh_from(bytes_of(mesh));
     ASSERT_TRUE(again);
     EXPECT_EQ(again->vertices, mesh.vertices);
     EXPECT_EQ(again->triangles, mesh.triangles);
     EXPECT_EQ(again->reason, mesh.reason);
+    EXPECT_EQ(again->materials, mesh.materials);
   }
 }
 
@@ -198,6 +200,8 @@ TEST(MeshBytes, BytesOfADamagedChildAreNoMesh) {
   ASSERT_TRUE(mesh_from(bytes));
   for (std::size_t size = 0; size < bytes.size(); ++size)
     EXPECT_FALSE(mesh_from(bytes.substr(0, size))) << size;
+  EXPECT_FALSE(mesh_from(
+      bytes_of({{{1, 2, 3}}, {{0, 0, 0}}, "", MeshMaterials{{{"a", {1, 0, 0}}}, {{2, 0}}}})));
   EXPECT_FALSE(mesh_from(bytes + 'x'));
   for (std::size_t corner = 0; corner < 3; ++corner) {
     ImportedMesh mesh{{{1, 2, 3}, {4, 5, 6}}, {{0, 1, 0}}, ""};
@@ -205,16 +209,17 @@ TEST(MeshBytes, BytesOfADamagedChildAreNoMesh) {
     EXPECT_FALSE(mesh_from(bytes_of(mesh))) << corner;
   }
   // Sizes with which the sum of the sizes overflows to that of the bytes.
-  const auto with_sizes = [](const std::array<std::uint64_t, 3>& sizes) {
+  const auto with_sizes = [](const std::array<std::uint64_t, 4>& sizes) {
     return std::string(reinterpret_cast<const char*>(&sizes), sizeof sizes);
   };
-  EXPECT_TRUE(mesh_from(with_sizes({0, 0, 0})));
-  EXPECT_FALSE(mesh_from(with_sizes({std::uint64_t(0) - 12, 1, 0})));
-  EXPECT_FALSE(mesh_from(with_sizes({0, std::uint64_t(1) << 62, 0})));
-  EXPECT_FALSE(mesh_from(with_sizes({0, 0, std::uint64_t(1) << 62})));
+  EXPECT_TRUE(mesh_from(with_sizes({0, 0, 0, 0})));
+  EXPECT_FALSE(mesh_from(with_sizes({std::uint64_t(0) - 12, 1, 0, 0})));
+  EXPECT_FALSE(mesh_from(with_sizes({0, std::uint64_t(1) << 62, 0, 0})));
+  EXPECT_FALSE(mesh_from(with_sizes({0, 0, std::uint64_t(1) << 62, 0})));
+  EXPECT_FALSE(mesh_from(with_sizes({0, 1, 0, std::uint64_t(0) - 12})));
   for (const std::size_t vertices : {kMaxMeshElements, kMaxMeshElements + 1})
     EXPECT_EQ(
-        mesh_from(with_sizes({0, vertices, 0}) + std::string(12 * vertices, '\0')).has_value(),
+        mesh_from(with_sizes({0, vertices, 0, 0}) + std::string(12 * vertices, '\0')).has_value(),
         vertices == kMaxMeshElements);
 }
 

@@ -5,6 +5,8 @@
 #include <utility>
 
 #include "tests/support/deployment_files.h"
+#include "tests/support/gltf/glb_file.h"
+#include "tests/support/gltf/image_bytes.h"
 
 namespace fivepipe::config {
 namespace {
@@ -179,6 +181,24 @@ TEST_F(CameraSources, TilesHaveAtLeastAPixelAndWorkersATile) {
 }
 
 class DeploymentParts : public test::DeploymentFile {};
+
+// A recording contains these files, so that its nodes can be started on another machine.
+TEST_F(DeploymentParts, ListsTexturesBesideMeshesOnce) {
+  test::GlbContent content{{test::glb_rectangle(1, 1, 0), test::glb_rectangle(1, 1, 1)}, {}, R"(
+ "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}},
+               {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0, "texCoord": 0}}}],
+ "textures": [{"source": 0}], "images": [{"uri": "wood.png"}])"};
+  write("wood.png", test::png_header(2, 2));
+  write("part.glb", test::glb_of(content));
+  write(
+      "scene.yaml",
+      test::kGoodScene + "  - name: part\n    position_m: [0, 0, 0]\n    mesh: {file: part.glb}\n");
+  std::vector<std::string> names;
+  for (const auto& file : load(with_nodes("  - {name: s, program: sim_node}\n")).files)
+    names.push_back(file.filename());
+  EXPECT_THAT(names,
+              ElementsAre("deployment.yaml", "rig.yaml", "scene.yaml", "part.glb", "wood.png"));
+}
 
 TEST_F(DeploymentParts, ListsTheFilesThatItReads) {
   write("head.csv",

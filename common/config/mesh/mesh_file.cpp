@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <fstream>
 #include <system_error>
 
 #include "common/base/readable_file.h"
-#include "common/config/mesh/mesh_import.h"
+#include "common/config/mesh/image_header.h"
 
 namespace fivepipe::config {
 
@@ -22,13 +23,40 @@ std::string mesh_extension(const std::filesystem::path& file) {
   return extension.empty() ? "" : extension.substr(1);
 }
 
+ImageOrReason read_image_file(const std::filesystem::path& file) {
+  if (const auto why = base::why_unreadable(file)) return {"", *why};
+  std::error_code error;  // file_size() then returns the largest number
+  const std::uintmax_t file_bytes = std::filesystem::file_size(file, error);
+  if (file_bytes > kMaxImageBytes) return {"", "the image file is larger than 256 MiB"};
+  std::string bytes(file_bytes, '\0');
+  if (!std::ifstream(file, std::ios::binary).read(bytes.data(), std::streamsize(file_bytes)))
+    return {"", "the file cannot be read"};
+  return {std::move(bytes), ""};
+}
+
 }  // namespace
 
 bool is_gltf(const std::filesystem::path& file) {
   return mesh_extension(file) == "gltf" || mesh_extension(file) == "glb";
 }
 
-MeshOrReason read_mesh(const std::filesystem::path& file, double unit_m) {
+std::string name_of(const MaterialTexture& texture) {
+  return texture.embedded < 0 ? texture.file.string()
+                              : "image " + std::to_string(texture.embedded) + " in " +
+                                    texture.file.filename().string();
+}
+
+ImageOrReason read_texture_image(const MaterialTexture& texture) {
+  ImageOrReason image =
+      texture.embedded < 0
+          ? read_image_file(texture.file)
+          : embedded_image(texture.file, mesh_extension(texture.file), texture.embedded);
+  if (!image.reason.empty()) return image;
+  if (const auto why = why_no_texture(image.bytes, true)) return {"", *why};
+  return image;
+}
+
+MeshOrReason read_mesh(const std::filesystem::path& file, double unit_m, Materials materials) {
   if (const auto why = base::why_unreadable(file)) return {{}, *why};
   const std::string extension = mesh_extension(file);
   if (std::find(kFormats.begin(), kFormats.end(), extension) == kFormats.end())
@@ -36,7 +64,7 @@ MeshOrReason read_mesh(const std::filesystem::path& file, double unit_m) {
   std::error_code error;  // file_size() then returns the largest number
   if (std::filesystem::file_size(file, error) > kMaxFileBytes)
     return {{}, "the file is larger than 4 GiB"};
-  ImportedMesh imported = import_mesh(file, extension);
+  ImportedMesh imported = import_mesh(file, extension, materials);
   if (!imported.reason.empty()) return {{}, imported.reason};
   if (imported.triangles.empty()) return {{}, "the mesh has no triangles"};
   const bool y_is_up = is_gltf(file);  // glTF 2.0, section 3.4
@@ -46,6 +74,8 @@ MeshOrReason read_mesh(const std::filesystem::path& file, double unit_m) {
     if (!v.allFinite()) return {{}, "a transformation in the mesh file is not finite"};
     result.mesh.vertices_m.emplace_back(unit_m * v);
   }
+  if (imported.materials)
+    result.materials = std::make_shared<const MeshMaterials>(std::move(*imported.materials));
   return result;
 }
 

@@ -1,8 +1,11 @@
-// Reads the triangles of mesh files.
+// Reads the triangles and materials of mesh files.
 #pragma once
 #include <filesystem>
+#include <memory>
 #include <string>
 
+#include "common/config/mesh/material.h"
+#include "common/config/mesh/mesh_import.h"
 #include "common/geometry/mesh.h"
 
 namespace fivepipe::config {
@@ -14,11 +17,17 @@ bool is_gltf(const std::filesystem::path& file);
 // Returns a reason if the mesh is unusable: no triangles, an importer that fails, crashes or
 // exceeds its limits (mesh_import.h), or a vertex that is not finite. glTF's y axis is up; it
 // becomes this project's z axis. A child process imports the file, so that a damaged one does not
-// end this process.
+// end this process. Materials do not change the mesh; unusable ones (MaterialImport) are a reason.
 struct MeshOrReason {
   geometry::Mesh mesh;
-  std::string reason;  // empty: usable
+  std::string reason;                                   // empty: usable
+  std::shared_ptr<const MeshMaterials> materials = {};  // null: none
 };
-MeshOrReason read_mesh(const std::filesystem::path& file, double unit_m);
+MeshOrReason read_mesh(const std::filesystem::path& file, double unit_m,
+                       Materials materials = Materials::without);
+
+// Reads the image file of a texture, which may be inside a mesh file, without decoding it. The
+// reason states that it cannot be read, or is no texture (image_header.h).
+ImageOrReason read_texture_image(const MaterialTexture& texture);
 
 }  // namespace fivepipe::config

@@ -7,6 +7,7 @@
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 
+#include <algorithm>
 #include <assimp/Importer.hpp>
 #include <cmath>
 #include <exception>
@@ -19,7 +20,9 @@
 #include <string_view>
 
 #include "common/base/readable_file.h"
+#include "common/config/mesh/gltf_check.h"
 #include "common/config/mesh/limited_child.h"
+#include "common/config/mesh/material_import.h"
 #include "common/config/mesh/mesh_bytes.h"
 
 namespace fivepipe::config {
@@ -47,12 +50,20 @@ class RegularFiles : public Assimp::DefaultIOSystem {
   Assimp::IOStream* Open(const char* file, const char*) override {
     std::error_code error;  // file_size() fails if the file is not a regular one
     const std::uintmax_t file_bytes = std::filesystem::file_size(file, error);
-    if (error || !is_within_limits(file, file_bytes)) return nullptr;
+    if (error || !is_within_limits(file, file_bytes)) {
+      refused_.insert(file);
+      return nullptr;
+    }
     auto content = std::make_unique<std::uint8_t[]>(file_bytes);
     std::ifstream in(file, std::ios::binary);
     if (!in.read(reinterpret_cast<char*>(content.get()), std::streamsize(file_bytes)))
       return nullptr;
     return new Assimp::MemoryIOStream(content.release(), file_bytes, true);  // Close() deletes it
+  }
+
+  // Returns the files that could not be opened if only one file, the mesh, could.
+  std::set<std::string> all_refused() const {
+    return opened_.size() == 1 ? refused_ : std::set<std::string>();
   }
 
  private:
@@ -65,7 +76,7 @@ class RegularFiles : public Assimp::DefaultIOSystem {
     return true;
   }
 
-  std::set<std::string> opened_;
+  std::set<std::string> opened_, refused_;
   std::uintmax_t opened_bytes_ = 0;  // at most kMaxFileBytes
 };
 
@@ -100,19 +111,31 @@ std::optional<std::string> why_unusable(const aiScene& scene) {
   return std::nullopt;
 }
 
-// Keeps positions only, so that equal corners become one vertex even if their normals or texture
-// coordinates differ.
-const aiScene* simplified(Assimp::Importer& importer) {
-  importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS,
-                              aiComponent_NORMALS | aiComponent_TANGENTS_AND_BITANGENTS |
-                                  aiComponent_COLORS | aiComponent_TEXCOORDS |
-                                  aiComponent_BONEWEIGHTS | aiComponent_ANIMATIONS |
-                                  aiComponent_TEXTURES | aiComponent_LIGHTS | aiComponent_CAMERAS);
+constexpr int kUnneeded = aiComponent_NORMALS | aiComponent_TANGENTS_AND_BITANGENTS |
+                          aiComponent_COLORS | aiComponent_BONEWEIGHTS | aiComponent_ANIMATIONS |
+                          aiComponent_TEXTURES | aiComponent_LIGHTS | aiComponent_CAMERAS;
+// Makes triangles in the file's axes, one mesh per material.
+constexpr unsigned kFlatten =
+    aiProcess_Triangulate | aiProcess_SortByPType | aiProcess_PreTransformVertices;
+
+// Removes components from the scene, then applies the steps. Returns null if one fails.
+const aiScene* processed(Assimp::Importer& importer, int removed, unsigned steps) {
+  importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS, removed);
   importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE,
                               aiPrimitiveType_POINT | aiPrimitiveType_LINE);
-  return importer.ApplyPostProcessing(aiProcess_RemoveComponent | aiProcess_Triangulate |
-                                      aiProcess_SortByPType | aiProcess_PreTransformVertices |
-                                      aiProcess_JoinIdenticalVertices);
+  return importer.ApplyPostProcessing(aiProcess_RemoveComponent | steps);
+}
+
+// Keeps positions only, so that equal corners become one vertex even if their normals or texture
+// coordinates differ. Gives the materials each mesh with its texture coordinates before.
+const aiScene* simplified(Assimp::Importer& importer, MaterialImport* materials) {
+  if (materials == nullptr)
+    return processed(importer, kUnneeded | aiComponent_TEXCOORDS,
+                     kFlatten | aiProcess_JoinIdenticalVertices);
+  const aiScene* scene = processed(importer, kUnneeded, kFlatten);
+  if (scene == nullptr) return nullptr;
+  for (unsigned i = 0; i < scene->mNumMeshes; ++i) materials->append(*scene->mMeshes[i]);
+  return processed(importer, aiComponent_TEXCOORDS, aiProcess_JoinIdenticalVertices);
 }
 
 void append(ImportedMesh& mesh, const aiMesh& part) {
@@ -139,39 +162,102 @@ void throw_if_out_of_memory(const Assimp::Importer& importer) {
     throw std::bad_alloc();
 }
 
-ImportedMesh import_here(const std::filesystem::path& file, const std::string& extension) {
-  Assimp::Importer importer;
-  keep_importers_of(extension, importer);
-  importer.SetIOHandler(new RegularFiles);  // the importer owns it
-  const aiScene* scene = importer.ReadFile(file.string(), 0);
-  if (scene != nullptr)
-    if (const auto why = why_unusable(*scene)) return {{}, {}, *why};
-  if (scene != nullptr) scene = simplified(importer);
-  if (scene == nullptr) throw_if_out_of_memory(importer);
-  if (scene == nullptr)
-    return {{}, {}, std::string("cannot read the mesh: ") + importer.GetErrorString()};
+ImportedMesh failed(std::string reason) { return {{}, {}, std::move(reason)}; }
+
+std::optional<std::string> why_unsupported_gltf(const std::filesystem::path& file,
+                                                Materials materials) {
+  std::error_code error;
+  const std::uintmax_t file_bytes = std::filesystem::file_size(file, error);
+  if (!error) raise_own_limits(limits_for(std::min(file_bytes, kMaxFileBytes)));
+  return why_unsupported(gltf_json(file), materials == Materials::with);
+}
+
+// An OBJ file without its material file is drawn in one colour, as if it named none.
+std::vector<std::string> notes_of(const RegularFiles& files) {
+  std::vector<std::string> notes;
+  for (const std::string& file : files.all_refused())
+    notes.push_back("its material file " + file + " cannot be read; colour_rgb gives the colour");
+  return notes;
+}
+
+// Returns the mesh of a scene that has been simplified.
+ImportedMesh mesh_of(const aiScene* scene) {
   ImportedMesh mesh;
   for (unsigned i = 0; i < scene->mNumMeshes; ++i) {
     append(mesh, *scene->mMeshes[i]);
     if (std::max(mesh.vertices.size(), mesh.triangles.size()) > kMaxMeshElements)
-      return {
-          {},
-          {},
-          "the mesh has more than " + std::to_string(kMaxMeshElements) + " vertices or triangles"};
+      return failed("the mesh has more than " + std::to_string(kMaxMeshElements) +
+                    " vertices or triangles");
   }
+  return mesh;
+}
+
+ImportedMesh import_here(const std::filesystem::path& file, const std::string& extension,
+                         Materials which) {
+  const bool is_of_gltf = extension == "gltf" || extension == "glb";
+  if (is_of_gltf)
+    if (const auto why = why_unsupported_gltf(file, which)) return failed(*why);
+  Assimp::Importer importer;
+  keep_importers_of(extension, importer);
+  RegularFiles* const files = new RegularFiles;
+  importer.SetIOHandler(files);  // the importer owns it
+  const aiScene* scene = importer.ReadFile(file.string(), 0);
+  if (scene != nullptr)
+    if (const auto why = why_unusable(*scene)) return failed(*why);
+  std::optional<MaterialImport> materials;
+  std::vector<std::string> notes;
+  if (scene != nullptr && which == Materials::with && (is_of_gltf || extension == "obj")) {
+    notes = notes_of(*files);
+    if (notes.empty()) materials.emplace(*scene, file);
+    if (materials && materials->failure()) return failed(*materials->failure());
+    if (materials && !materials->has_materials()) materials.reset();
+    if (materials)
+      if (const auto why = materials->prepare(const_cast<aiScene&>(*scene))) return failed(*why);
+  }
+  if (scene != nullptr) scene = simplified(importer, materials ? &*materials : nullptr);
+  if (scene == nullptr) {
+    throw_if_out_of_memory(importer);
+    return failed(std::string("cannot read the mesh: ") + importer.GetErrorString());
+  }
+  ImportedMesh mesh = mesh_of(scene);
+  if (materials)
+    mesh.materials = materials->take(std::move(notes));
+  else if (!notes.empty())
+    mesh.materials = MeshMaterials{{}, {}, {}, std::move(notes)};
   return mesh;
 }
 
 }  // namespace
 
-ImportedMesh import_mesh(const std::filesystem::path& file, const std::string& extension) {
+ImportedMesh import_mesh(const std::filesystem::path& file, const std::string& extension,
+                         Materials materials) {
   const ChildResult result =
-      call_in_child([&] { return bytes_of(import_here(file, extension)); },
+      call_in_child([&] { return bytes_of(import_here(file, extension, materials)); },
                     {kImport_s, kElapsedPerCpuTime * kImport_s, kImport_bytes});
   if (!result.failure.empty())
-    return {{}, {}, "the importer " + result.failure + ": the file is damaged or too large"};
-  if (const auto mesh = mesh_from(result.bytes)) return *mesh;
-  return {{}, {}, "the importer returns no mesh: the file is damaged"};
+    return failed("the importer " + result.failure + ": the file is damaged or too large");
+  if (auto mesh = mesh_from(result.bytes)) return std::move(*mesh);
+  return failed("the importer returns no mesh: the file is damaged");
+}
+
+ImageOrReason embedded_image(const std::filesystem::path& file, const std::string& extension,
+                             int index) {
+  const auto bytes_of_image = [&]() -> std::string {
+    Assimp::Importer importer;
+    keep_importers_of(extension, importer);
+    importer.SetIOHandler(new RegularFiles);  // the importer owns it
+    const aiScene* const scene = importer.ReadFile(file.string(), 0);
+    if (scene == nullptr || index < 0 || unsigned(index) >= scene->mNumTextures) return "";
+    const aiTexture& image = *scene->mTextures[index];
+    if (image.mHeight != 0 || image.pcData == nullptr) return "";
+    return {reinterpret_cast<const char*>(image.pcData), image.mWidth};
+  };
+  ChildResult result =
+      call_in_child(bytes_of_image, {kImport_s, kElapsedPerCpuTime * kImport_s, kImport_bytes});
+  if (!result.failure.empty())
+    return {"", "the importer " + result.failure + ": the file is damaged or too large"};
+  if (result.bytes.empty()) return {"", "there is no such image"};
+  return {std::move(result.bytes), ""};
 }
 
 }  // namespace fivepipe::config

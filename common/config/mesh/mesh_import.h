@@ -3,8 +3,11 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
+
+#include "common/config/mesh/material.h"
 
 namespace fivepipe::config {
 
@@ -14,12 +17,25 @@ struct ImportedMesh {
   std::vector<std::array<float, 3>> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;
   std::string reason;  // why the file is unusable; empty: usable
+  // Absent if the file has none, or with Materials::without.
+  std::optional<MeshMaterials> materials = {};
 };
+enum class Materials { without, with };
 
 // Imports the file in a child process. If the importer crashes there, or exceeds its limits, the
 // reason states it. `extension` names the format: "gltf", "glb", "obj", "stl" or "ply". Only the
-// importers of that format read the file and the files that it names.
-ImportedMesh import_mesh(const std::filesystem::path& file, const std::string& extension);
+// importers of that format read the file and the files that it names. Materials do not change the
+// vertices and triangles. Images are checked, not decoded.
+ImportedMesh import_mesh(const std::filesystem::path& file, const std::string& extension,
+                         Materials materials = Materials::without);
+
+// Returns the bytes of an image inside a glTF file, by its index in MaterialTexture.
+struct ImageOrReason {
+  std::string bytes;
+  std::string reason;  // empty: usable
+};
+ImageOrReason embedded_image(const std::filesystem::path& file, const std::string& extension,
+                             int index);
 
 // Limits of an import: these, and more for each byte of the files that it reads.
 inline constexpr unsigned kImport_s = 2;  // CPU time

@@ -1,0 +1,60 @@
+// Base colours and textures of a mesh file's materials.
+#pragma once
+#include <array>
+#include <compare>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace fivepipe::config {
+
+// Colours outside the texture's unit square: of the texture again, of its mirror image, or of its
+// edge.
+enum class Wrap { repeat, mirror, clamp };
+
+// A texture with sRGB colours. The image is a PNG or JPEG file beside the mesh file, or inside it.
+struct MaterialTexture {
+  std::filesystem::path file;  // the image, or the mesh file that contains it
+  int embedded = -1;           // index of the image in the mesh file; -1: `file` is the image
+  Wrap wrap_u = Wrap::repeat, wrap_v = Wrap::repeat;
+
+  auto operator<=>(const MaterialTexture&) const = default;
+};
+// Returns "FILE", or "image 2 in FILE".
+std::string name_of(const MaterialTexture& texture);
+
+struct Material {
+  std::string name;               // as in the file; may be empty
+  std::array<float, 3> base_rgb;  // 0 to 1, linear; the texture's colours are multiplied by it
+  std::optional<MaterialTexture> texture = {};
+
+  bool operator==(const Material&) const = default;
+};
+inline constexpr std::uint32_t kNoMaterial = UINT32_MAX;
+
+// Consecutive triangles of one material.
+struct MaterialRun {
+  std::uint32_t triangles;
+  std::uint32_t material;  // index of the material, or kNoMaterial
+
+  bool operator==(const MaterialRun&) const = default;
+};
+
+struct MeshMaterials {
+  std::vector<Material> materials = {};
+  std::vector<MaterialRun> runs =
+      {};  // of all triangles in mesh order; empty: the mesh has no material
+  // Texture coordinates by corner, three corners per triangle in mesh order: (0, 0) is the top left
+  // corner of the image, (1, 1) its bottom right one. Empty if no material has a texture.
+  std::vector<std::array<float, 2>> corners_uv = {};
+  std::vector<std::string> notes = {};  // what is drawn in another way than the file states
+
+  bool operator==(const MeshMaterials&) const = default;
+};
+
+// Beyond this, floats are more than a texel of a 16-pixel texture apart.
+inline constexpr float kMaxTextureCoordinate = 1e6f;
+
+}  // namespace fivepipe::config
