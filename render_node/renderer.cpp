@@ -12,25 +12,13 @@
 namespace fivepipe::render {
 namespace {
 
-constexpr int kDepthUnit = 0, kColourUnit = 1, kShadowUnit = 2;
+constexpr int kDepthUnit = 0, kColourUnit = 1, kShadowUnit = 2, kTextureUnit = 3;
 
 // Two neighbouring pixels of the reconstruction belong to one surface if it is tilted by less than
 // 80 degrees against the image plane: tan(80 degrees) = 5.7.
 constexpr float kMaxTiltTangent = 5.7f;
 
-// The colour of a colliding object is this fraction of the way from its own colour to kHighlight.
-// Colours are linear RGB.
-constexpr double kHighlightStrength = 0.8;
-const Eigen::Vector3d kHighlight(0.80, 0.02, 0.02);
-const Eigen::Vector3d kUncolouredHull(0.55, 0.55, 0.55);
-
-// IEC 61966-2-1. Components are in 0 .. 1.
-Eigen::Vector3d linear_from_srgb(const std::array<double, 3>& srgb) {
-  const auto one = [](double c) {
-    return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
-  };
-  return {one(srgb[0]), one(srgb[1]), one(srgb[2])};
-}
+const Eigen::Vector3d kUncolouredHull(0.55, 0.55, 0.55);  // linear RGB
 
 // Returns the distance from the eye to the farthest corner of the near plane's visible part [m].
 double near_corner_m(const geometry::Pinhole& pinhole, double near_m) {
@@ -69,14 +57,6 @@ std::string hull_features(const config::Scene& scene, bool is_coloured) {
   return (is_coloured ? "#define COLOURED\n" : "") +
          std::string(scene.lights_real_objects ? "#define LIT\n" + shadow_features(scene) : "");
 }
-// Returns the #define lines of an object's shader program, without those of shadows.
-std::string features_of(const config::SceneObject& object) {
-  // On a box every corner of a triangle has the normal of its face.
-  const bool flat = std::holds_alternative<config::BoxShape>(object.shape);
-  return std::string(flat ? "#define FLAT\n" : "") +
-         (object.pattern == config::Pattern::checker ? "#define CHECKER\n" : "") +
-         (object.warming ? "#define WARMED\n" : "");
-}
 
 gl::GlProgram program(const std::string& name, const std::string& features,
                       const std::string& vertex_source, const std::string& fragment_source) {
@@ -90,16 +70,24 @@ bool finite(std::span<const float> values) {
 
 }  // namespace
 
-Renderer::DrawableObject::DrawableObject(const config::SceneObject& o)
+Renderer::DrawableObject::DrawableObject(const config::SceneObject& o,
+                                         const SceneTextures& textures)
     : object(o),
       surface(o),
       bounds_m(fivepipe::geometry::bounds_m(config::mesh_of(o))),
-      world_from_object(o.world_from_object) {
+      world_from_object(o.world_from_object),
+      parts(material_parts(o, surface.triangles(), textures)) {
   const std::vector<SurfaceCorner> rest = surface.corners();
   corners.upload(rest.data(), rest.size() * sizeof(SurfaceCorner), GL_STATIC_DRAW);
   vertex_array.attribute(0, corners, 3, sizeof(SurfaceCorner), offsetof(SurfaceCorner, p_object_m));
   vertex_array.attribute(1, corners, 3, sizeof(SurfaceCorner), offsetof(SurfaceCorner, normal));
   vertex_array.attribute(2, corners, 2, sizeof(SurfaceCorner), offsetof(SurfaceCorner, pattern_m));
+  if (std::ranges::any_of(parts, [](const MaterialPart& part) { return part.texture; })) {
+    const auto& uv = std::get<config::MeshShape>(object.shape).materials->corners_uv;
+    corners_uv.emplace();
+    corners_uv->upload(uv.data(), uv.size() * sizeof uv[0], GL_STATIC_DRAW);
+    vertex_array.attribute(4, *corners_uv, 2, sizeof uv[0], 0);
+  }
   if (!object.warming) return;  // a disabled attribute is 0
   const std::vector<float> cold(rest.size(), 0.0f);
   warmth.upload(cold.data(), cold.size() * sizeof(float), GL_STREAM_DRAW);
@@ -115,6 +103,7 @@ Renderer::Renderer(const config::Scene& scene, const config::Viewer& viewer)
       light_world_m_(scene.light_world_m),
       light_reach_m_(light_reach_m(scene)),
       background_rgb_(scene.background_rgb),
+      textures_(scene),
       lights_real_objects_(scene.lights_real_objects),
       sources_(scene.particles),
       coloured_hull_program_(program("coloured hull", hull_features(scene, true),
@@ -129,11 +118,13 @@ Renderer::Renderer(const config::Scene& scene, const config::Viewer& viewer)
   objects_.reserve(scene.objects.size());
   for (const config::SceneObject& object : scene.objects) {
     index_of_object_[object.name] = objects_.size();
-    objects_.emplace_back(object);
-    if (const std::string features = features_of(object); !object_programs_.contains(features))
-      object_programs_.emplace(features,
-                               program("virtual object", features + shadow_features(scene),
-                                       shaders::kObjectVert, shaders::kObjectFrag));
+    objects_.emplace_back(object, textures_);
+    for (const MaterialPart& part : objects_.back().parts)
+      if (const std::string features = material_features(object, part);
+          !object_programs_.contains(features))
+        object_programs_.emplace(features,
+                                 program("virtual object", features + shadow_features(scene),
+                                         shaders::kObjectVert, shaders::kObjectFrag));
   }
 }
 
@@ -295,22 +286,19 @@ void Renderer::draw_objects(const Eigen::Isometry3d& eye_from_world,
     set_view(object_program, eye_from_world);
   for (const std::size_t index : front_to_back(eye_from_world)) {
     const DrawableObject& drawn = objects_[index];
-    const gl::GlProgram& object_program = object_programs_.at(features_of(drawn.object));
-    object_program.use();
     (can_cull_back_faces(drawn, eye_from_world) ? glEnable : glDisable)(GL_CULL_FACE);
-    Eigen::Vector3d albedo = linear_from_srgb(drawn.object.colour_rgb);
-    if (colliding.contains(drawn.object.name)) albedo += kHighlightStrength * (kHighlight - albedo);
-    object_program.set(
-        "eye_from_object",
-        Eigen::Matrix4f((eye_from_world * drawn.world_from_object).matrix().cast<float>()));
-    object_program.set("albedo", Eigen::Vector3f(albedo.cast<float>()));
-    if (drawn.object.pattern == config::Pattern::checker)
-      object_program.set("cells_per_m", float(1 / drawn.object.pattern_size_m));
-    if (drawn.object.warming)
+    drawn.vertex_array.bind();
+    for (const MaterialPart& part : drawn.parts) {
+      const gl::GlProgram& object_program =
+          object_programs_.at(material_features(drawn.object, part));
+      object_program.use();
+      set_material(object_program, drawn.object, part, colliding.contains(drawn.object.name),
+                   kTextureUnit);
       object_program.set(
-          "warm_albedo",
-          Eigen::Vector3f(linear_from_srgb(drawn.object.warming->colour_rgb).cast<float>()));
-    draw_triangles(drawn);
+          "eye_from_object",
+          Eigen::Matrix4f((eye_from_world * drawn.world_from_object).matrix().cast<float>()));
+      glDrawArrays(GL_TRIANGLES, GLint(3 * part.first_triangle), GLsizei(3 * part.triangles));
+    }
   }
   glDisable(GL_CULL_FACE);
 }

@@ -12,6 +12,7 @@
 #include "common/config/deployment.h"
 #include "common/config/scene.h"
 #include "common/gl/objects.h"
+#include "render_node/materials/material_parts.h"
 #include "render_node/particle_points.h"
 #include "render_node/shadow_map.h"
 #include "render_node/surface.h"
@@ -30,6 +31,7 @@ struct ObjectPose {
 // Needs a current GL context from construction to destruction.
 class Renderer {
  public:
+  // Loads the textures of the scene. Throws config::ConfigError if one is unusable (SceneTextures).
   Renderer(const config::Scene& scene, const config::Viewer& viewer);
 
   // Draws one frame as seen from hull.eye_from_world. An object without a pose in `poses` keeps its
@@ -58,13 +60,15 @@ class Renderer {
 
  private:
   struct DrawableObject {
-    explicit DrawableObject(const config::SceneObject& object);
+    DrawableObject(const config::SceneObject& object, const SceneTextures& textures);
     config::SceneObject object;
     Surface surface;
     Eigen::AlignedBox3d bounds_m;  // of the mesh as loaded, object frame
     Eigen::Isometry3d world_from_object;
     gl::GlBuffer corners, warmth;  // per corner; warmth is unused if the object has no `warming`
     gl::GlVertexArray vertex_array;
+    std::vector<MaterialPart> parts;
+    std::optional<gl::GlBuffer> corners_uv;  // present if a part has a texture
   };
 
   void set_pose(const ObjectPose& pose);
@@ -88,13 +92,14 @@ class Renderer {
   Eigen::Vector3d light_world_m_;
   double light_reach_m_;
   std::array<double, 3> background_rgb_;
+  SceneTextures textures_;
   std::vector<DrawableObject> objects_;
   std::map<std::string, std::size_t> index_of_object_;
   bool lights_real_objects_;
   std::optional<ShadowMap> shadow_map_;  // present if the scene has shadows
   std::vector<config::ParticleSource> sources_;
   std::optional<ParticlePoints> particle_points_;         // present if the scene has a source
-  std::map<std::string, gl::GlProgram> object_programs_;  // by the result of features_of()
+  std::map<std::string, gl::GlProgram> object_programs_;  // by the result of material_features()
   gl::GlProgram coloured_hull_program_, grey_hull_program_, background_program_;
   gl::GlFramebuffer framebuffer_;
   gl::GlVertexArray no_attributes_;

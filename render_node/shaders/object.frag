@@ -5,6 +5,8 @@
 //! variant -DFLAT -DCHECKER -DWARMED
 //! variant -DSHADOWED
 //! variant -DFLAT -DSHADOWED
+//! variant -DTEXTURED
+//! variant -DCHECKER -DWARMED -DTEXTURED -DSHADOWED
 // Pixels of a virtual object; object.vert explains the defines. Both sides of a surface are lit:
 // the normal is turned towards the viewer. The checker is averaged over the footprint of the pixel
 // (Quilez, "Filtering the checkerboard pattern").
@@ -39,9 +41,17 @@ float odd() {
 in float warmth;
 uniform vec3 warm_albedo;  // at warmth 1; the surface also glows in this colour
 #endif
+#ifdef TEXTURED
+flat in vec3 surface_added;
+in vec2 texture_uv;
+uniform sampler2D base_colour;  // sRGB in memory, linear here
+#endif
 
 void main() {
   vec3 surface = surface_albedo;
+#ifdef TEXTURED
+  surface = surface * texture(base_colour, texture_uv).rgb + surface_added;
+#endif
 #ifdef CHECKER
   surface *= 1.0 - DARKER_ODD_CELLS * odd();
 #endif

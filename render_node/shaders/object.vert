@@ -5,11 +5,13 @@
 //! variant -DFLAT -DCHECKER -DWARMED
 //! variant -DSHADOWED
 //! variant -DFLAT -DSHADOWED
+//! variant -DTEXTURED
+//! variant -DCHECKER -DWARMED -DTEXTURED -DSHADOWED
 // Vertices of a virtual object.
 //
 // A #define, not a uniform, selects the features of a program, because llvmpipe computes both sides
 // of a branch: FLAT (each triangle has one normal), CHECKER (pattern), WARMED (warmth by vertex),
-// SHADOWED (the light casts shadows).
+// SHADOWED (the light casts shadows), TEXTURED (a texture multiplies the albedo).
 // Values that are constant over an object reach the fragment shader as flat attributes, because
 // llvmpipe loads a uniform again for every pixel.
 layout(location = 0) in vec3 p_object_m;
@@ -41,6 +43,12 @@ out vec2 half_cell;
 #ifdef WARMED
 out float warmth;
 #endif
+#ifdef TEXTURED
+layout(location = 4) in vec2 uv;  // (0, 0) is the top left corner of the image
+uniform vec3 added_albedo;        // the part that the texture does not multiply
+flat out vec3 surface_added;
+out vec2 texture_uv;
+#endif
 
 void main() {
   vec4 p = eye_from_object * vec4(p_object_m, 1.0);
@@ -62,6 +70,10 @@ void main() {
 #endif
 #ifdef WARMED
   warmth = vertex_warmth;
+#endif
+#ifdef TEXTURED
+  surface_added = added_albedo;
+  texture_uv = uv;
 #endif
   gl_Position = clip_from_eye * p;
 }
