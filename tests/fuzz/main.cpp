@@ -17,7 +17,7 @@ constexpr std::uint32_t kMinInputs = 100;
 
 std::vector<Target> targets() {
   return {mcap_target(),  map_target(),        tile_target(), rig_target(),
-          scene_target(), deployment_target(), mesh_target()};
+          scene_target(), deployment_target(), mesh_target(), texture_target()};
 }
 
 int print_usage() {

@@ -1,6 +1,7 @@
 // Mesh files of each format that read_mesh() accepts, with the files that they name.
 #include <fmt/format.h>
 
+#include <cmath>
 #include <cstring>
 #include <stdexcept>
 
@@ -9,6 +10,7 @@
 #include "tests/fuzz/message_bytes.h"
 #include "tests/fuzz/mutations.h"
 #include "tests/support/base64.h"
+#include "tests/support/gltf/image_bytes.h"
 
 namespace fivepipe::fuzz {
 namespace {
@@ -91,7 +93,22 @@ const std::vector<std::string_view> kWords = {"v",
                                               "\"data:;base64,AAAA\"",
                                               "\"sparse\"",
                                               "\"extensions\"",
-                                              "\"mode\": 6,"};
+                                              "\"mode\": 6,",
+                                              "map_Kd",
+                                              "-clamp",
+                                              "Kd",
+                                              "part.png",
+                                              "../part.png",
+                                              "TEXCOORD_0",
+                                              "\"material\": 0,",
+                                              "\"texCoord\": 1,",
+                                              "\"sampler\": 0,",
+                                              "33071",
+                                              "KHR_texture_transform",
+                                              "extensionsRequired"};
+
+// A small image: its header is complete, its pixels are missing, which only the renderer notices.
+std::string image() { return test::png_header(2, 2); }
 
 std::string obj(Random& random, const geometry::Mesh& mesh) {
   std::string text = one_in(random, 2) ? "mtllib part.mtl\no part\nusemtl red\n" : "";
@@ -151,31 +168,50 @@ std::string ply(Random& random, const geometry::Mesh& mesh) {
   return bytes;
 }
 
-// Vertices as floats, then indices as uint32.
+// Vertices as floats, then indices as uint32, texture coordinates of the vertices, and an image.
 std::string gltf_buffer(const geometry::Mesh& mesh) {
   std::string bytes;
   for (const auto& v : mesh.vertices_m)
     append_object(bytes, std::array{float(v.x()), float(v.y()), float(v.z())});
   for (const auto& t : mesh.triangles) append_object(bytes, t);
-  return bytes;
+  for (const auto& v : mesh.vertices_m)
+    append_object(bytes, std::array{float(v.x()), float(v.y())});
+  return bytes + image();
 }
 
-std::string gltf(const geometry::Mesh& mesh, const std::string& buffer_uri) {
+// Members of a textured glTF file, whose image is in the buffer or beside it.
+std::string gltf_materials(bool is_embedded) {
+  return fmt::format(
+      R"(, "materials": [{{"name": "a", "pbrMetallicRoughness":
+   {{"baseColorFactor": [1, 0.5, 0, 1], "baseColorTexture": {{"index": 0, "texCoord": 0}}}}}}],
+ "textures": [{{"source": 0, "sampler": 0}}], "samplers": [{{"wrapS": 33071, "wrapT": 33648}}],
+ "images": [{{{}}}])",
+      is_embedded ? R"("mimeType": "image/png", "bufferView": 3)" : R"("uri": "part.png")");
+}
+
+std::string gltf(const geometry::Mesh& mesh, const std::string& buffer_uri, bool is_embedded) {
   const std::size_t vertex_bytes = 12 * mesh.vertices_m.size(),
-                    index_bytes = 12 * mesh.triangles.size();
+                    index_bytes = 12 * mesh.triangles.size(), uv_bytes = 8 * mesh.vertices_m.size();
   return fmt::format(
       R"({{"asset": {{"version": "2.0"}}, "scene": 0, "scenes": [{{"nodes": [0]}}],
  "nodes": [{{"mesh": 0, "translation": [1, 2, 3], "children": [1]}},
            {{"mesh": 0, "matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]}}],
- "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0}}, "indices": 1, "mode": 4}}]}}],
+ "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0, "TEXCOORD_0": 2}},
+   "indices": 1, "material": 0, "mode": 4}}]}}],
  "accessors": [{{"bufferView": 0, "componentType": 5126, "count": {}, "type": "VEC3",
                 "min": [-1, -1, -1], "max": [1, 1, 1]}},
-               {{"bufferView": 1, "componentType": 5125, "count": {}, "type": "SCALAR"}}],
+               {{"bufferView": 1, "componentType": 5125, "count": {}, "type": "SCALAR"}},
+               {{"bufferView": 2, "componentType": 5126, "count": {}, "type": "VEC2"}}],
  "bufferViews": [{{"buffer": 0, "byteLength": {}}},
+                 {{"buffer": 0, "byteOffset": {}, "byteLength": {}}},
+                 {{"buffer": 0, "byteOffset": {}, "byteLength": {}}},
                  {{"buffer": 0, "byteOffset": {}, "byteLength": {}}}],
- "buffers": [{{"byteLength": {}{}}}]}})",
-      mesh.vertices_m.size(), 3 * mesh.triangles.size(), vertex_bytes, vertex_bytes, index_bytes,
-      vertex_bytes + index_bytes, buffer_uri.empty() ? "" : ", \"uri\": \"" + buffer_uri + '"');
+ "buffers": [{{"byteLength": {}{}}}]{}}})",
+      mesh.vertices_m.size(), 3 * mesh.triangles.size(), mesh.vertices_m.size(), vertex_bytes,
+      vertex_bytes, index_bytes, vertex_bytes + index_bytes, uv_bytes,
+      vertex_bytes + index_bytes + uv_bytes, image().size(),
+      vertex_bytes + index_bytes + uv_bytes + image().size(),
+      buffer_uri.empty() ? "" : ", \"uri\": \"" + buffer_uri + '"', gltf_materials(is_embedded));
 }
 
 std::string glb(std::string json, std::string buffer) {
@@ -194,14 +230,20 @@ std::vector<File> valid_files(Random& random) {
                                   : geometry::sphere_mesh(1, int(below(random, 3)));
   const std::string buffer = gltf_buffer(mesh);
   switch (below(random, 6)) {
-    case 0: return {{"part.obj", obj(random, mesh)}, {"part.mtl", "newmtl red\nKd 1 0 0\n"}};
+    case 0:
+      return {{"part.obj", obj(random, mesh)},
+              {"part.mtl", "newmtl red\nKd 1 0 0\nmap_Kd -clamp on part.png\n"},
+              {"part.png", image()}};
     case 1: return {{"part.stl", stl(random, mesh)}};
     case 2: return {{"part.ply", ply(random, mesh)}};
     case 3:
       return {{"part.gltf",
-               gltf(mesh, "data:application/octet-stream;base64," + test::base64(buffer))}};
-    case 4: return {{"part.gltf", gltf(mesh, "part.bin")}, {"part.bin", buffer}};
-    default: return {{"part.glb", glb(gltf(mesh, ""), buffer)}};
+               gltf(mesh, "data:application/octet-stream;base64," + test::base64(buffer), true)}};
+    case 4:
+      return {{"part.gltf", gltf(mesh, "part.bin", false)},
+              {"part.bin", buffer},
+              {"part.png", image()}};
+    default: return {{"part.glb", glb(gltf(mesh, "", true), buffer)}};
   }
 }
 
@@ -217,11 +259,33 @@ std::vector<File> input(Random& random) {
   return files;
 }
 
+std::string broken_materials(const config::MeshMaterials& materials, const geometry::Mesh& mesh) {
+  std::size_t triangles = 0;
+  for (const config::MaterialRun& run : materials.runs) {
+    triangles += run.triangles;
+    if (run.material == config::kNoMaterial) continue;
+    if (run.material >= materials.materials.size()) return "a run without its material";
+    if (materials.materials[run.material].texture && materials.corners_uv.empty())
+      return "a texture without coordinates";
+  }
+  if (!materials.runs.empty() && triangles != mesh.triangles.size())
+    return "runs of other triangles";
+  if (!materials.corners_uv.empty() && materials.corners_uv.size() != 3 * mesh.triangles.size())
+    return "texture coordinates of other corners";
+  for (const auto& [u, v] : materials.corners_uv)
+    if (!std::isfinite(u) || !std::isfinite(v)) return "a texture coordinate that is not finite";
+  return "";
+}
+
 Verdict check(const fs::path& folder) {
   for (const char* name : {"part.obj", "part.stl", "part.ply", "part.gltf", "part.glb"}) {
     if (!fs::exists(folder / name)) continue;
-    const config::MeshOrReason mesh = config::read_mesh(folder / name, kUnit_m);
+    const config::MeshOrReason mesh =
+        config::read_mesh(folder / name, kUnit_m, config::Materials::with);
     if (!mesh.reason.empty()) return {};
+    if (mesh.materials)
+      if (std::string broken = broken_materials(*mesh.materials, mesh.mesh); !broken.empty())
+        return {true, broken};
     return {true, broken_invariant(mesh.mesh)};
   }
   throw std::runtime_error("no mesh file");

@@ -39,5 +39,6 @@ Target rig_target();
 Target scene_target();
 Target deployment_target();
 Target mesh_target();
+Target texture_target();
 
 }  // namespace fivepipe::fuzz
