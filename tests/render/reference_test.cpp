@@ -5,6 +5,8 @@
 #include <cmath>
 #include <random>
 
+#include "benchmarks/render/oracle/hull_pixel.h"
+#include "benchmarks/render/oracle/triangle_ray.h"
 #include "tests/render/composite_fixture.h"
 
 namespace fivepipe::render {
@@ -115,24 +117,20 @@ class Reference : public Composite {
   Hit cast(const std::vector<Triangle>& triangles, const geometry::Ray& ray) const {
     Hit hit;
     for (const Triangle& t : triangles) {
-      // origin + d * direction = p0 + b1 (p1 - p0) + b2 (p2 - p0), by Cramer's rule
-      const Vector3d side1 = t.p_m[1] - t.p_m[0], side2 = t.p_m[2] - t.p_m[0],
-                     from = ray.origin_world_m - t.p_m[0], across = side1.cross(side2),
-                     turned = from.cross(ray.direction_world);
-      const double determinant = -ray.direction_world.dot(across);
-      if (std::abs(determinant) < 1e-12) continue;
-      const double distance = from.dot(across) / determinant, b1 = side2.dot(turned) / determinant,
-                   b2 = -side1.dot(turned) / determinant, b0 = 1 - b1 - b2,
-                   smallest = std::min({b0, b1, b2});
-      if (smallest < -0.02 || distance < viewer_.near_m || distance > hit.distance) continue;
-      Vector3d normal = (b0 * t.normal[0] + b1 * t.normal[1] + b2 * t.normal[2]).normalized();
-      if (determinant < 0) normal = -normal;  // seen from its back
-      hit = {t.object,
-             distance,
-             ray.origin_world_m + distance * ray.direction_world,
-             normal,
-             b0 * t.warmth[0] + b1 * t.warmth[1] + b2 * t.warmth[2],
-             smallest < 0.02};
+      const std::optional<PlaneHit> at = plane_hit(t.p_m, ray);
+      if (!at) continue;
+      const double smallest = at->barycentric.minCoeff();
+      if (smallest < -0.02 || at->distance < viewer_.near_m || at->distance > hit.distance)
+        continue;
+      Vector3d normal = Vector3d::Zero();
+      double warmth = 0;
+      for (std::size_t c = 0; c < 3; ++c) {
+        normal += at->barycentric[Eigen::Index(c)] * t.normal[c];
+        warmth += at->barycentric[Eigen::Index(c)] * t.warmth[c];
+      }
+      normal *= (at->is_from_back ? -1 : 1) / normal.norm();
+      hit = {t.object, at->distance, ray.origin_world_m + at->distance * ray.direction_world,
+             normal,   warmth,       smallest < 0.02};
     }
     return hit;
   }
@@ -298,33 +296,6 @@ TEST_F(Reference, TheBackgroundIsBrighterAtTheTop) {
 // What the hull's pixels show, by the comments of hull.frag.
 class HullReference : public Reference {
  protected:
-  struct Texels {
-    const HullFrame& hull;
-    double focal_px;
-    int clamped(int u, int v) const {
-      return std::clamp(v, 0, hull.recon.height_px - 1) * hull.recon.width_px +
-             std::clamp(u, 0, hull.recon.width_px - 1);
-    }
-    double depth_m(int u, int v) const { return hull.depth_m[std::size_t(clamped(u, v))]; }
-    Vector3d rgb(int u, int v) const {
-      const std::uint8_t* bgr = &hull.bgr[3 * std::size_t(clamped(u, v))];
-      return {double(bgr[2]), double(bgr[1]), double(bgr[0])};
-    }
-    // Two texels are one surface if it is tilted by less than tan(tilt) = 5.7, and their depths
-    // differ by less than a half.
-    bool one_surface(double z_m, double other_m) const {
-      return std::abs(other_m - z_m) < std::min(5.7 / focal_px, 0.5) * z_m;
-    }
-    // The gradient of 1 / z in this direction, from the neighbours on the same surface.
-    double slope(int u, int v, int du, int dv) const {
-      const double before_m = depth_m(u - du, v - dv), here_m = depth_m(u, v),
-                   after_m = depth_m(u + du, v + dv);
-      const bool b = one_surface(here_m, before_m), a = one_surface(here_m, after_m);
-      const double last = a ? 1 / after_m : 1 / here_m, first = b ? 1 / before_m : 1 / here_m;
-      return a || b ? (last - first) / (a + b) : 0;
-    }
-  };
-
   // Draws the hull and compares depth and colour of each pixel.
   void expect_hull(const HullFrame& hull) {
     config::Scene scene = scene_of({}, {0.7, -0.4, 0.5});
@@ -333,48 +304,33 @@ class HullReference : public Reference {
     renderer.draw(hull, {}, {});
     const cv::Mat drawn = renderer.image_bgr(), depth_m = renderer.depth_m();
     const geometry::Pinhole k = config::render_pinhole(viewer_), recon = hull.recon;
-    const Texels texels{hull, recon.fx_px};
+    const HullTexels texels(hull);
     for (int v = 0; v < drawn.rows; ++v)
       for (int u = 0; u < drawn.cols; ++u) {
-        const double x = (u + 0.5) * recon.width_px / k.width_px - 0.5,
-                     y = (v + 0.5) * recon.height_px / k.height_px - 0.5;
-        const int u0 = int(std::floor(x)), v0 = int(std::floor(y)), nearest_u = int(std::lround(x)),
-                  nearest_v = int(std::lround(y));
-        const double fx = x - u0, fy = y - v0, z_m = texels.depth_m(nearest_u, nearest_v);
-        if (z_m == 0) {
+        const std::optional<HullPixel> shown = hull_pixel(texels, k, u, v);
+        if (!shown) {
           ASSERT_NEAR(depth_m.at<float>(v, u), viewer_.far_m, kDepthRounding_m) << u << ' ' << v;
           continue;
         }
-        bool one_surface = true;
-        double inverse_z = 0;
-        Vector3d rgb = Vector3d::Zero();
-        for (int i = 0; i < 4; ++i) {
-          const int ui = u0 + i % 2, vi = v0 + i / 2;
-          const double weight = (i % 2 ? fx : 1 - fx) * (i / 2 ? fy : 1 - fy);
-          one_surface &= texels.one_surface(z_m, texels.depth_m(ui, vi));
-          inverse_z += weight / texels.depth_m(ui, vi);
-          if (!hull.bgr.empty()) rgb += weight * texels.rgb(ui, vi);
-        }
-        if (!one_surface) inverse_z = 1 / z_m;
-        ASSERT_NEAR(depth_m.at<float>(v, u), 1 / inverse_z, kDepthRounding_m) << u << ' ' << v;
+        ASSERT_NEAR(depth_m.at<float>(v, u), shown->depth_m, kDepthRounding_m) << u << ' ' << v;
         if (!hull.bgr.empty()) {
-          expect_colour(drawn.at<cv::Vec3b>(v, u),
-                        one_surface ? rgb : texels.rgb(nearest_u, nearest_v), u, v, 0.6);
+          expect_colour(drawn.at<cv::Vec3b>(v, u), shown->rgb, u, v, 0.6);
         } else {
           // For a plane n . p = d, 1 / z = n . ray / d with ray = ((u - cx) / fx, ..., 1).
-          const int tu = std::clamp(nearest_u, 0, recon.width_px - 1),
-                    tv = std::clamp(nearest_v, 0, recon.height_px - 1);
+          const int tu = std::clamp(shown->nearest_u_px, 0, recon.width_px - 1),
+                    tv = std::clamp(shown->nearest_v_px, 0, recon.height_px - 1);
           const double gu = texels.slope(tu, tv, 1, 0), gv = texels.slope(tu, tv, 0, 1);
           const Vector3d normal_eye =
-              -Vector3d(gu * recon.fx_px, gv * recon.fy_px,
-                        1 / z_m - gu * (tu - recon.cx_px) - gv * (tv - recon.cy_px))
+              -Vector3d(
+                   gu * recon.fx_px, gv * recon.fy_px,
+                   1 / texels.depth_m(tu, tv) - gu * (tu - recon.cx_px) - gv * (tv - recon.cy_px))
                    .normalized();
           const geometry::Ray ray = geometry::ray_through({k, hull.eye_from_world}, Vector2d(u, v));
           expect_colour(
               drawn.at<cv::Vec3b>(v, u),
               levels(light.reflected(Vector3d::Constant(0.55),
                                      hull.eye_from_world.linear().transpose() * normal_eye,
-                                     ray.origin_world_m + ray.direction_world / inverse_z)),
+                                     ray.origin_world_m + shown->depth_m * ray.direction_world)),
               u, v, kLevels + 0.05);
         }
         if (HasFatalFailure()) return;

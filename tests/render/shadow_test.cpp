@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/config/views.h"
+#include "benchmarks/render/oracle/plate_shadow.h"
 #include "tests/render/composite_fixture.h"
 
 namespace fivepipe::render {
@@ -10,31 +10,15 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kWall_m = 2, kOccluder_m = 1;  // depths of the plates' fronts
-const Vector3d kLight_m(-0.5, 0.1, 0.3);
-// Half of the occluder's edges, and its centre.
-constexpr double kHalf_m = 0.12;
-const Vector3d kOccluderCenter_m(0.1, kOccluder_m, -0.05);
-
-config::ShadowView shadow_view() {
-  config::ShadowView shadows;
-  shadows.target_world_m = {0.15, 1.5, 0};
-  shadows.fov_rad = 1.6;
-  return shadows;
-}
+using plate_shadow::kLight_m, plate_shadow::kOccluderCenter_m, plate_shadow::kWall_m,
+    plate_shadow::shadow_view;
 
 class Shadows : public Composite {
  protected:
   geometry::Pinhole pinhole_ = config::render_pinhole(viewer_);
 
-  config::Scene scene(bool with_shadows, bool with_occluder = true) const {
-    std::vector<config::SceneObject> objects{plate("wall", kWall_m, 8, 8)};
-    if (with_occluder)
-      objects.push_back(plate("occluder", kOccluder_m, 2 * kHalf_m, 2 * kHalf_m,
-                              kOccluderCenter_m.x(), kOccluderCenter_m.z()));
-    config::Scene scene = scene_of(std::move(objects), kLight_m);
-    if (with_shadows) scene.shadows = shadow_view();
-    return scene;
+  static config::Scene scene(bool with_shadows, bool with_occluder = true) {
+    return plate_shadow::scene(with_shadows, with_occluder);
   }
   cv::Mat draw(const config::Scene& of, const HullFrame& hull,
                const HullFrame* light_hull = nullptr) const {
@@ -42,51 +26,23 @@ class Shadows : public Composite {
     renderer.draw(hull, {}, {}, {}, light_hull);
     return renderer.image_bgr();
   }
-  Vector3d on_wall_m(double u, double v) const {
-    return {(u - pinhole_.cx_px) / pinhole_.fx_px * kWall_m, kWall_m,
-            -(v - pinhole_.cy_px) / pinhole_.fy_px * kWall_m};
-  }
-  // Whether the occluder hides the light from a point of the wall.
-  static bool is_shadowed(const Vector3d& p_m) {
-    const double at = (kOccluder_m - kLight_m.y()) / (p_m.y() - kLight_m.y());
-    const Vector3d crossing = kLight_m + at * (p_m - kLight_m) - kOccluderCenter_m;
-    return std::abs(crossing.x()) < kHalf_m && std::abs(crossing.z()) < kHalf_m;
-  }
-  bool shows_occluder(int u, int v) const {
-    const Vector3d p_m = 0.5 * on_wall_m(u, v) - kOccluderCenter_m;
-    return std::abs(p_m.x()) < kHalf_m + 0.003 && std::abs(p_m.z()) < kHalf_m + 0.003;
-  }
+  Vector3d on_wall_m(double u, double v) const { return plate_shadow::on_wall_m(pinhole_, u, v); }
+  static bool is_shadowed(const Vector3d& p_m) { return plate_shadow::is_shadowed(p_m); }
+  bool shows_occluder(int u, int v) const { return plate_shadow::shows_occluder(pinhole_, u, v); }
 };
 
-// Distance [px] from a pixel to the nearest one on the other side of the analytic shadow's edge.
-constexpr int kBand_px = 3;
+// Largest distance [px] of a wrong pixel from the edge.
+constexpr double kBand_px = 3;
 
 TEST_F(Shadows, OfAPlateHasTheAnalyticEdge) {
   const cv::Mat lit = draw(scene(false), empty_hull_), drawn = draw(scene(true), empty_hull_);
-  int shadowed = 0, wrong = 0, beside = 0;
-  for (int v = kBand_px; v < 480 - kBand_px; ++v)
-    for (int u = kBand_px; u < 640 - kBand_px; ++u) {
-      if (shows_occluder(u, v)) continue;
-      const bool expected = is_shadowed(on_wall_m(u, v));
-      shadowed += expected;
-      const bool found =
-          3 * brightness(drawn.at<cv::Vec3b>(v, u)) < 2 * brightness(lit.at<cv::Vec3b>(v, u));
-      if (found == expected) continue;
-      bool is_at_edge = false;
-      for (const auto& [du, dv] :
-           {std::pair{kBand_px, 0}, {-kBand_px, 0}, {0, kBand_px}, {0, -kBand_px}})
-        is_at_edge |= is_shadowed(on_wall_m(u + du, v + dv)) != expected;
-      ++(is_at_edge ? beside : wrong);
-    }
-  // The shadow is a square. A pixel of the map at its depth, in pixels of the image:
-  const double edge_px = 4 * std::sqrt(shadowed),
-               map_px = (kWall_m - kLight_m.y()) / config::shadow_map_pinhole(shadow_view()).fx_px *
-                        pinhole_.fx_px / kWall_m;
-  std::printf("edge of a shadow: %.2f px off on average, %.2f pixels of the map; %d px elsewhere\n",
-              beside / edge_px, beside / edge_px / map_px, wrong);
-  EXPECT_GT(shadowed, 5000);
-  EXPECT_EQ(wrong, 0);
-  EXPECT_LT(beside / edge_px, 0.6 * map_px);
+  const plate_shadow::EdgeError error = plate_shadow::edge_error(lit, drawn, pinhole_, true);
+  const double map_px = plate_shadow::map_pixel_px(pinhole_);
+  std::printf("edge of a shadow: %.2f px off on average, %.2f pixels of the map; at most %.2f px\n",
+              error.mean_px, error.mean_px / map_px, error.worst_px);
+  EXPECT_GT(error.shadowed_px, 5000);
+  EXPECT_LT(error.worst_px, kBand_px);
+  EXPECT_LT(error.mean_px, 0.6 * map_px);
 }
 
 TEST_F(Shadows, AreDarkButNotBlack) {
@@ -122,27 +78,14 @@ TEST_F(Shadows, NoSurfaceShadowsItself) {
 // The hull of a rectangle at the occluder's place, as the light sees it.
 TEST_F(Shadows, TheHullCastsThatOfThePlateInItsPlace) {
   const config::Scene of = scene(true, false);
-  const config::HullView view = *config::light_view(of);
-  const geometry::Camera light{view.recon, *view.fixed};
-  const HullFrame hull = test::hull_of(*view.fixed, view.recon, nullptr, [&](int u, int v) {
-    const geometry::Ray ray = geometry::ray_through(light, Eigen::Vector2d(u, v));
-    const double t = (kOccluder_m - ray.origin_world_m.y()) / ray.direction_world.y();
-    const Vector3d p_m = ray.origin_world_m + t * ray.direction_world - kOccluderCenter_m;
-    return t > 0 && std::abs(p_m.x()) < kHalf_m && std::abs(p_m.z()) < kHalf_m ? t : 0.0;
-  });
+  const HullFrame hull = plate_shadow::occluder_in_light();
   const cv::Mat lit = draw(of, empty_hull_), drawn = draw(of, empty_hull_, &hull);
-  int shadowed = 0, different = 0;
-  for (int v = 0; v < 480; ++v)
-    for (int u = 0; u < 640; ++u) {
-      const bool expected = is_shadowed(on_wall_m(u, v));
-      shadowed += expected;
-      different += expected != (3 * brightness(drawn.at<cv::Vec3b>(v, u)) <
-                                2 * brightness(lit.at<cv::Vec3b>(v, u)));
-    }
-  std::printf("the hull's shadow of %d px differs in %d px\n", shadowed, different);
-  EXPECT_GT(shadowed, 5000);
+  const plate_shadow::EdgeError error = plate_shadow::edge_error(lit, drawn, pinhole_, false);
+  std::printf("edge of the hull's shadow: %.2f px off on average, at most %.2f px\n", error.mean_px,
+              error.worst_px);
+  EXPECT_GT(error.shadowed_px, 5000);
   // Half a pixel of the light's view, which has 6 mm at the wall, is about a pixel of the image.
-  EXPECT_LT(different, 2 * 4 * std::sqrt(shadowed));
+  EXPECT_LT(error.mean_px, 2);
 }
 
 // The coloured hull in the place of the wall has the wall's colours: lit, and shadowed by the
