@@ -26,9 +26,10 @@ class OverlayPainter {
   void place(const std::string& object, const Eigen::Isometry3d& world_from_object,
              std::span<const float> vertices_m);
 
-  // Draws into the bound framebuffer, which holds the composite of each eye, beside each other, with
-  // their depths: into that of eye number `eye`, as seen from eye_from_world. Leaves the depths as they are. Parts that a surface hides by more than kLift_m are
-  // faint: every second pixel of them is drawn. marks: of objects that find() returns.
+  // Draws into the bound framebuffer, which holds the composite of each eye, beside each other,
+  // with their depths: into that of eye number `eye`, as seen from eye_from_world. Leaves the
+  // depths as they are. Parts that a surface hides by more than kLift_m are faint: every second
+  // pixel of them is drawn. marks: of objects that find() returns.
   void draw(std::size_t eye, const Eigen::Isometry3d& eye_from_world,
             std::span<const CollisionMarks> marks);
 
