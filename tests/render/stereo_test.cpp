@@ -101,7 +101,7 @@ std::pair<int, int> shown_columns(const cv::Mat& image, int row, const cv::Mat& 
 // spans the angles from a - asin(r / d) to a + asin(r / d). The disparity of its center is
 // f * kEyes_m / depth.
 TEST_F(Stereo, ABallHasTheAnalyticDisparity) {
-  constexpr double kRadius_m = 0.06;
+  constexpr double kRealRadius_m = 0.06;
   const geometry::Pinhole pinhole = config::render_pinhole(stereo_);
   const int row = viewer_.render_height_px / 2;
   for (const double depth_m : {0.5, 1.0, 2.0})
@@ -109,16 +109,16 @@ TEST_F(Stereo, ABallHasTheAnalyticDisparity) {
       const Vector3d center_m(0.02, depth_m, 0);
       config::Scene scene = scene_of({}), with_ball = scene_of({});
       with_ball.objects = {
-          test::object("ball", config::SphereShape{kRadius_m, 5}, center_m, {0.9, 0.9, 0.9})};
+          test::object("ball", config::SphereShape{kRealRadius_m, 5}, center_m, {0.9, 0.9, 0.9})};
       Renderer empty(scene, stereo_), renderer(is_hull ? scene : with_ball, stereo_);
       empty.draw(eyes(), {}, {});
-      renderer.draw(is_hull ? eyes(center_m, kRadius_m) : eyes(), {}, {});
+      renderer.draw(is_hull ? eyes(center_m, kRealRadius_m) : eyes(), {}, {});
       const cv::Mat without = empty.image_bgr(), image = renderer.image_bgr();
       double middle_px[2];
       for (const int number : {0, 1}) {
         const double x_m = center_m.x() + (number == 0 ? kEyes_m / 2 : -kEyes_m / 2),
                      angle = std::atan2(x_m, depth_m),
-                     half = std::asin(kRadius_m / std::hypot(x_m, depth_m));
+                     half = std::asin(kRealRadius_m / std::hypot(x_m, depth_m));
         const auto [first, last] =
             shown_columns(of_eye(image, number), row, of_eye(without, number));
         // The hull's border is that of a pixel of the reconstruction, which covers two.

@@ -13,7 +13,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kColumns = 17, kRows = 6;  // of vertices
+constexpr int kSheetColumns = 17, kSheetRows = 6;  // of vertices
 constexpr double kLength_m = 0.2, kWidth_m = 0.1, kApart_m = 0.03, kThickness_m = 0.004;
 
 // A sheet that is folded once: a lower layer at z = 0, which is pinned, and an upper one above it.
@@ -24,17 +24,18 @@ constexpr double kLength_m = 0.2, kWidth_m = 0.1, kApart_m = 0.03, kThickness_m 
 //               x = 0            kLength_m
 geometry::Mesh folded_sheet() {
   geometry::Mesh mesh;
-  for (int column = 0; column < kColumns; ++column)
-    for (int row = 0; row < kRows; ++row) {
-      const int from_fold = std::abs(column - kColumns / 2);
-      const bool is_upper = column > kColumns / 2;
+  for (int column = 0; column < kSheetColumns; ++column)
+    for (int row = 0; row < kSheetRows; ++row) {
+      const int from_fold = std::abs(column - kSheetColumns / 2);
+      const bool is_upper = column > kSheetColumns / 2;
       // The upper layer's vertices are between the lower ones, so that they meet triangles.
-      const double x_m = kLength_m * (from_fold - (is_upper ? 0.37 : 0)) / (kColumns / 2);
-      mesh.vertices_m.push_back({x_m, kWidth_m * row / (kRows - 1), is_upper ? kApart_m : 0});
+      const double x_m = kLength_m * (from_fold - (is_upper ? 0.37 : 0)) / (kSheetColumns / 2);
+      mesh.vertices_m.push_back({x_m, kWidth_m * row / (kSheetRows - 1), is_upper ? kApart_m : 0});
     }
-  for (int column = 0; column + 1 < kColumns; ++column)
-    for (int row = 0; row + 1 < kRows; ++row) {
-      const auto a = std::uint32_t(column * kRows + row), b = a + 1, c = a + kRows, d = c + 1;
+  for (int column = 0; column + 1 < kSheetColumns; ++column)
+    for (int row = 0; row + 1 < kSheetRows; ++row) {
+      const auto a = std::uint32_t(column * kSheetRows + row), b = a + 1, c = a + kSheetRows,
+                 d = c + 1;
       mesh.triangles.push_back({a, c, b});
       mesh.triangles.push_back({b, c, d});
     }
@@ -68,7 +69,7 @@ Fallen fall(bool self_collision) {
   Fallen result;
   const auto lowest_m = [&] {
     double z_m = 1;
-    for (int v = (kColumns / 2 + 1) * kRows; v < kColumns * kRows; ++v)
+    for (int v = (kSheetColumns / 2 + 1) * kSheetRows; v < kSheetColumns * kSheetRows; ++v)
       z_m = std::min(z_m, cloths.cloth(0).vertices_world_m()[std::size_t(v)].z());
     return z_m;
   };
@@ -123,7 +124,7 @@ TEST(ClothSelfContact, AFastVertexStaysOnItsSide) {
   cloth.step(test::kStep_s, Vector3d(0, 0, -60 / test::kStep_s), {}, 1, 1e9);
   const auto upper = [&] {
     double z_m = 1;
-    for (int v = (kColumns - 3) * kRows; v < kColumns * kRows; ++v)
+    for (int v = (kSheetColumns - 3) * kSheetRows; v < kSheetColumns * kSheetRows; ++v)
       z_m = std::min(z_m, cloth.vertices_world_m()[std::size_t(v)].z());
     return z_m;
   };

@@ -230,7 +230,7 @@ class HostilePeer {
     const char* name;
     void (HostilePeer::*send)();
   };
-  static const std::array<Topic, 13> kTopics;
+  static const std::array<Topic, 14> kTopics;
 
   std::mt19937_64 random_{1};
   std::uint64_t number_ = 0;

@@ -4,7 +4,7 @@
 #pragma once
 #include <optional>
 
-#include "render_node/tile_assembler.h"
+#include "render_node/views/tile_assembler.h"
 
 namespace fivepipe::render {
 

@@ -5,7 +5,7 @@
 #include <opencv2/core/mat.hpp>
 
 #include "common/config/deployment.h"
-#include "render_node/tile_assembler.h"
+#include "render_node/views/tile_assembler.h"
 
 namespace fivepipe::render::plate_shadow {
 
