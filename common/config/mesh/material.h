@@ -1,11 +1,11 @@
 // Base colours and textures of a mesh file's materials.
 #pragma once
 #include <array>
-#include <compare>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <vector>
 
 namespace fivepipe::config {
@@ -20,7 +20,11 @@ struct MaterialTexture {
   int embedded = -1;           // index of the image in the mesh file; -1: `file` is the image
   Wrap wrap_u = Wrap::repeat, wrap_v = Wrap::repeat;
 
-  auto operator<=>(const MaterialTexture&) const = default;
+  bool operator==(const MaterialTexture&) const = default;
+  bool operator<(const MaterialTexture& other) const {
+    return std::tie(file, embedded, wrap_u, wrap_v) <
+           std::tie(other.file, other.embedded, other.wrap_u, other.wrap_v);
+  }
 };
 // Returns "FILE", or "image 2 in FILE".
 std::string name_of(const MaterialTexture& texture);
