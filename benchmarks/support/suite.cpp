@@ -22,6 +22,9 @@ void add_options(CLI::App& app, const Suite& suite, Args& args) {
         ->take_all()
         ->allow_extra_args(false);
   if (suite.only_help) app.add_option("--only", args.only, suite.only_help);
+  if (suite.latency_help)
+    app.add_option("--latency-ms", args.latency_ms, suite.latency_help)
+        ->check(CLI::Range(0.0, 10'000.0));
   if (suite.full_help) app.add_flag("--full", args.full, suite.full_help)->excludes(quick);
 }
 

@@ -1,6 +1,7 @@
 // The main() of every `fivepipe bench SUITE` program: arguments, help and exit codes.
 #pragma once
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,7 @@ struct Args {
   std::vector<std::string> maps;  // folders
   int threads = 2;
   bool quick = false, full = false;
+  std::optional<double> latency_ms;
 };
 
 // Every suite has the options --json, --threads and --quick.
@@ -24,6 +26,7 @@ struct Suite {
   const char* maps_help = nullptr;
   const char* only_help = nullptr;
   const char* full_help = nullptr;
+  const char* latency_help = nullptr;
 };
 
 // Parses the arguments and calls `run`. Returns the exit code: 0; 1 if `run` throws; 2 if the
