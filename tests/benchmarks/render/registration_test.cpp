@@ -37,12 +37,11 @@ class Registration : public SmallView {
   }
 };
 
-// The outline of a ball is a circle, whose points are 10 mm * |cos(angle)| from the shifted one. It
-// is nearer than the ball's centre by the square of the radius, so that a distance in the image
-// stands for a smaller one there.
+// The outline of a ball is a circle, whose points are 10 mm * |cos(angle)| from the shifted one. In
+// the image it moves by f * 10 mm / (Z - r^2 / Z), which is the depth of the outline.
 TEST_F(Registration, OfAHullShiftedByTenMillimetresIsTen) {
-  const double shift_mm = 10 * (1 - kBallRadius_m * kBallRadius_m),
-               typical_mm = std::sqrt(0.5) * shift_mm;
+  constexpr double shift_mm = 10;
+  const double typical_mm = std::sqrt(0.5) * shift_mm;
   for (const Vector3d& shift_m : {Vector3d(0.01, 0, 0), Vector3d(0, 0, -0.01)}) {
     const std::vector<double> exact_mm = outline_mm(truth(shift_m), truth());
     EXPECT_NEAR(median(exact_mm), typical_mm, 0.1);
