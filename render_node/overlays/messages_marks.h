@@ -1,5 +1,6 @@
 // Converts CollisionResult messages to the marks of the overlays.
 #pragma once
+#include "common/pipeline/messages/bad_message.h"
 #include "common/pipeline/messages/wire_conversions.h"
 #include "render_node/overlays/collision_marks.h"
 
