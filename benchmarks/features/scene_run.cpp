@@ -6,6 +6,7 @@
 #include <span>
 #include <string>
 
+#include "benchmarks/render/oracle/hull_pixel.h"
 #include "capture_node/synthetic/world.h"
 #include "common/config/views.h"
 #include "common/hull/cpu/cpu_hull.h"
@@ -36,12 +37,9 @@ std::vector<hull::Silhouette> silhouettes_at(const config::Deployment& deploymen
 
 // The exact hull in a view, grey.
 render::HullFrame hull_in(const hull::View& view, hull::CpuHull& query) {
-  render::HullFrame hull;
-  hull.eye_from_world = view.camera.camera_from_world;
-  hull.recon = view.camera.pinhole;
-  hull.covered = {0, 0, hull.recon.width_px, hull.recon.height_px};
-  hull.depth_m = query.depth(view, hull.covered).depth_m;
-  return hull;
+  const geometry::Pinhole& k = view.camera.pinhole;
+  return render::frame_of_depths(view.camera,
+                                 query.depth(view, {0, 0, k.width_px, k.height_px}).depth_m);
 }
 
 const config::SimConfig& sim_config(const config::Deployment& deployment) {

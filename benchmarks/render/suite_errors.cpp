@@ -105,7 +105,7 @@ std::string registration_text(const std::vector<RegistrationStage>& stages) {
                          {"p95", true},
                          {"adds", true},
                          {"p95", true},
-                         {"what is drawn"}});
+                         {"drawn"}});
   const auto mm = [](double value) { return base::with_decimals(value, 1); };
   for (const RegistrationStage& stage : stages)
     table.add({stage.name, mm(median(stage.outline_mm)), mm(p95(stage.outline_mm)),

@@ -64,9 +64,9 @@ class OverlayPainter {
   int outline_corners_ = 0, stroke_corners_ = 0;
 };
 
-// A surface hides what is more than this behind it. A disc faces the eye, so half of one on a
-// tilted surface is behind it: at 45 degrees by its radius, which is 9 mm at 1 m for the widest
-// disc.
+// A surface hides a mark that is farther than this behind it. A disc faces the eye, so half of one
+// on a tilted surface is behind it: at 45 degrees by its radius, which is 9 mm at 1 m for the
+// widest disc.
 inline constexpr double kLift_m = 0.01;
 
 }  // namespace fivepipe::render

@@ -46,6 +46,7 @@ std::vector<ClothContact> ClothHullContact::find(const Cloth& cloth, CurrentHull
   tree_.refit(shifted_world_m_);
   std::vector<ClothContact> contacts;
   deepest_m_ = 0;
+  triangles_ = 0;
   for (const HullPart& part : hull.parts()) find(cloth, hull, part, step_s, before_s, contacts);
   return contacts;
 }
@@ -60,6 +61,7 @@ void ClothHullContact::find(const Cloth& cloth, CurrentHull& hull, const HullPar
   std::vector<CollisionPoint> of_part;
   for (const CollisionPoint& point : collision.points)
     if (part.box_world_m.contains(point.p_world_m)) of_part.push_back(point);
+  const std::size_t first = contacts.size();
   for (const CollisionPoint& point : thinned(of_part)) {
     const std::array<std::uint32_t, 3>& triangle = tree_.mesh().triangles[point.triangle];
     const auto normal =
@@ -74,6 +76,7 @@ void ClothHullContact::find(const Cloth& cloth, CurrentHull& hull, const HullPar
     }
     deepest_m_ = std::max(deepest_m_, exit->distance_m);
     const Eigen::Vector3d p_m = newest_from_now.inverse() * point.p_world_m;
+    triangles_ += contacts.size() == first || contacts.back().triangle != point.triangle;
     contacts.push_back(
         {point.triangle, collision::barycentric_weights(corners(triangle, shifted_world_m_), p_m),
          *normal, normal->dot(p_m) + exit->distance_m + settings_.thickness_m, velocity.at(p_m)});

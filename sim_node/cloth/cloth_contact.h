@@ -34,6 +34,8 @@ class ClothHullContact {
   void forget_idle_sides();
   // Distance by which the deepest point of the last find() has to move [m]; 0 without contacts.
   double deepest_m() const { return deepest_m_; }
+  // Number of triangles in contact in the last find(); one in contact with two parts counts twice.
+  std::size_t triangles() const { return triangles_; }
   // Forgets the triangles' sides.
   void reset();
   // Number of collision points without an exit within kMaxClothExit_m since the previous call.
@@ -61,6 +63,7 @@ class ClothHullContact {
   };
   std::vector<Side> sides_;  // by triangle
   double deepest_m_ = 0;
+  std::size_t triangles_ = 0;
   std::uint64_t without_exit_ = 0;
 };
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <span>
 
 namespace fivepipe::sim {
 namespace {
@@ -10,14 +9,6 @@ namespace {
 // The estimate of the hull's speed decays with a time constant of 1 s, as the cloth's velocity does
 // by the default air drag.
 constexpr double kForgetSpeed_1_s = 1.0;
-
-// Contacts are by part and ascending triangle.
-std::size_t count_triangles(std::span<const ClothContact> contacts) {
-  std::size_t triangles = 0;
-  for (std::size_t i = 0; i < contacts.size(); ++i)
-    triangles += i == 0 || contacts[i].triangle != contacts[i - 1].triangle;
-  return triangles;
-}
 
 }  // namespace
 
@@ -59,6 +50,7 @@ void ClothObjects::step(OneCloth& one, double step_s, std::uint64_t steps_left, 
   std::vector<ClothContact> contacts;
   one.contact.forget_idle_sides();
   if (touchable) contacts = one.contact.find(one.cloth, hull, step_s, before_s);
+  const std::size_t triangles = touchable ? one.contact.triangles() : 0;
   counters_.contacts += !contacts.empty();
   one.hull_speed_m_s /= 1 + kForgetSpeed_1_s * step_s;
   if (!moves && !contacts.empty())
@@ -82,7 +74,7 @@ void ClothObjects::step(OneCloth& one, double step_s, std::uint64_t steps_left, 
     counters_.self_contacts += one.self_contact->separate(one.cloth, before_world_m);
   if (!touchable || !(moves || steps_left == 1)) return;
   project(one, hull, step_s, before_s);
-  if (steps_left == 1) one.hull_contacts = {count_triangles(contacts), one.contact.deepest_m()};
+  if (steps_left == 1) one.hull_contacts = {triangles, one.contact.deepest_m()};
 }
 
 // Moves only finite vertices, by at most kMaxClothExit_m each time.

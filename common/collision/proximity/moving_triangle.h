@@ -27,7 +27,7 @@ struct MovingTriangle {
 struct TriangleCrossing {
   double at;                // 0 to 1 of the step
   Eigen::Vector3d weights;  // of the crossed point
-  double side;              // 1: the point was before the triangle's normal; -1: behind it
+  double side;              // of the point at the start: 1: the normal's side; -1: the other one
 };
 // Returns where a point that moves from `before` to `now` crosses the triangle, or nullopt: also if
 // it starts or ends on the triangle's plane, and if a coordinate is not finite. The signed distance

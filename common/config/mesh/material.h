@@ -48,12 +48,12 @@ struct MaterialRun {
 
 struct MeshMaterials {
   std::vector<Material> materials = {};
-  std::vector<MaterialRun> runs =
-      {};  // of all triangles in mesh order; empty: the mesh has no material
+  // Of all triangles in mesh order; empty: the mesh has no material.
+  std::vector<MaterialRun> runs = {};
   // Texture coordinates by corner, three corners per triangle in mesh order: (0, 0) is the top left
   // corner of the image, (1, 1) its bottom right one. Empty if no material has a texture.
   std::vector<std::array<float, 2>> corners_uv = {};
-  std::vector<std::string> notes = {};  // what is drawn in another way than the file states
+  std::vector<std::string> notes = {};  // differences between the drawing and the file, for users
 
   bool operator==(const MeshMaterials&) const = default;
 };
