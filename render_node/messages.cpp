@@ -2,12 +2,13 @@
 
 #include <algorithm>
 
+#include "common/config/recon_config.h"
 #include "common/pipeline/bus/topics.h"
 
 namespace fivepipe::render {
 
-// Otherwise a reader would refuse tiles of a valid view.
-static_assert(TileAssembler::kMaxTiles <= bus::topics::HullTile::max_keys);
+// Otherwise a reader would refuse tiles of a valid frame.
+static_assert(config::kMaxTilesPerFrame <= bus::topics::HullTile::max_keys);
 
 messages::Received<ReceivedTile> tile_from(const fivepipe_v1_HullTile& message,
                                            const config::Rig& rig) {

@@ -57,6 +57,8 @@ void count_new(node::NodeStatusReporter& status, const SimulationCounters& now,
   count_increase("cloth_still_colliding", now.cloth.still_colliding,
                  reported.cloth.still_colliding);
   count_increase("cloth_self_contacts", now.cloth.self_contacts, reported.cloth.self_contacts);
+  count_increase("cloth_object_contacts", now.cloth.object_contacts,
+                 reported.cloth.object_contacts);
   count_increase("cloths_reset", now.cloth.reset, reported.cloth.reset);
   count_increase("particle_contacts", now.particles.contacts, reported.particles.contacts);
   count_increase("particles_stuck", now.particles.stuck, reported.particles.stuck);

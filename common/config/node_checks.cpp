@@ -134,6 +134,15 @@ void check_workers(const std::vector<ParsedNode>& nodes, const Viewer& viewer, c
   if (scene.shadows)
     check_size(scene.shadows->hull_size_px[0], scene.shadows->hull_size_px[1],
                "hull_size_px of the scene's shadows");
+  const int views = (viewer.stereo ? 2 : 1) + (scene.shadows ? 1 : 0),
+            tiles = first->tile_columns * first->tile_rows;
+  if (tiles * views > kMaxTilesPerFrame)
+    problems.add(file, first_location,
+                 fmt::format("{} x {} tiles in each of {} are {}, a frame may have {}: reduce "
+                             "tile_columns or tile_rows",
+                             first->tile_columns, first->tile_rows,
+                             views == 1 ? "1 view" : fmt::format("{} views", views), tiles * views,
+                             kMaxTilesPerFrame));
   if (first->worker_count > first->tile_columns + first->tile_rows - 1)
     problems.add(
         file, first_location,

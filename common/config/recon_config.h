@@ -7,6 +7,10 @@ namespace fivepipe::config {
 // approximation.
 enum class HullBackend { automatic, cpu, gl, sweep };
 
+// Largest number of tiles of a frame, of all its views together: each is a key of topic HullTile, and
+// a reader accepts as many keys from one writer.
+inline constexpr int kMaxTilesPerFrame = 4096;
+
 // How the reconstruction nodes divide the work. tiles: each node reconstructs some tiles of every
 // frame (low latency). frames: each node reconstructs whole frames, round-robin (high rate).
 enum class ReconSplit { tiles, frames };

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <bit>
 #include <opencv2/imgcodecs.hpp>
+#include <set>
 
 #include "common/config/mesh/image_header.h"
 #include "common/config/mesh/mesh_file.h"
@@ -63,15 +64,20 @@ void Texture::bind(int unit) const { glBindTextureUnit(GLuint(unit), name_.get()
 
 SceneTextures::SceneTextures(const config::Scene& scene) {
   std::vector<config::ConfigProblem> problems;
+  std::set<config::MaterialTexture> failed;  // each is reported once
   for (const config::SceneObject& object : scene.objects) {
     const auto* const shape = std::get_if<config::MeshShape>(&object.shape);
     if (shape == nullptr || !shape->materials) continue;
     for (const config::Material& material : shape->materials->materials) {
-      if (!material.texture || textures_.contains(*material.texture)) continue;
-      if (const std::string reason = load(*material.texture); !reason.empty())
-        problems.push_back({shape->file.string(), 0, 0,
-                            fmt::format("object {}, material '{}': texture {}: {}", object.name,
-                                        material.name, name_of(*material.texture), reason)});
+      if (!material.texture || textures_.contains(*material.texture) ||
+          failed.contains(*material.texture))
+        continue;
+      const std::string reason = load(*material.texture);
+      if (reason.empty()) continue;
+      failed.insert(*material.texture);
+      problems.push_back({shape->file.string(), 0, 0,
+                          fmt::format("object {}, material '{}': texture {}: {}", object.name,
+                                      material.name, name_of(*material.texture), reason)});
     }
   }
   if (!problems.empty()) throw config::ConfigError(std::move(problems));

@@ -69,7 +69,8 @@ using AddedTile = std::variant<std::monostate, HullFrame, RefusedTile>;
 // new frame arrives while max_open_frames are open, the one that was opened first is dropped.
 class TileAssembler {
  public:
-  static constexpr std::size_t kMaxOpenFrames = 4;
+  // As many frames as a reader holds of a tile (bus.cpp): a busy node takes them all at once.
+  static constexpr std::size_t kMaxOpenFrames = 8;
   // A message with more tiles is invalid: no view needs as many.
   static constexpr std::uint32_t kMaxTiles = 4096;
   // If the tiles of this many frames in a row are older than the last complete frame, that frame's

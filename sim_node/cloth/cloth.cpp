@@ -80,7 +80,9 @@ void Cloth::substep(double substep_s, const Eigen::Vector3d& gravity_world_m_s2,
                            placed.start_m + progress * (placed.contact->offset_m - placed.start_m));
   for (std::size_t i = 0; i < p_.size(); ++i) v_[i] = (p_[i] - before_[i]) / substep_s;
   for (const Placed& placed : contacts)
-    if (placed.touches) slow(*placed.contact);
+    if (placed.touches)
+      slow(point(*placed.contact), placed.contact->normal_world,
+           placed.contact->velocity_world_m_s);
   for (Eigen::Vector3d& v : v_)
     if (const double speed_m_s = v.norm(); speed_m_s > max_speed_m_s)
       v *= max_speed_m_s / speed_m_s;
@@ -198,19 +200,25 @@ bool Cloth::place(const ClothContact& contact, double offset_m) {
               std::array<std::vector<Eigen::Vector3d>*, 2>{&p_, &before_});
 }
 
-void Cloth::slow(const ClothContact& contact) {
+template <std::size_t N>
+void Cloth::slow(const Sum<N>& sum, const Eigen::Vector3d& normal,
+                 const Eigen::Vector3d& surface_m_s) {
   const std::array<std::vector<Eigen::Vector3d>*, 1> velocity = {&v_};
-  const Eigen::Vector3d& normal = contact.normal_world;
-  const Sum<3> touched = point(contact);
-  const double approach_m_s = normal.dot(contact.velocity_world_m_s - touched.of(v_));
+  const double approach_m_s = normal.dot(surface_m_s - sum.of(v_));
   if (!(approach_m_s > 0)) return;
-  push(touched, normal, approach_m_s, velocity);
-  const Eigen::Vector3d v = touched.of(v_) - contact.velocity_world_m_s,
-                        tangential = v - normal.dot(v) * normal;
+  push(sum, normal, approach_m_s, velocity);
+  const Eigen::Vector3d v = sum.of(v_) - surface_m_s, tangential = v - normal.dot(v) * normal;
   const double speed_m_s = tangential.norm();
   if (!(speed_m_s > 0)) return;
-  push(touched, -tangential / speed_m_s, std::min(speed_m_s, settings_.friction * approach_m_s),
+  push(sum, -tangential / speed_m_s, std::min(speed_m_s, settings_.friction * approach_m_s),
        velocity);
+}
+
+void Cloth::stop(const ClothVertexContact& contact) {
+  const std::array<std::vector<Eigen::Vector3d>*, 1> position = {&p_};
+  const Sum<1> vertex{{contact.vertex}, {1}};
+  push(vertex, contact.normal_world, contact.missing_m, position);
+  slow(vertex, contact.normal_world, contact.velocity_world_m_s);
 }
 
 double Cloth::separate(std::span<const ClothSelfTouch> touches) {

@@ -31,6 +31,14 @@ struct ClothSelfTouch {
   double distance_m;
 };
 
+// A vertex that must move by missing_m along the normal, out of an object.
+struct ClothVertexContact {
+  std::uint32_t vertex;                // index in the mesh
+  Eigen::Vector3d normal_world;        // unit
+  double missing_m;                    // > 0
+  Eigen::Vector3d velocity_world_m_s;  // of the object's surface
+};
+
 // Deterministic: the same calls give the same bits.
 class Cloth {
  public:
@@ -49,6 +57,9 @@ class Cloth {
   // Moves each vertex and triangle apart at once, one pair after the other, without velocity, and
   // removes the velocity with which they approach. Returns the largest distance that was missing.
   double separate(std::span<const ClothSelfTouch> touches);
+  // Moves the vertex out at once, without velocity, and removes its velocity towards the object;
+  // friction slows it along the object.
+  void stop(const ClothVertexContact& contact);
   // Returns to the start, at rest.
   void reset();
 
@@ -76,8 +87,6 @@ class Cloth {
   // Moves the contact's point to normal . p >= offset_m without velocity, unless its corners are
   // fixed; returns whether it moved.
   bool place(const ClothContact& contact, double offset_m);
-  // Removes the point's velocity towards the hull, and by friction that along it.
-  void slow(const ClothContact& contact);
   // A weighted sum of vertices: a point of the cloth, or the offset between two points.
   template <std::size_t N>
   struct Sum {
@@ -92,6 +101,9 @@ class Cloth {
   template <std::size_t N>
   bool push(const Sum<N>& sum, const Eigen::Vector3d& direction, double change,
             std::span<std::vector<Eigen::Vector3d>* const> of);
+  // Removes the sum's velocity towards a surface of this velocity, and by friction that along it.
+  template <std::size_t N>
+  void slow(const Sum<N>& sum, const Eigen::Vector3d& normal, const Eigen::Vector3d& surface_m_s);
 
   config::ClothSettings settings_;
   ClothModel model_;

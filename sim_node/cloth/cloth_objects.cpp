@@ -1,6 +1,7 @@
 #include "sim_node/cloth/cloth_objects.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 namespace fivepipe::sim {
@@ -12,7 +13,7 @@ constexpr double kForgetSpeed_1_s = 1.0;
 
 }  // namespace
 
-ClothObjects::ClothObjects(const config::Scene& scene)
+ClothObjects::ClothObjects(const config::Scene& scene, const MovingObjects* rigid)
     : gravity_world_m_s2_(0, 0, -scene.gravity_m_s2) {
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const config::SceneObject& object = scene.objects[i];
@@ -25,11 +26,17 @@ ClothObjects::ClothObjects(const config::Scene& scene)
     std::optional<ClothSelfContact> self_contact;
     if (object.cloth->self_collision)
       self_contact.emplace(mesh, cloth.vertices_world_m(), object.cloth->thickness_m);
+    std::optional<ClothObjectContact> object_contact;
+    if (object.cloth->object_collision) {
+      assert(rigid);
+      object_contact.emplace(cloth, *rigid, object.cloth->thickness_m);
+    }
     objects_.push_back(i);
     cloths_.push_back(
         {std::move(cloth),
          ClothHullContact(mesh, *object.cloth),
          std::move(self_contact),
+         std::move(object_contact),
          object.world_from_object.inverse(),
          {bounds_m.min().array() - kLostCloth_m, bounds_m.max().array() + kLostCloth_m},
          free_fall_m_s,
@@ -72,6 +79,8 @@ void ClothObjects::step(OneCloth& one, double step_s, std::uint64_t steps_left, 
   }
   if (one.self_contact)
     counters_.self_contacts += one.self_contact->separate(one.cloth, before_world_m);
+  // The hull comes last: a virtual object may yield, a real one does not.
+  if (one.object_contact) counters_.object_contacts += one.object_contact->separate(one.cloth);
   if (!touchable || !(moves || steps_left == 1)) return;
   project(one, hull, step_s, before_s);
   if (steps_left == 1) one.hull_contacts = {triangles, one.contact.deepest_m()};
@@ -98,6 +107,7 @@ void ClothObjects::reset() {
 void ClothObjects::reset(OneCloth& one) {
   one.cloth.reset();
   one.contact.reset();
+  if (one.object_contact) one.object_contact->reset(one.cloth);
   one.hull_speed_m_s = 0;
   one.hull_contacts = {};
 }

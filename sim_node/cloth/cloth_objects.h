@@ -13,6 +13,7 @@
 #include "common/config/scene.h"
 #include "sim_node/cloth/cloth.h"
 #include "sim_node/cloth/cloth_contact.h"
+#include "sim_node/cloth/cloth_object_contact.h"
 #include "sim_node/cloth/cloth_self_contact.h"
 #include "sim_node/hull/hull_contacts.h"
 
@@ -24,17 +25,20 @@ struct ClothCounters {
   std::uint64_t unrecovered = 0;      // collision points without an exit
   std::uint64_t still_colliding = 0;  // one per cloth and projection that ends in the hull
   std::uint64_t self_contacts = 0;    // pairs of a vertex and a triangle, in each step
+  std::uint64_t object_contacts = 0;  // pairs of a vertex and an object, in each step
   std::uint64_t reset = 0;            // cloths with a vertex that was not finite or left the scene
 };
 
 class ClothObjects {
  public:
   // Throws std::invalid_argument if a cloth's mesh or pins are invalid: see cloth_model().
-  explicit ClothObjects(const config::Scene& scene);
+  // Borrows `rigid`, which must outlive this object and not be null if a cloth has
+  // object_collision.
+  explicit ClothObjects(const config::Scene& scene, const MovingObjects* rigid = nullptr);
 
-  // Advances all cloths by step_s > 0. steps_left: the steps up to the time of the next report, at
-  // least 1, this one included. before_s: time from the step's end to the hull's newest frame;
-  // negative after it.
+  // Advances all cloths by step_s > 0. Call after the rigid objects' step. steps_left: the steps up
+  // to the time of the next report, at least 1, this one included. before_s: time from the step's
+  // end to the hull's newest frame; negative after it.
   void step(double step_s, std::uint64_t steps_left, CurrentHull& hull, double before_s);
   void reset();  // returns to the start, at rest
 
@@ -53,7 +57,8 @@ class ClothObjects {
   struct OneCloth {
     Cloth cloth;
     ClothHullContact contact;
-    std::optional<ClothSelfContact> self_contact;  // present if the scene requests it
+    std::optional<ClothSelfContact> self_contact;      // present if the scene requests it
+    std::optional<ClothObjectContact> object_contact;  // present if the scene requests it
     Eigen::Isometry3d object_from_world;
     Eigen::AlignedBox3d bounds_world_m;  // of the start, kLostCloth_m larger
     double free_fall_m_s;                // speed after a fall by the cloth's size

@@ -3,11 +3,11 @@
 namespace fivepipe::sim {
 
 Particles::Particles(const config::Scene& scene, const ObjectModels& models,
-                     const RigidBodies& bodies, const ClothObjects* cloths,
+                     const MovingObjects& rigid, const ClothObjects* cloths,
                      const Eigen::AlignedBox3d& within_world_m)
     : gravity_m_s2_(scene.gravity_m_s2),
       within_world_m_(within_world_m),
-      objects_(scene, models, bodies, cloths) {
+      objects_(models, rigid, cloths) {
   for (std::size_t i = 0; i < scene.particles.size(); ++i)
     sources_.push_back({scene.particles[i], ParticleEmitter(scene.particles[i], i)});
 }

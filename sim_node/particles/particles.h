@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "sim_node/particles/hull_touches.h"
-#include "sim_node/particles/object_touches.h"
+#include "sim_node/particles/particle_hull_contact.h"
+#include "sim_node/particles/particle_object_contact.h"
 #include "sim_node/particles/particle_set.h"
 
 namespace fivepipe::sim {
@@ -22,14 +22,14 @@ class Particles {
  public:
   // Borrows its arguments, which must outlive this object. cloths: null if the scene has none.
   // Particles outside within_world_m vanish.
-  Particles(const config::Scene& scene, const ObjectModels& models, const RigidBodies& bodies,
+  Particles(const config::Scene& scene, const ObjectModels& models, const MovingObjects& rigid,
             const ClothObjects* cloths, const Eigen::AlignedBox3d& within_world_m);
 
   // Advances by step_s > 0. Call after the objects' step. steps_left: the steps up to the time of
   // the next report, at least 1, this one included. before_s: time from the step's end to the
   // hull's newest frame; negative after it.
   void step(double step_s, std::uint64_t steps_left, const CurrentHull& hull, double before_s);
-  void forget(std::size_t object) { objects_.forget(object); }  // it has jumped
+  void forget(std::size_t cloth) { objects_.forget(cloth); }  // index in the scene; it has jumped
   void reset();  // removes all particles; the sources begin again
 
   // By position in the scene's particles.
@@ -50,8 +50,8 @@ class Particles {
   double gravity_m_s2_;
   Eigen::AlignedBox3d within_world_m_;
   std::vector<Source> sources_;
-  ObjectTouches objects_;
-  HullTouches hull_;
+  ParticleObjectContact objects_;
+  ParticleHullContact hull_;
   std::uint64_t hull_contacts_ = 0;
   ParticleCounters counters_;
 };

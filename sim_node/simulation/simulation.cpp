@@ -19,6 +19,16 @@ const config::Scene& checked(const config::Scene& scene, const config::SimConfig
   return scene;
 }
 
+bool is_cloth(const config::SceneObject& object) { return object.motion == config::Motion::cloth; }
+
+// Whether a particle or a cloth may meet rigid objects.
+bool needs_moving_objects(const config::Scene& scene) {
+  return !scene.particles.empty() ||
+         std::any_of(scene.objects.begin(), scene.objects.end(), [](const auto& object) {
+           return is_cloth(object) && object.cloth->object_collision;
+         });
+}
+
 // The box of the scene's start, kLost_m larger.
 Eigen::AlignedBox3d scene_bounds_m(const config::Scene& scene, const ObjectModels& models) {
   Eigen::AlignedBox3d box_m = models.start_bounds_m;
@@ -43,12 +53,12 @@ Simulation::Simulation(const config::Scene& scene, const config::SimConfig& conf
       proximity_(scene_, models_, bodies_, config.step_s),
       scene_bounds_m_(scene_bounds_m(scene_, models_)),
       stop_(std::move(stop)) {
-  if (std::any_of(scene_.objects.begin(), scene_.objects.end(),
-                  [](const auto& object) { return object.motion == config::Motion::cloth; }))
-    cloths_.emplace(scene_);
+  if (needs_moving_objects(scene_)) moving_.emplace(scene_, models_, bodies_);
+  if (std::any_of(scene_.objects.begin(), scene_.objects.end(), is_cloth))
+    cloths_.emplace(scene_, moving_ ? &*moving_ : nullptr);
   if (!models_.touching.empty()) manifolds_.emplace(scene_, models_, bodies_, hull_);
   if (!scene_.particles.empty())
-    particles_.emplace(scene_, models_, bodies_, cloths_ ? &*cloths_ : nullptr, scene_bounds_m_);
+    particles_.emplace(scene_, models_, *moving_, cloths_ ? &*cloths_ : nullptr, scene_bounds_m_);
 }
 
 void Simulation::reset() {
@@ -57,6 +67,7 @@ void Simulation::reset() {
   if (manifolds_) manifolds_->reset();
   if (hull_.history()) hull_.history()->forget_poses();
   proximity_.reset_warmth();
+  if (moving_) moving_->reset();
   if (cloths_) cloths_->reset();
   if (particles_) particles_->reset();
 }
@@ -88,6 +99,7 @@ void Simulation::step(std::uint64_t steps_left) {
   ++steps_;
   respawn_lost_objects();
   contact_.after_step();
+  if (moving_) moving_->begin_step();
   const double end_before_hull_s = before_hull_s(steps_left) - config_.step_s;
   if (cloths_) step_cloths(steps_left, end_before_hull_s);
   if (particles_) particles_->step(config_.step_s, steps_left, hull_, end_before_hull_s);
@@ -124,7 +136,7 @@ void Simulation::respawn_lost_objects() {
       continue;
     bodies_.respawn(i);
     if (manifolds_) manifolds_->forget(i);
-    if (particles_) particles_->forget(i);
+    if (moving_) moving_->forget(i);
     if (hull_.history()) hull_.history()->forget_pose(i);
     ++respawned_;
   }

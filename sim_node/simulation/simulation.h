@@ -105,9 +105,10 @@ class Simulation {
   RigidContact contact_;
   std::optional<HullManifolds> manifolds_;  // present if the scene has an object in contact
   ProximityFields proximity_;
-  std::optional<ClothObjects> cloths_;  // present if the scene has a cloth
-  Eigen::AlignedBox3d scene_bounds_m_;  // respawns dynamic objects outside, removes particles
-  std::optional<Particles> particles_;  // present if the scene has a source
+  std::optional<MovingObjects> moving_;  // present if particles or a cloth meet rigid objects
+  std::optional<ClothObjects> cloths_;   // present if the scene has a cloth
+  Eigen::AlignedBox3d scene_bounds_m_;   // respawns dynamic objects outside, removes particles
+  std::optional<Particles> particles_;   // present if the scene has a source
   std::uint64_t steps_ = 0, respawned_ = 0;
   std::vector<CollisionReport> reports_;
   std::function<bool()> stop_;

@@ -349,6 +349,7 @@ objects:
   EXPECT_EQ(cloth.thickness_m, 0.002);
   EXPECT_EQ(cloth.friction, 0.3);
   EXPECT_FALSE(cloth.self_collision);
+  EXPECT_FALSE(cloth.object_collision);
   EXPECT_FALSE(cloth.v_rec_world);
   EXPECT_TRUE(cloth.pins.empty());
 }

@@ -93,6 +93,7 @@ objects:
       thickness_m: 0.007
       friction: 0.8
       self_collision: true
+      object_collision: true
       v_rec: [0, 2, 0]
       pins:
         - {from_m: [1, 0.1, 0.1], to_m: [-1, -0.1, -0.01], slides_along: [3, 0, 0]}
@@ -140,6 +141,7 @@ objects:
   EXPECT_EQ(curtain.cloth->thickness_m, 0.007);
   EXPECT_EQ(curtain.cloth->friction, 0.8);
   EXPECT_TRUE(curtain.cloth->self_collision);
+  EXPECT_TRUE(curtain.cloth->object_collision);
   EXPECT_EQ(curtain.cloth->v_rec_world, Eigen::Vector3d(0, 2, 0));
   ASSERT_EQ(curtain.cloth->pins.size(), 2u);
   EXPECT_EQ(curtain.cloth->pins[0].box_m.min(), Eigen::Vector3d(-1, -0.1, -0.01));

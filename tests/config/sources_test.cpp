@@ -170,6 +170,20 @@ TEST_F(CameraSources, TilesHaveAtLeastAPixelAndWorkersATile) {
     EXPECT_THAT(problems_with(size_px),
                 ElementsAre("deployment.yaml:8:5: more tiles (8 x 6) than pixels (" + pixels +
                             "): reduce tile_columns or tile_rows, or increase recon_size_px"));
+  // One of 64 x 64 in one view is possible; a light's view or a second eye doubles their number.
+  const auto problems_of_tiles = [&](const std::string& rows, const std::string& viewer) {
+    std::string text = with_nodes(
+        "  - {name: r, program: recon_node, tile_columns: 64, tile_rows: " + rows + "}\n");
+    return problems(text.insert(text.find("nodes:"), "  recon_size_px: [640, 480]\n" + viewer));
+  };
+  EXPECT_THAT(problems_of_tiles("64", ""), ElementsAre());
+  EXPECT_THAT(problems_of_tiles("65", ""),
+              ElementsAre("deployment.yaml:8:5: 64 x 65 tiles in each of 1 view are 4160, a frame "
+                          "may have 4096: reduce tile_columns or tile_rows"));
+  EXPECT_THAT(problems_of_tiles("32", "  stereo: {eye_distance_m: 0.063}\n"), ElementsAre());
+  EXPECT_THAT(problems_of_tiles("33", "  stereo: {eye_distance_m: 0.063}\n"),
+              ElementsAre("deployment.yaml:9:5: 64 x 33 tiles in each of 2 views are 4224, a frame "
+                          "may have 4096: reduce tile_columns or tile_rows"));
   for (const int workers : {4, 5}) {
     std::string nodes;
     for (int worker = 0; worker < workers; ++worker)

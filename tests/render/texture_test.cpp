@@ -269,7 +269,8 @@ TEST_F(Textured, DamagedImagesAreProblemsWithTheirNames) {
         object_of({{test::glb_rectangle(1, 1, 0)}, {image}, test::kBoardAndRed});
     const std::string file = std::get<config::MeshShape>(object.shape).file.string();
     try {
-      Renderer renderer(lit(object), viewer_);
+      // Two objects use the image. It is one problem.
+      Renderer renderer(scene_of({object, object}), viewer_);
       ADD_FAILURE() << "accepted";
     } catch (const config::ConfigError& error) {
       EXPECT_EQ(error.problems().size(), 1u);

@@ -111,6 +111,14 @@ TEST_F(ViewsOfAFrame, OlderFramesWaitWhileNoNewerOneIsComplete) {
   EXPECT_EQ(assembler_.counts().missing_eye, 0u);
 }
 
+// A node that was busy takes the tiles of as many frames at once as its reader holds, eye by eye.
+TEST_F(ViewsOfAFrame, EightFramesThatArriveByEyeAreAllJoined) {
+  for (std::uint64_t frame = 1; frame <= 8; ++frame) EXPECT_FALSE(add("viewer/left", frame));
+  for (std::uint64_t frame = 1; frame <= 8; ++frame)
+    EXPECT_TRUE(add("viewer/right", frame)) << frame;
+  EXPECT_EQ(assembler_.counts().missing_eye, 0u);
+}
+
 TEST_F(ViewsOfAFrame, AtMostSoManyFramesWaitForTheOtherEye) {
   const std::uint64_t max = TileAssembler::kMaxOpenFrames;
   for (std::uint64_t frame = 1; frame <= max + 3; ++frame) add("viewer/left", frame);

@@ -6,6 +6,11 @@
 
 namespace fivepipe::collision {
 
+// Lengths and coordinates that differ by less count as equal. Many are equal in exact arithmetic,
+// such as those of cells of a flat face; rounding must not choose among them, because what follows
+// depends on the choice. Far below the maps' resolution, far above rounding.
+inline constexpr double kEqual_m = 1e-9;
+
 // Returns the indices of at most `count` points: `first`, then repeatedly the point farthest from
 // all chosen points (Gonzalez, "Clustering to minimize the maximum intercluster distance", 1985).
 // Stops when no point is farther than min_m from the chosen ones. Of equally far points it takes

@@ -77,6 +77,7 @@ ClothSettings read_cloth(YamlMap map, const geometry::Mesh& mesh) {
   number("thickness_m", kThickness_m, cloth.thickness_m);
   number("friction", kFriction, cloth.friction);
   cloth.self_collision = map.flag("self_collision", cloth.self_collision);
+  cloth.object_collision = map.flag("object_collision", cloth.object_collision);
   cloth.v_rec_world = map.direction("v_rec");
   if (map.has("pins")) {
     const std::vector<YamlMap> pins = map.maps("pins");

@@ -29,10 +29,12 @@ struct ClothSettings {
   double damping_s = 1e-3;
   // Deceleration of every vertex by air, divided by its velocity.
   double air_drag_1_s = 1.0;
-  // Distance that the cloth keeps from the hull, and with self_collision from itself.
+  // Distance that the cloth keeps from the hull, with self_collision from itself, and with
+  // object_collision from rigid objects.
   double thickness_m = 0.002;
-  double friction = 0.3;  // Coulomb coefficient against the hull, which counts as at rest
+  double friction = 0.3;  // Coulomb coefficient against the hull and the objects
   bool self_collision = false;
+  bool object_collision = false;  // whether the scene's rigid objects stop the vertices
   // Direction in which vertices leave the hull, world frame, of any length (paper, section 4.5).
   // Absent: the triangles' normals.
   std::optional<Eigen::Vector3d> v_rec_world = {};

@@ -185,6 +185,24 @@ TEST(FarthestPointSample, TakesTheFarthestOfTheRestUntilTheyAreTooNear) {
   }
 }
 
+// The corners and centres of a square grid, turned and moved by less than a tenth of a nanometre:
+// many distances are equal but for rounding, which must not choose.
+TEST(FarthestPointSample, ChoosesTheSameAmongEquallyFarPointsWhateverTheirLastBits) {
+  Random random(71);
+  for (int scene = 0; scene < 100; ++scene) {
+    const Eigen::AngleAxisd turn(uniform(random, 0.1, 3), Vector3d(1, 2, 3).normalized());
+    std::vector<Vector3d> points, moved;
+    for (int i = 0; i < 9; ++i)
+      for (int j = 0; j < 9; ++j) {
+        points.push_back(turn * Vector3d(0.01 * i, 0.01 * j, 0));
+        moved.push_back(points.back() + test::random_in_ball(random, 1e-10));
+      }
+    EXPECT_EQ(collision::farthest_point_sample(points, 40, 16, 0),
+              collision::farthest_point_sample(moved, 40, 16, 0))
+        << scene;
+  }
+}
+
 // With fewer points than the search samples, the first contact is the deepest one towards RP_obj,
 // and the others are a farthest-point sample. A contact without an exit has no camera and depth 0.
 TEST_F(ContactManifoldTest, StartsWithTheDeepestPointAndFollowsTheFarthestSample) {

@@ -1,5 +1,5 @@
 // The touch of a particle with boxes, balls and meshes that move within a step.
-#include "sim_node/particles/solid_touch.h"
+#include "sim_node/objects/solid_contact.h"
 
 #include <gtest/gtest.h>
 
@@ -16,50 +16,50 @@ const Vector3d kHalf_m(0.3, 0.2, 0.1);
 
 PathInStep path(const Vector3d& from_m, const Vector3d& to_m) { return {from_m, to_m, kRadius_m}; }
 
-TEST(SolidTouch, AParticleAboveABoxIsHeldByItsTop) {
-  const auto touch = touch_box(kHalf_m, path({0.1, 0, 0.12}, {0.1, 0, 0.101}));
+TEST(SolidContact, AParticleAboveABoxIsHeldByItsTop) {
+  const auto touch = box_contact(kHalf_m, path({0.1, 0, 0.12}, {0.1, 0, 0.101}));
   ASSERT_TRUE(touch);
   EXPECT_EQ(touch->normal, Vector3d(0, 0, 1));
   EXPECT_NEAR(touch->distance_m, 0.001, 1e-15);
-  EXPECT_FALSE(touch_box(kHalf_m, path({0.1, 0, 0.12}, {0.1, 0, 0.104})));
+  EXPECT_FALSE(box_contact(kHalf_m, path({0.1, 0, 0.12}, {0.1, 0, 0.104})));
 }
 
 // It would end 30 cm behind the box.
-TEST(SolidTouch, AFastParticleDoesNotPassThroughABox) {
-  const auto touch = touch_box(kHalf_m, path({0.1, 0, 0.4}, {0.1, 0, -0.4}));
+TEST(SolidContact, AFastParticleDoesNotPassThroughABox) {
+  const auto touch = box_contact(kHalf_m, path({0.1, 0, 0.4}, {0.1, 0, -0.4}));
   ASSERT_TRUE(touch);
   EXPECT_EQ(touch->normal, Vector3d(0, 0, 1));
   EXPECT_NEAR(touch->distance_m, -0.5, 1e-15);
-  EXPECT_FALSE(touch_box(kHalf_m, path({0.5, 0, 0.4}, {0.5, 0, -0.4})));
+  EXPECT_FALSE(box_contact(kHalf_m, path({0.5, 0, 0.4}, {0.5, 0, -0.4})));
 }
 
-TEST(SolidTouch, AParticleInABoxLeavesByTheNearestFace) {
-  const auto touch = touch_box(kHalf_m, path({-0.28, 0, 0}, {-0.29, 0, 0}));
+TEST(SolidContact, AParticleInABoxLeavesByTheNearestFace) {
+  const auto touch = box_contact(kHalf_m, path({-0.28, 0, 0}, {-0.29, 0, 0}));
   ASSERT_TRUE(touch);
   EXPECT_EQ(touch->normal, Vector3d(-1, 0, 0));
   EXPECT_NEAR(touch->distance_m, -0.01, 1e-15);
 }
 
 // After the response to a touch, the particle touches the same face again if it stays.
-TEST(SolidTouch, AParticleThatRestsOnAFaceKeepsIt) {
+TEST(SolidContact, AParticleThatRestsOnAFaceKeepsIt) {
   test::Random random(1);
   for (int i = 0; i < 1000; ++i) {
     const Vector3d from_m(test::uniform(random, -0.3, 0.3), test::uniform(random, -0.2, 0.2),
                           kHalf_m.z() + kRadius_m);
-    const auto touch = touch_box(kHalf_m, path(from_m, from_m - Vector3d(0, 0, 1e-4)));
+    const auto touch = box_contact(kHalf_m, path(from_m, from_m - Vector3d(0, 0, 1e-4)));
     ASSERT_TRUE(touch) << from_m.transpose();
     EXPECT_EQ(touch->normal, Vector3d(0, 0, 1)) << from_m.transpose();
   }
 }
 
-TEST(SolidTouch, NoPathEndsInABoxThatItEntered) {
+TEST(SolidContact, NoPathEndsInABoxThatItEntered) {
   test::Random random(2);
   int touches = 0;
   for (int i = 0; i < 20000; ++i) {
     const Vector3d from_m = test::random_in_ball(random, 0.6),
                    to_m = from_m + test::random_in_ball(random, 0.2);
     if (((from_m.cwiseAbs() - kHalf_m).array() < kRadius_m).all()) continue;
-    const auto touch = touch_box(kHalf_m, path(from_m, to_m));
+    const auto touch = box_contact(kHalf_m, path(from_m, to_m));
     const bool ends_in = ((to_m.cwiseAbs() - kHalf_m).array() < kRadius_m).all();
     if (ends_in) {
       ASSERT_TRUE(touch);
@@ -72,16 +72,16 @@ TEST(SolidTouch, NoPathEndsInABoxThatItEntered) {
   EXPECT_GT(touches, 500);
 }
 
-TEST(SolidTouch, ABallHoldsAParticleAtItsRadius) {
-  const auto rest = touch_ball(0.1, path({0, 0, 0.103}, {0, 0, 0.1029}));
+TEST(SolidContact, ABallHoldsAParticleAtItsRadius) {
+  const auto rest = ball_contact(0.1, path({0, 0, 0.103}, {0, 0, 0.1029}));
   ASSERT_TRUE(rest);
   EXPECT_NEAR(rest->distance_m, 0.0029, 1e-12);
-  const auto fast = touch_ball(0.1, path({0.02, 0, 0.5}, {0.02, 0, -0.5}));
+  const auto fast = ball_contact(0.1, path({0.02, 0, 0.5}, {0.02, 0, -0.5}));
   ASSERT_TRUE(fast);
   EXPECT_NEAR(fast->normal.x(), 0.02 / 0.103, 1e-12);
   EXPECT_GT(fast->normal.z(), 0.9);
-  EXPECT_FALSE(touch_ball(0.1, path({0.104, 0, 0.5}, {0.104, 0, -0.5})));
-  const auto center = touch_ball(0.1, path({0, 0, 0}, {0, 0, 0}));
+  EXPECT_FALSE(ball_contact(0.1, path({0.104, 0, 0.5}, {0.104, 0, -0.5})));
+  const auto center = ball_contact(0.1, path({0, 0, 0}, {0, 0, 0}));
   ASSERT_TRUE(center);
   EXPECT_EQ(center->normal, Vector3d(0, 0, 1));
   EXPECT_EQ(center->distance_m, -0.1);
@@ -89,49 +89,49 @@ TEST(SolidTouch, ABallHoldsAParticleAtItsRadius) {
 
 geometry::Mesh sheet() { return geometry::curtain_mesh(1, 1, 8, 8, 0, 0); }  // in y = 0
 
-TEST(SolidTouch, ASheetHoldsParticlesOnBothOfItsSides) {
+TEST(SolidContact, ASheetHoldsParticlesOnBothOfItsSides) {
   const collision::Bvh tree(sheet());
   const double z_m = geometry::bounds_m(tree.mesh()).center().z();
   for (const double side : {-1.0, 1.0}) {
     const auto rest =
-        touch_mesh(tree, {}, 0, path({0.03, side * 0.003, z_m}, {0.03, side * 0.0029, z_m}));
+        mesh_contact(tree, {}, 0, path({0.03, side * 0.003, z_m}, {0.03, side * 0.0029, z_m}));
     ASSERT_TRUE(rest);
-    EXPECT_LT((rest->touch.normal - Vector3d(0, side, 0)).norm(), 1e-9);
+    EXPECT_LT((rest->plane.normal - Vector3d(0, side, 0)).norm(), 1e-9);
     const auto through =
-        touch_mesh(tree, {}, 0, path({0.03, side * 0.01, z_m}, {0.03, -side * 0.02, z_m}));
+        mesh_contact(tree, {}, 0, path({0.03, side * 0.01, z_m}, {0.03, -side * 0.02, z_m}));
     ASSERT_TRUE(through);
-    EXPECT_LT((through->touch.normal - Vector3d(0, side, 0)).norm(), 1e-9);
-    EXPECT_NEAR(through->touch.distance_m, -0.02, 1e-9);
+    EXPECT_LT((through->plane.normal - Vector3d(0, side, 0)).norm(), 1e-9);
+    EXPECT_NEAR(through->plane.distance_m, -0.02, 1e-9);
   }
-  EXPECT_FALSE(touch_mesh(tree, {}, 0, path({0.03, 0.02, z_m}, {0.03, 0.01, z_m})));
+  EXPECT_FALSE(mesh_contact(tree, {}, 0, path({0.03, 0.02, z_m}, {0.03, 0.01, z_m})));
   // Beside the sheet's edge at x = 0.5 m.
-  EXPECT_FALSE(touch_mesh(tree, {}, 0, path({0.52, 0.01, z_m}, {0.52, -0.01, z_m})));
+  EXPECT_FALSE(mesh_contact(tree, {}, 0, path({0.52, 0.01, z_m}, {0.52, -0.01, z_m})));
 }
 
 // The sheet passes over a particle that rests: it is taken along on its side.
-TEST(SolidTouch, ASheetThatMovesTakesAParticleAlong) {
+TEST(SolidContact, ASheetThatMovesTakesAParticleAlong) {
   geometry::Mesh now = sheet();
   const std::vector<Vector3d> before_m = now.vertices_m;
   for (Vector3d& v : now.vertices_m) v.y() += 0.02;
   const double z_m = geometry::bounds_m(now).center().z();
   const auto touch =
-      touch_mesh(collision::Bvh(now), before_m, 0.02, path({0, 0.01, z_m}, {0, 0.01, z_m}));
+      mesh_contact(collision::Bvh(now), before_m, 0.02, path({0, 0.01, z_m}, {0, 0.01, z_m}));
   ASSERT_TRUE(touch);
-  EXPECT_LT((touch->touch.normal - Vector3d(0, 1, 0)).norm(), 1e-9);
-  EXPECT_NEAR(touch->touch.distance_m, -0.01, 1e-9);
+  EXPECT_LT((touch->plane.normal - Vector3d(0, 1, 0)).norm(), 1e-9);
+  EXPECT_NEAR(touch->plane.distance_m, -0.01, 1e-9);
   EXPECT_NEAR(touch->weights.sum(), 1, 1e-12);
 }
 
 // A path that rounds an edge of a closed mesh crosses no surface, although it ends behind the plane
 // of the nearest one.
-TEST(SolidTouch, APathAroundAnEdgeIsFree) {
+TEST(SolidContact, APathAroundAnEdgeIsFree) {
   const collision::Bvh tree(geometry::box_mesh({0.2, 0.2, 0.2}));
-  const auto free = touch_mesh(tree, {}, 0, path({0.099, 0.106, 0}, {0.106, 0.099, 0}));
-  EXPECT_FALSE(free && free->touch.distance_m < kRadius_m);
+  const auto free = mesh_contact(tree, {}, 0, path({0.099, 0.106, 0}, {0.106, 0.099, 0}));
+  EXPECT_FALSE(free && free->plane.distance_m < kRadius_m);
 }
 
 // As for a box: the response ends outside, and a path that enters is stopped.
-TEST(SolidTouch, NoPathEndsInAMeshThatItEntered) {
+TEST(SolidContact, NoPathEndsInAMeshThatItEntered) {
   const collision::Bvh tree(geometry::box_mesh(2 * kHalf_m));
   test::Random random(4);
   int touches = 0;
@@ -139,29 +139,29 @@ TEST(SolidTouch, NoPathEndsInAMeshThatItEntered) {
     const Vector3d from_m = test::random_in_ball(random, 0.6),
                    to_m = from_m + test::random_in_ball(random, 0.2);
     if (((from_m.cwiseAbs() - kHalf_m).array() < kRadius_m).all()) continue;
-    const auto touch = touch_mesh(tree, {}, 0, path(from_m, to_m));
+    const auto touch = mesh_contact(tree, {}, 0, path(from_m, to_m));
     if (((to_m.cwiseAbs() - kHalf_m).array() < 0).all()) {
       ASSERT_TRUE(touch);
     }
-    if (!touch || touch->touch.distance_m >= kRadius_m) continue;
+    if (!touch || touch->plane.distance_m >= kRadius_m) continue;
     ++touches;
-    const Vector3d end_m = to_m + (kRadius_m - touch->touch.distance_m) * touch->touch.normal;
+    const Vector3d end_m = to_m + (kRadius_m - touch->plane.distance_m) * touch->plane.normal;
     EXPECT_GE((end_m.cwiseAbs() - kHalf_m).maxCoeff(), -1e-9) << from_m.transpose();
     EXPECT_NEAR(touch->weights.sum(), 1, 1e-9);
   }
   EXPECT_GT(touches, 500);
 }
 
-TEST(SolidTouch, NaNTouchesNothing) {
+TEST(SolidContact, NaNTouchesNothing) {
   const collision::Bvh tree(sheet());
   for (const double bad : {test::kNaN, test::kInfinity, -test::kInfinity})
     for (int axis = 0; axis < 3; ++axis) {
       Vector3d p_m = Vector3d::Zero();
       p_m[axis] = bad;
       for (const PathInStep& bad_path : {path(p_m, p_m), path(Vector3d::Zero(), p_m)}) {
-        EXPECT_FALSE(touch_box(kHalf_m, bad_path));
-        EXPECT_FALSE(touch_ball(0.1, bad_path));
-        EXPECT_FALSE(touch_mesh(tree, {}, 0, bad_path));
+        EXPECT_FALSE(box_contact(kHalf_m, bad_path));
+        EXPECT_FALSE(ball_contact(0.1, bad_path));
+        EXPECT_FALSE(mesh_contact(tree, {}, 0, bad_path));
       }
     }
 }

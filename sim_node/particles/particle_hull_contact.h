@@ -15,7 +15,7 @@
 
 namespace fivepipe::sim {
 
-class HullTouches {
+class ParticleHullContact {
  public:
   // Call before a step: takes the hull's newest frame, at the time of the step's end plus
   // before_s (negative: before it). Requires hull.query().

@@ -1,4 +1,4 @@
-#include "sim_node/particles/solid_touch.h"
+#include "sim_node/objects/solid_contact.h"
 
 #include <algorithm>
 #include <cmath>
@@ -16,7 +16,7 @@ using Eigen::Vector3d;
 
 bool is_finite(const PathInStep& path) { return path.from_m.allFinite() && path.to_m.allFinite(); }
 
-SolidTouch face(int axis, double side, const Vector3d& half_m, const Vector3d& to_m) {
+SolidContact face(int axis, double side, const Vector3d& half_m, const Vector3d& to_m) {
   return {side * Vector3d::Unit(axis), side * to_m[axis] - half_m[axis]};
 }
 
@@ -47,9 +47,9 @@ std::optional<Crossing> first_crossing(const collision::Bvh& tree,
 
 }  // namespace
 
-std::optional<SolidTouch> touch_box(const Vector3d& half_m, const PathInStep& path) {
+std::optional<SolidContact> box_contact(const Vector3d& half_m, const PathInStep& path) {
   if (!is_finite(path)) return std::nullopt;
-  // The path enters the box of the particle's centers through the face that it crosses last.
+  // The path enters the box of the point's places through the face that it crosses last.
   const Vector3d way_m = path.to_m - path.from_m;
   double enter = 0, leave = 1;
   int entered = -1;
@@ -75,7 +75,7 @@ std::optional<SolidTouch> touch_box(const Vector3d& half_m, const PathInStep& pa
   return face(nearest, std::copysign(1, path.to_m[nearest]), half_m, path.to_m);
 }
 
-std::optional<SolidTouch> touch_ball(double ball_radius_m, const PathInStep& path) {
+std::optional<SolidContact> ball_contact(double ball_radius_m, const PathInStep& path) {
   if (!is_finite(path)) return std::nullopt;
   const double reach_m = ball_radius_m + path.radius_m;
   const Vector3d way_m = path.to_m - path.from_m;
@@ -91,26 +91,26 @@ std::optional<SolidTouch> touch_ball(double ball_radius_m, const PathInStep& pat
   }
   if (!(normal.squaredNorm() > 0)) normal = Vector3d::UnitZ();  // at the ball's center
   normal.normalize();
-  return SolidTouch{normal, normal.dot(path.to_m) - ball_radius_m};
+  return SolidContact{normal, normal.dot(path.to_m) - ball_radius_m};
 }
 
-std::optional<MeshTouch> touch_mesh(const collision::Bvh& tree,
-                                    std::span<const Vector3d> vertices_before_m, double moved_m,
-                                    const PathInStep& path) {
+std::optional<MeshContact> mesh_contact(const collision::Bvh& tree,
+                                        std::span<const Vector3d> vertices_before_m, double moved_m,
+                                        const PathInStep& path) {
   if (!is_finite(path)) return std::nullopt;
   if (const auto first = first_crossing(tree, vertices_before_m, moved_m, path)) {
     const Triangle now = corners(tree.mesh().triangles[first->triangle], tree.mesh().vertices_m);
     const Vector3d normal = first->crossing.side * collision::unit_normal(now);
-    return MeshTouch{
+    return MeshContact{
         {normal, normal.dot(path.to_m - now[0])}, first->triangle, first->crossing.weights};
   }
   const auto nearest = collision::nearest_point(tree, path.to_m, path.radius_m);
   // On the surface itself there is no direction; the next step crosses it or leaves it.
   if (!nearest || !(nearest->distance_m > 0)) return std::nullopt;
   const Triangle now = corners(tree.mesh().triangles[nearest->triangle], tree.mesh().vertices_m);
-  return MeshTouch{{(path.to_m - nearest->p_m) / nearest->distance_m, nearest->distance_m},
-                   nearest->triangle,
-                   collision::barycentric_weights(now, nearest->p_m)};
+  return MeshContact{{(path.to_m - nearest->p_m) / nearest->distance_m, nearest->distance_m},
+                     nearest->triangle,
+                     collision::barycentric_weights(now, nearest->p_m)};
 }
 
 }  // namespace fivepipe::sim

@@ -1,4 +1,4 @@
-#include "sim_node/particles/surface_touch.h"
+#include "sim_node/particles/particle_response.h"
 
 #include <algorithm>
 
@@ -6,12 +6,12 @@
 
 namespace fivepipe::sim {
 
-bool respond(const config::ParticleSource& source, const SurfaceTouch& touch,
+bool respond(const config::ParticleSource& source, const SurfaceContact& contact,
              Eigen::Vector3d& p_world_m, Eigen::Vector3d& v_world_m_s) {
-  if (!(touch.distance_m < source.radius_m)) return false;
-  const Eigen::Vector3d& normal = touch.normal_world;
-  p_world_m += (source.radius_m - touch.distance_m) * normal;
-  Eigen::Vector3d v_m_s = v_world_m_s - touch.velocity_world_m_s;  // relative to the surface
+  if (!(contact.distance_m < source.radius_m)) return false;
+  const Eigen::Vector3d& normal = contact.normal_world;
+  p_world_m += (source.radius_m - contact.distance_m) * normal;
+  Eigen::Vector3d v_m_s = v_world_m_s - contact.velocity_world_m_s;  // relative to the surface
   const double approach_m_s = -normal.dot(v_m_s);
   if (!(approach_m_s > 0)) return true;
   const double restitution = approach_m_s > kMinBounce_m_s ? source.restitution : 0,
@@ -19,7 +19,7 @@ bool respond(const config::ParticleSource& source, const SurfaceTouch& touch,
   v_m_s += approach_m_s * normal;  // along the surface
   const double along_m_s = v_m_s.norm();
   if (along_m_s > 0) v_m_s *= std::max(0.0, 1 - source.friction * impulse_m_s / along_m_s);
-  v_world_m_s = touch.velocity_world_m_s + v_m_s + restitution * approach_m_s * normal;
+  v_world_m_s = contact.velocity_world_m_s + v_m_s + restitution * approach_m_s * normal;
   return true;
 }
 

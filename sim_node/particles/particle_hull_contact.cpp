@@ -1,7 +1,7 @@
-#include "sim_node/particles/hull_touches.h"
+#include "sim_node/particles/particle_hull_contact.h"
 
 #include "common/collision/response/recovery.h"
-#include "sim_node/particles/surface_touch.h"
+#include "sim_node/particles/particle_response.h"
 
 namespace fivepipe::sim {
 namespace {
@@ -30,7 +30,7 @@ std::optional<Vector3d> way_out_m(const hull::HullQuery& query, const hull::Hull
 
 }  // namespace
 
-void HullTouches::begin(const CurrentHull& hull, double step_s, double before_s) {
+void ParticleHullContact::begin(const CurrentHull& hull, double step_s, double before_s) {
   if (!distance_ || frame_ != hull.frames()) distance_.emplace(hull.silhouettes());
   frame_ = hull.frames();
   parts_.clear();
@@ -40,8 +40,8 @@ void HullTouches::begin(const CurrentHull& hull, double step_s, double before_s)
                       velocity_before(part, before_s + 0.5 * step_s)});
 }
 
-std::uint64_t HullTouches::step(const config::ParticleSource& source,
-                                ParticleSet& particles) const {
+std::uint64_t ParticleHullContact::step(const config::ParticleSource& source,
+                                        ParticleSet& particles) const {
   std::uint64_t touches = 0;
   for (const PlacedPart& part : parts_) {
     const Eigen::AlignedBox3d box_m(part.box_world_m.min().array() - source.radius_m,
@@ -64,7 +64,8 @@ std::uint64_t HullTouches::step(const config::ParticleSource& source,
   return touches;
 }
 
-std::uint64_t HullTouches::leave(const hull::HullQuery& query, ParticleSet& particles) const {
+std::uint64_t ParticleHullContact::leave(const hull::HullQuery& query,
+                                         ParticleSet& particles) const {
   std::vector<std::uint8_t> inside(particles.size());
   query.contains(particles.p_world_m, inside);
   std::uint64_t removed = 0;
