@@ -15,7 +15,7 @@ AlignedBox3d grown(const AlignedBox3d& box_m, double by_m) {
   return {box_m.min().array() - by_m, box_m.max().array() + by_m};
 }
 
-// Whether the particle's path in the step may meet the box.
+// Returns true if the bounding box of the particle's path in the step overlaps the box.
 bool may_meet(const AlignedBox3d& box_m, const Vector3d& from_m, const Vector3d& to_m) {
   return (from_m.cwiseMin(to_m).array() <= box_m.max().array()).all() &&
          (from_m.cwiseMax(to_m).array() >= box_m.min().array()).all();

@@ -15,13 +15,13 @@ class ObjectTouches {
   ObjectTouches(const config::Scene& scene, const ObjectModels& models, const RigidBodies& bodies,
                 const ClothObjects* cloths);
 
-  // Call after the objects' step and before step(): takes the objects' new poses. Those of the call
-  // before are where the step began.
+  // Call after the objects' step and before step(): takes the objects' new poses. The poses of the
+  // previous call are those at the start of the step.
   void begin();
   // Moves the particles out of the objects.
   void step(const config::ParticleSource& source, ParticleSet& particles) const;
-  // The next begin() takes the object's pose as that of the step's start too. Call forget() if the
-  // object jumped.
+  // Call if the object jumped: the next begin() also takes its new pose as that at the start of the
+  // step.
   void forget(std::size_t object) { is_known_[object] = false; }
   void reset();  // all have jumped
 
@@ -32,7 +32,7 @@ class ObjectTouches {
     std::vector<Eigen::Vector3d> before_world_m;
     double moved_m = 0;  // the longest move of a vertex in the step
   };
-  // The box that an object has swept in the step [world].
+  // Returns the box of an object at the start and at the end of the step.
   Eigen::AlignedBox3d swept_world_m(std::size_t object) const;
   void touch_rigid(std::size_t object, const config::ParticleSource& source,
                    ParticleSet& particles) const;
@@ -44,7 +44,7 @@ class ObjectTouches {
   const RigidBodies& bodies_;
   const ClothObjects* cloths_;
   std::vector<Eigen::AlignedBox3d> bounds_m_;  // by object, in its frame
-  std::vector<bool> is_known_;                 // by object: before_ is valid
+  std::vector<bool> is_known_;                 // by object: the last begin() took its pose
   std::vector<Eigen::Isometry3d> world_from_before_, world_from_now_;  // by object
   std::vector<ClothTree> cloth_trees_;
 };

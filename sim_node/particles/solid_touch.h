@@ -23,8 +23,8 @@ struct SolidTouch {
   double distance_m;       // from the plane to the end of the path
 };
 
-// Each returns the touched plane, or nullopt if the particle stays at least its radius away, or if
-// the path is not finite.
+// Each returns the touched plane, or nullopt if the particle stays at least its radius away or the
+// path is not finite.
 
 // A box around the origin. Its edges count as sharp, also for the particle's radius.
 std::optional<SolidTouch> touch_box(const Eigen::Vector3d& half_m, const PathInStep& path);
@@ -38,8 +38,9 @@ struct MeshTouch {
 };
 // A surface with two sides; the particle stays on its side. vertices_before_m: those of the tree at
 // the start of the step, if they differ (a cloth); else empty. moved_m: the longest of their moves.
-// The path is stopped at the first triangle that it crosses; without one, the particle keeps its
-// radius from the nearest triangle.
+// The first triangle that the path crosses stops the particle. If there is none, the particle keeps
+// its radius from the nearest triangle; nullopt if the path ends on a triangle, where the direction
+// is undefined.
 std::optional<MeshTouch> touch_mesh(const collision::Bvh& tree,
                                     std::span<const Eigen::Vector3d> vertices_before_m,
                                     double moved_m, const PathInStep& path);

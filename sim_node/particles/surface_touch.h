@@ -1,7 +1,6 @@
 // The response of a particle to a surface.
 #pragma once
 #include <Eigen/Core>
-#include <optional>
 
 #include "common/config/objects/particle_source.h"
 
@@ -15,8 +14,8 @@ struct SurfaceTouch {
 };
 
 // If the particle is nearer than its radius, moves it to that distance, without velocity. If it
-// approaches the surface, it bounces, and friction slows it along the surface (Coulomb). Returns
-// whether it touched.
+// approaches the surface, it bounces, and Coulomb friction slows it along the surface. Returns true
+// if it touched.
 bool respond(const config::ParticleSource& source, const SurfaceTouch& touch,
              Eigen::Vector3d& p_world_m, Eigen::Vector3d& v_world_m_s);
 

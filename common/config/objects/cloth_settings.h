@@ -31,7 +31,8 @@ struct ClothSettings {
   double air_drag_1_s = 1.0;
   // Distance that the cloth keeps from the hull, and with self_collision from itself.
   double thickness_m = 0.002;
-  double friction = 0.3;  // Coulomb coefficient against the hull, which counts as at rest
+  // Coulomb coefficient against the hull, which is at rest if the scene has no history.
+  double friction = 0.3;
   bool self_collision = false;
   // Direction in which vertices leave the hull, world frame, of any length (paper, section 4.5).
   // Absent: the triangles' normals.
