@@ -23,7 +23,7 @@ class Stopwatch {
 // Estimated cost of a tile without hits, in hits.
 constexpr double kEmptyTileCost_hits = 100;
 
-// Sizes of views for which a sweep is kept: a viewer's and a light's need two.
+// At most this many view sizes have a sweep. A viewer and a light need two.
 constexpr std::size_t kMaxSweeps = 4;
 
 void add_colour(ReconTile& tile, const hull::View& view, const HullColour& colour) {

@@ -56,7 +56,8 @@ class Reconstructor {
     std::vector<Tile> tiles;
     bool want_colour;
   };
-  // The same for several views of one frame; one result per view. Prepares the silhouettes once.
+  // The same for several views of one frame. Returns one result per view. Backend `sweep` uploads
+  // the silhouettes once per view, the other backends prepare them once.
   std::vector<std::vector<ReconTile>> reconstruct(std::span<const hull::Silhouette> silhouettes,
                                                   std::span<const ViewTiles> views,
                                                   std::span<const hull::ColourRegion> colours);
@@ -67,7 +68,7 @@ class Reconstructor {
     std::vector<double> cost_s;
   };
   void set_silhouettes(std::span<const hull::Silhouette> silhouettes);
-  // Of the silhouettes set last.
+  // These use the silhouettes of the last set_silhouettes().
   Depths depths(const hull::View& view, std::span<const Tile> tiles);
   std::vector<hull::DepthTile> depths_by_gl(const hull::View& view, std::span<const Tile> tiles);
   hull::PlaneSweep& sweep_of(const geometry::Pinhole& pinhole);
@@ -77,7 +78,7 @@ class Reconstructor {
   base::WorkerPool pool_;
   hull::CpuHull cpu_;
   std::optional<hull::GlHull> gl_;
-  std::span<const hull::Silhouette> silhouettes_;           // during reconstruct()
+  std::span<const hull::Silhouette> silhouettes_;           // valid during reconstruct()
   std::map<std::pair<int, int>, hull::PlaneSweep> sweeps_;  // by width and height of the view
 };
 

@@ -147,7 +147,7 @@ class ReconstructionPipe {
     }
   }
 
-  // Returns the own tiles of each view. Colour is for eyes: a light needs none.
+  // Returns the tiles of each view that this node reconstructs. A light needs no colour.
   std::vector<Reconstructor::ViewTiles> own_views(const messages::FramePose& pose) {
     const std::vector<std::uint8_t> owners = owners_of(pose);
     std::vector<Reconstructor::ViewTiles> own;
@@ -221,7 +221,7 @@ class ReconstructionPipe {
 
   node::NodeContext& node_;
   const std::string viewer_;
-  std::vector<config::HullView> views_;  // those of eyes have the geometry of the last ViewInfo
+  std::vector<config::HullView> views_;  // eyes have the geometry of the last ViewInfo
   bool has_view_info_ = false;
   const config::ReconConfig config_;
   Reconstructor reconstructor_;

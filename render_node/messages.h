@@ -1,4 +1,5 @@
-// Converts HullTile and VirtualState messages to pure types, and results to FrameComposited.
+// Converts HullTile, VirtualState, CollisionResult and Particles messages to pure types, and
+// results to FrameComposited.
 #pragma once
 #include <cstdint>
 #include <string>

@@ -29,11 +29,11 @@ constexpr auto kStateTimeout = 40ms;
 // failed.
 constexpr auto kStateTimeoutLossless = 2s;
 
-// More frames than a replay has in flight. If a peer sends so many without the light's view, the
-// frames wait for the timeout.
+// A replay has fewer frames in flight. If a peer sends this many without the light's view, the node
+// takes no further tiles before the timeout of the first one.
 constexpr std::size_t kMaxAfterPending = 64;
 
-// Returns when the tiles of all eyes arrived.
+// Returns the times of the first and of the last tile of all eyes.
 node::InputTimes input_times(const EyeFrames& eyes) {
   node::InputTimes times{eyes.front().first_received_ns, eyes.front().last_received_ns};
   for (const HullFrame& eye : eyes) {
@@ -121,7 +121,7 @@ class ParentPipe {
     }
   }
 
-  // Returns false if the message is invalid; then it drops and counts it.
+  // Adds the marks of a message. Drops and counts an invalid message, and returns false.
   bool take_marks(const bus::Sample<bus::topics::CollisionResult>& sample,
                   const OverlaidObject& object) {
     auto marks = marks_from(*sample, object);
@@ -204,7 +204,7 @@ class ParentPipe {
         after_pending_.push_back(std::move(*eyes));  // waits for the states of the frames before it
         continue;
       }
-      if (pending_) composite();
+      while (pending_) composite();  // several if a lossless replay ended before their states
       wait_for_state(std::move(*eyes));
     }
     report_drops();

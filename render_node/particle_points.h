@@ -21,7 +21,8 @@ class ParticlePoints {
   explicit ParticlePoints(const std::string& features);
   // The caller sets the view (shaders/particle.vert).
   const gl::GlProgram& program() const { return program_; }
-  // Draws into the bound framebuffer. focal_px: of the view. albedo: linear RGB.
+  // Draws balls around these centers (x y z each) into the bound framebuffer. focal_px: of the
+  // view. albedo: linear RGB.
   void draw(std::span<const float> p_world_m, double radius_m, double focal_px,
             const Eigen::Vector3f& albedo);
 

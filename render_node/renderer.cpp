@@ -210,6 +210,8 @@ void Renderer::set_view(const gl::GlProgram& program,
   program.set("up_eye",
               Eigen::Vector3f((eye_from_world.linear() * Eigen::Vector3d::UnitZ()).cast<float>()));
   program.set("light_reach_m", float(light_reach_m_));
+  program.set("window_depth_terms",
+              Eigen::Vector2f(float(clip_from_eye_(2, 2)), float(clip_from_eye_(2, 3))));
   if (!shadow_map_) return;
   program.set("shadow_map", kShadowUnit);
   program.set("light_focal", float(shadow_map_->focal()));
@@ -228,8 +230,6 @@ void Renderer::draw_hull(const HullFrame& hull) {
   hull_program.use();
   set_view(hull_program, hull.eye_from_world);
   if (shadow_map_) hull_program.set("shadow_tolerance", float(shadow_map_->hull_tolerance()));
-  hull_program.set("window_depth_terms",
-                   Eigen::Vector2f(float(clip_from_eye_(2, 2)), float(clip_from_eye_(2, 3))));
   hull_program.set("covered_px",
                    Eigen::Vector4f(float(hull.covered.u0_px), float(hull.covered.v0_px),
                                    float(hull.covered.u1_px), float(hull.covered.v1_px)));
@@ -326,8 +326,6 @@ void Renderer::draw_particles(const Eigen::Isometry3d& eye_from_world,
   program.use();
   set_view(program, eye_from_world);
   program.set("eye_from_world", Eigen::Matrix4f(eye_from_world.matrix().cast<float>()));
-  program.set("window_depth_terms",
-              Eigen::Vector2f(float(clip_from_eye_(2, 2)), float(clip_from_eye_(2, 3))));
   for (const ParticleCloud& cloud : particles) {
     assert(!why_undrawable(cloud));
     const config::ParticleSource& source = sources_[cloud.source];

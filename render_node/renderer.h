@@ -31,13 +31,14 @@ struct ObjectPose {
 // Needs a current GL context from construction to destruction.
 class Renderer {
  public:
-  // Loads the textures of the scene. Throws config::ConfigError if one is unusable (SceneTextures).
+  // Loads the textures of the scene. Throws config::ConfigError if one is unusable (SceneTextures),
+  // and gl::GlError.
   Renderer(const config::Scene& scene, const config::Viewer& viewer);
 
-  // Draws one frame as each eye of the viewer sees it from eye_from_world of its hull: one image,
-  // the eyes side by side, the left one at the left. An object without a pose in `poses` keeps its
-  // last pose. Colliding objects are tinted red. Virtual and real surfaces occlude each other per
-  // pixel; at equal depth the virtual surface is visible. The poses and particles must be drawable.
+  // Draws one frame: the images of the viewer's eyes side by side, the left eye's at the left. An
+  // eye has the pose of its hull. An object without a pose in `poses` keeps its last pose.
+  // Colliding objects are tinted red. Virtual and real surfaces occlude each other per pixel; at
+  // equal depth the virtual surface is visible. The poses and particles must be drawable.
   // light_hull: the hull in config::light_view(), which casts shadows; null: it casts none.
   // Leaves the framebuffer of the image bound, so that OverlayPainter can draw into it.
   void draw(std::span<const HullFrame> eyes, std::span<const ObjectPose> poses,

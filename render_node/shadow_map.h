@@ -1,7 +1,6 @@
 // The light's view of what casts shadows: virtual objects and the hull (paper, section 3.4).
 #pragma once
 #include <functional>
-#include <optional>
 
 #include "common/config/scene.h"
 #include "common/config/views.h"
@@ -16,11 +15,12 @@ class ShadowMap {
   // The scene must have shadows.
   explicit ShadowMap(const config::Scene& scene);
 
-  // Draws an object with the given program, whose uniform light_clip_from_object it sets.
+  // Draws the objects with the program, which is in use. Sets its uniform light_clip_from_object
+  // for each object.
   using DrawObjects = std::function<void(const gl::GlProgram& program,
                                          const Eigen::Matrix4d& light_clip_from_world)>;
-  // Draws the map. `hull`: the hull in config::light_view(); null: it casts no shadow. Changes the
-  // bound framebuffer, program and vertex array, and the depth and culling state.
+  // Draws the map. `hull`: the hull in config::light_view(); null: the hull casts no shadow.
+  // Changes the bound framebuffer, program and vertex array, and the depth and culling state.
   void draw(const DrawObjects& draw_objects, const HullFrame* hull);
 
   // The map: 1 / depth along the light's z [1/m]; 0: nothing.
@@ -28,9 +28,9 @@ class ShadowMap {
   const Eigen::Isometry3d& light_from_world() const { return *view_.fixed; }
   // Focal length, in widths of the map.
   double focal() const { return focal_; }
-  // A surface may be this much deeper than the map and still be lit, relative to its depth: the
-  // size of kTolerance_px pixels of the map, or of kHullTolerance_px of the hull's image for the
-  // hull, whose surface is known only there.
+  // A surface up to this fraction of its depth behind the map's depth is lit: kTolerance_px pixels
+  // of the map. For the hull it is at least kHullTolerance_px pixels of the light's image of the
+  // hull, in which the map has the hull's depth.
   double tolerance() const { return tolerance_; }
   double hull_tolerance() const { return hull_tolerance_; }
 

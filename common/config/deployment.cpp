@@ -46,7 +46,7 @@ std::vector<HeadKey> read_keys(YamlMap& map) {
 // The name of an eye's view is the viewer's, a slash and "right", and has at most 32 characters in
 // a message.
 constexpr std::size_t kMaxStereoName = 26;
-// Both eyes are drawn into one GL texture: half of its common limit.
+// Half of the largest texture of common OpenGL drivers: one texture holds both eyes.
 constexpr int kMaxStereoWidth_px = 8192;
 
 void read_stereo(YamlMap& map, Viewer& viewer) {

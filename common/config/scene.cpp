@@ -212,7 +212,7 @@ void check_clearance(const Scene& scene, const std::vector<YamlMap>& maps) {
   }
 }
 
-// Reports names that are used twice.
+// Reports a name that an object or a source before has.
 class NamesInScene {
  public:
   // what: "object" or "source".

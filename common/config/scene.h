@@ -94,7 +94,7 @@ bool reports(const SceneObject& object, Overlay overlay);
 // Returns the object's surface in its own frame [m].
 geometry::Mesh mesh_of(const SceneObject& object);
 
-// Whether the simulation moves something: a dynamic object, a cloth or particles.
+// Returns true if the scene has a dynamic object, a cloth or particles.
 bool moves_objects(const Scene& scene);
 
 // Returns one line, with the size in cm, for each mesh that is larger than kMaxPlausibleSize_m or

@@ -6,7 +6,8 @@
 namespace fivepipe::config {
 namespace {
 
-// A view along this axis would have no upward direction.
+// If the z component of a view's unit direction is larger, the world's y axis is up in its image: z
+// is almost parallel to the view.
 constexpr double kVertical = 0.999;
 
 }  // namespace

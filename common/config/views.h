@@ -26,7 +26,7 @@ inline constexpr const char* kLightView = "light/0";
 inline constexpr const char* kEyeSuffixes[] = {"/left", "/right"};
 
 // Returns the views of each frame in the order of their reconstruction: the light's view if the
-// scene has shadows, then the viewer's eyes, left before right. The eyes come last, because their
+// scene has shadows, then the viewer's eyes, left before right. The eyes are last, because their
 // tiles complete the frame.
 std::vector<HullView> hull_views(const Deployment& deployment);
 // Returns the light's view, or nullopt if the scene has no shadows.
@@ -36,7 +36,8 @@ Eigen::Isometry3d eye_from_world(const HullView& view, const Eigen::Isometry3d& 
 // Returns true if a view of this name belongs to the viewer, whether or not it is stereo.
 bool is_view_of(const Viewer& viewer, const std::string& name);
 
-// The pinhole of the light's map of virtual objects; the same view as that of the hull.
+// Returns the pinhole of the light's map of virtual objects. It has the field of view of the
+// light's view of the hull.
 geometry::Pinhole shadow_map_pinhole(const ShadowView& shadows);
 
 }  // namespace fivepipe::config

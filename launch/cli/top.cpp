@@ -67,7 +67,8 @@ void add_top(CLI::App& app, Command& command) {
       "between\n"
       "objects, the deepest penetration at the end of the newest frame and of all frames since "
       "the\n"
-      "start of `top`, and objects respawned, cloths reset or particles removed from the hull.\n\n"
+      "start of `top`, and as resets the objects respawned, cloths reset, and particles removed\n"
+      "because they were stuck in the hull or not finite.\n\n"
       "Examples:\n  fivepipe top\n  fivepipe top --domain 7 --once\n\n"
       "Exit codes with --once: 0 done, 3 no node publishes a status.");
   add_network_options(top, options->network);

@@ -26,7 +26,7 @@ std::vector<MaterialPart> material_parts(const config::SceneObject& object, std:
 std::string material_features(const config::SceneObject& object, const MaterialPart& part);
 
 // Sets the uniforms of that program, which is in use, and binds the texture to the unit. A
-// colliding object's colour, texture included, is kHighlightStrength of the way to kHighlight.
+// colliding object is tinted red, also where it has a texture.
 void set_material(const gl::GlProgram& program, const config::SceneObject& object,
                   const MaterialPart& part, bool is_colliding, int texture_unit);
 

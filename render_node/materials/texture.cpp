@@ -83,7 +83,7 @@ SceneTextures::SceneTextures(const config::Scene& scene) {
   if (!problems.empty()) throw config::ConfigError(std::move(problems));
 }
 
-// Returns why the texture cannot be loaded; empty if it is.
+// Loads the texture. Returns why it cannot, or an empty string.
 std::string SceneTextures::load(const config::MaterialTexture& texture) {
   const config::ImageOrReason file = config::read_texture_image(texture);
   if (!file.reason.empty()) return file.reason;

@@ -17,7 +17,7 @@ struct DecodedImage {
   std::string reason;  // empty: usable
 };
 // Decodes a PNG or JPEG file: colours are sRGB, alpha is dropped, grey becomes BGR, and the
-// orientation that a camera noted is ignored. `bytes` must have passed config::why_no_texture().
+// EXIF orientation is ignored. `bytes` must have passed config::why_no_texture().
 DecodedImage decoded(const std::string& bytes);
 
 // An sRGB texture with mipmaps and trilinear filtering; shaders read linear colours. Texture
@@ -36,7 +36,7 @@ class Texture {
 class SceneTextures {
  public:
   // Throws config::ConfigError that lists every unusable image: unreadable, damaged, larger than
-  // the driver allows, or beyond kMaxTexturePixels.
+  // the driver allows, or beyond kMaxTexturePixels. Throws gl::GlError as Texture does.
   explicit SceneTextures(const config::Scene& scene);
 
   // Returns the texture of a material of the scene.

@@ -48,7 +48,7 @@ std::optional<VisibleArrow> visible_part(const Arrow& arrow, const StrokeView& v
   return VisibleArrow{image_of(from_m, view), image_of(to_m, view), has_head};
 }
 
-// The directions and the places along an arrow in the image.
+// Places on and beside an arrow in the image.
 class Outline {
  public:
   Outline(const VisibleArrow& arrow, const StrokeView& view)
@@ -57,7 +57,7 @@ class Outline {
   }
   double length_px() const { return length_px_; }
   // The point along_px after the start of the arrow, and left_px to its left. Its depth is that of
-  // the arrow, or of the arrow's end beside it: NDC depth is linear in the image.
+  // the nearest point of the arrow's axis: NDC depth is linear in the image.
   Eigen::Vector3f at(double along_px, double left_px) const {
     const Eigen::Vector2d p_px =
         arrow_.from.p_px + along_px * along_ + left_px * Eigen::Vector2d(-along_.y(), along_.x());
@@ -78,8 +78,8 @@ class Outline {
 
 std::vector<StrokeCorner> strokes(std::span<const Arrow> arrows, const StrokeView& view,
                                   double shaft_px, double margin_px) {
-  // The distance from the head's tip, or its base's end, to that of an outline margin_px farther
-  // out, in margins.
+  // An outline margin_px outside the head has its tip kTip * margin_px beyond the head's tip, and a
+  // base that is kBase * margin_px wider on each side.
   static const double kTip = std::hypot(kHeadLength, kHeadHalfWidth) / kHeadHalfWidth,
                       kBase = (1 + kTip) * kHeadHalfWidth / kHeadLength;
   std::vector<StrokeCorner> corners;

@@ -13,12 +13,13 @@ struct StrokeCorner {
   Eigen::Vector3f rgb;
 };
 
+// The view in which the arrows are drawn.
 struct StrokeView {
   Eigen::Isometry3d eye_from_world;
   Eigen::Matrix4d clip_from_eye;  // geometry::gl_clip_from_camera()
-  double near_m;
-  double width_px, height_px;
-  double lift_m;  // the strokes are this much nearer to the eye than the arrows
+  double near_m;                  // depth of the near plane
+  double width_px, height_px;     // of the image
+  double lift_m;                  // the strokes are this much nearer to the eye than the arrows
 };
 
 // Returns the triangles of the arrows, three corners each. The shafts are shaft_px wide; all edges

@@ -23,7 +23,7 @@ struct HullNormalMark {
   bool is_closed_form = false;   // otherwise from the paper's four points
 };
 
-// Of one object and frame.
+// The marks of one object in one frame.
 struct CollisionMarks {
   std::size_t object = 0;                            // index in the scene
   std::vector<Eigen::Vector3f> points_world_m = {};  // CP_i

@@ -14,7 +14,7 @@ void main() {
   rgb = vertex_rgb;
   gl_Position = clip_from_eye * vec4(p, 1.0);
   gl_PointSize = diameter_px;
-  if (p.z < near_m) return;  // before the near plane, which clips it
+  if (p.z < near_m) return;  // nearer than the near plane, which clips it
   vec4 lifted = clip_from_eye * vec4(p.xy, max(p.z - lift_m, near_m), 1.0);
   gl_Position.z = max(lifted.z / lifted.w, -1.0) * gl_Position.w;
 }

@@ -10,7 +10,7 @@ namespace fivepipe::render {
 namespace {
 
 // Sizes are multiples of the width of an arrow's shaft, which is 2 pixels in an image of 480 rows
-// and never below one.
+// and at least 1 pixel.
 constexpr double kUnitsPerHeight = 240;
 constexpr double kPointDiameter = 2.5, kProximityDiameter = 3, kEndDiameter = 5;
 // Dark outlines make the marks stand out on bright surfaces.

@@ -1,6 +1,5 @@
 // Draws the overlays of a scene over the composite.
 #pragma once
-#include <array>
 #include <map>
 #include <span>
 #include <string>
@@ -18,7 +17,7 @@ class OverlayPainter {
  public:
   OverlayPainter(const config::Scene& scene, const config::Viewer& viewer);
 
-  // Returns the object of which the overlays show something, or null.
+  // Returns the object of this name if the overlays show something of it, otherwise null.
   const OverlaidObject* find(const std::string& object) const;
 
   // Sets the pose of an object, and its vertices (x y z each, object frame) if there are any; they
@@ -26,10 +25,10 @@ class OverlayPainter {
   void place(const std::string& object, const Eigen::Isometry3d& world_from_object,
              std::span<const float> vertices_m);
 
-  // Draws into the bound framebuffer, which holds the composite of each eye, beside each other,
-  // with their depths: into that of eye number `eye`, as seen from eye_from_world. Leaves the
-  // depths as they are. Parts that a surface hides by more than kLift_m are faint: every second
-  // pixel of them is drawn. marks: of objects that find() returns.
+  // Draws the marks over the composite of eye number `eye`, as seen from eye_from_world. Call it
+  // after Renderer::draw(), whose framebuffer holds the composites of the eyes side by side, and
+  // their depths, which do not change. Parts that a surface hides by more than kLift_m are faint:
+  // every second pixel of them is drawn. marks: of objects that find() returns.
   void draw(std::size_t eye, const Eigen::Isometry3d& eye_from_world,
             std::span<const CollisionMarks> marks);
 

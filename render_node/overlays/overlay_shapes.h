@@ -31,8 +31,8 @@ struct OverlayShapes {
 // Long enough to show its direction, and shorter than a hand.
 inline constexpr double kNormalLength_m = 0.05;
 
-// Adds the marks of one object. places_world_m: where the values of marks.proximity hold, as many
-// as there are; unused without proximity.
+// Adds the marks of one object. places_world_m: the place of each value of marks.proximity; unused
+// without proximity.
 void add_shapes(const CollisionMarks& marks, std::span<const Eigen::Vector3f> places_world_m,
                 OverlayShapes& shapes);
 

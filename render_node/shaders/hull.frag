@@ -11,6 +11,7 @@
 // COLOURED: the frame has colour; otherwise the hull is grey. LIT, or a grey hull: lit by the
 // normal that the gradient of 1 / z gives (for a plane n . p = d, 1 / z = n . ray / d). SHADOWED:
 // the light casts shadows on what it lights.
+//! include "depth.glsl"
 #ifndef COLOURED
 #define LIT
 #endif
@@ -24,8 +25,7 @@ uniform mat4 light_from_eye;
 in vec2 texel;
 uniform sampler2D depth_m;
 uniform vec2 focal_px;
-uniform float max_tilt_tangent;   // two texels are one surface up to this tangent of its tilt
-uniform vec2 window_depth_terms;  // NDC depth = x + y / z
+uniform float max_tilt_tangent;  // two texels are one surface up to this tangent of its tilt
 out vec3 colour;
 
 float depth_at(ivec2 t) {
@@ -80,9 +80,7 @@ void main() {
   float jump = min(max_tilt_tangent / focal_px.x, 0.5) * z;
   bool one_surface = all(lessThan(abs(around - z), vec4(jump)));
   float inverse_z = one_surface ? between(1.0 / around, f) : 1.0 / z;
-  // A depth below 1 keeps hull at the far plane in front of the background.
-  gl_FragDepth = clamp(0.5 + 0.5 * (window_depth_terms.x + window_depth_terms.y * inverse_z), 0.0,
-                       0.99999994);
+  gl_FragDepth = window_depth(window_depth_terms.x + window_depth_terms.y * inverse_z);
 #ifdef COLOURED
   vec2 c = one_surface ? f : to_nearest;
   colour = mix(mix(colour_at(first), colour_at(first + ivec2(1, 0)), c.x),
@@ -103,7 +101,6 @@ void main() {
     towards_light *= light_reaching((light_from_eye * vec4(p, 1.0)).xyz,
                                     mat3(light_from_eye) * normal);
 #endif
-  colour = srgb(lit(albedo, towards_light, dot(normal, up_eye),
-                    max(dot(to_light, to_light), 1e-6)));
+  colour = srgb(lit(albedo, towards_light, dot(normal, up_eye), dot(to_light, to_light)));
 #endif
 }

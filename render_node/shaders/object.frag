@@ -28,10 +28,12 @@ out vec3 colour;
 #ifdef CHECKER
 // Odd cells reflect less light than even cells by this fraction.
 #define DARKER_ODD_CELLS 0.38
+// Smallest footprint [half cells]: a smaller one would divide the rounding errors of fract().
+#define MIN_FOOTPRINT 5e-5
 in vec2 half_cell;
 // Returns the fraction of the pixel's footprint that odd cells cover.
 float odd() {
-  vec2 footprint = max(fwidth(half_cell), vec2(5e-5));
+  vec2 footprint = max(fwidth(half_cell), vec2(MIN_FOOTPRINT));
   vec2 i = abs(fract(half_cell - 0.5 * footprint) - 0.5) -
            abs(fract(half_cell + 0.5 * footprint) - 0.5);
   return 0.5 - 0.5 * (i.x * i.y) / (footprint.x * footprint.y);
@@ -71,8 +73,7 @@ void main() {
   vec3 normal_light = cross(dFdx(p_light), dFdy(p_light));
   if (towards.x > 0.0) towards.x *= light_reaching(p_light, normal_light);
 #endif
-  vec3 light = lit(surface, towards.x, towards.y,
-                   max(dot(to_light, to_light), 1e-6));
+  vec3 light = lit(surface, towards.x, towards.y, dot(to_light, to_light));
 #ifdef WARMED
   light += 0.4 * warmth * warm_albedo;
 #endif

@@ -1,7 +1,8 @@
 #version 450 core
 //! variant
 //! variant -DSHADOWED
-// A ball's pixels, as if seen from far away: the ball is small.
+// Pixels of a ball, by parallel projection: the ball is small.
+//! include "depth.glsl"
 //! include "light.glsl"
 #ifdef SHADOWED
 //! include "shadow.glsl"
@@ -13,8 +14,7 @@ uniform float radius_m;
 uniform vec3 albedo;
 uniform vec3 light_eye_m;
 uniform vec3 up_eye;
-uniform float light_reach_m;      // distance at which the light has its nominal strength
-uniform vec2 window_depth_terms;  // NDC depth = x + y / z
+uniform float light_reach_m;  // distance at which the light has its nominal strength
 out vec3 colour;
 
 void main() {
@@ -22,8 +22,7 @@ void main() {
   if (is_round > 0.5 && dot(across, across) > 1.0) discard;
   vec3 normal = vec3(across, -sqrt(max(1.0 - dot(across, across), 0.0)));
   vec3 p = center_eye_m + radius_m * normal;
-  gl_FragDepth = clamp(0.5 + 0.5 * (window_depth_terms.x + window_depth_terms.y / p.z), 0.0,
-                       0.99999994);
+  gl_FragDepth = window_depth(window_depth_terms.x + window_depth_terms.y / p.z);
   vec3 to_light = (light_eye_m - p) / light_reach_m;
   float towards_light = dot(normal, to_light);
 #ifdef SHADOWED
@@ -32,6 +31,5 @@ void main() {
     towards_light *= light_reaching((light_from_eye * vec4(center_eye_m, 1.0)).xyz,
                                     mat3(light_from_eye) * to_light);
 #endif
-  colour = srgb(lit(albedo, towards_light, dot(normal, up_eye),
-                    max(dot(to_light, to_light), 1e-6)));
+  colour = srgb(lit(albedo, towards_light, dot(normal, up_eye), dot(to_light, to_light)));
 }

@@ -6,14 +6,15 @@
 namespace fivepipe::render {
 namespace {
 
-// Relative difference of a light's or the head's pose in a message, whose rotation is a quaternion.
+// Accepted relative difference of two poses of a light or of the head. A message holds a rotation
+// as a quaternion, which rounds it.
 constexpr double kSamePose = 1e-9;
 
 bool is_same_frame(const HullFrame* a, const HullFrame& b) {
   return a && a->frame == b.frame && a->capture_stamp_ns == b.capture_stamp_ns;
 }
 
-// Returns the pose of the head with an eye of this pose.
+// Returns the pose of the head, one of whose eyes has this pose.
 Eigen::Isometry3d head_from_world(const config::HullView& view,
                                   const Eigen::Isometry3d& eye_from_world) {
   return config::eye_at(-view.eye_x_m, eye_from_world);

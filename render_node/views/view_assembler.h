@@ -41,7 +41,7 @@ class ViewAssembler {
 
   // Drops all frames and accepts any frame number next. Call when a replay starts.
   void reset();
-  // Of all views.
+  // Returns the sums over all views.
   ViewCounts counts() const;
 
  private:

@@ -223,17 +223,17 @@ void Cloth::stop(const ClothVertexContact& contact) {
 
 double Cloth::separate(std::span<const ClothSelfTouch> touches) {
   const std::array<std::vector<Eigen::Vector3d>*, 1> position = {&p_}, velocity = {&v_};
-  double most_m = 0;
+  double max_missing_m = 0;
   for (const ClothSelfTouch& touch : touches) {
     const Sum<4> apart = offset(touch);
     const Eigen::Vector3d& normal = touch.normal_world;
     const double missing_m = touch.distance_m - normal.dot(apart.of(p_));
     if (!(missing_m > 0) || !push(apart, normal, missing_m, position)) continue;
-    most_m = std::max(most_m, missing_m);
+    max_missing_m = std::max(max_missing_m, missing_m);
     if (const double approach_m_s = -normal.dot(apart.of(v_)); approach_m_s > 0)
       push(apart, normal, approach_m_s, velocity);
   }
-  return most_m;
+  return max_missing_m;
 }
 
 }  // namespace fivepipe::sim

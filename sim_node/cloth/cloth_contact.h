@@ -25,12 +25,13 @@ class ClothHullContact {
   ClothHullContact(const geometry::Mesh& mesh, const config::ClothSettings& settings);
 
   // Returns the contacts of the cloth's present shape with the hull, by part and ascending
-  // triangle. Each has the offset at which its point has left the hull. A part is where it is
-  // before_s before the newest frame, and its contacts have its velocity within the step_s before
-  // that (hull_part.h). Requires hull.query(). Invalidates the results of hull.detect().
+  // triangle. Each has the offset at which its point has left the hull. A part has its place at
+  // before_s before the newest frame, the end of a step of step_s; its contacts have its velocity
+  // in the middle of that step (hull_part.h). Requires hull.query(). Invalidates the results of
+  // hull.detect().
   std::vector<ClothContact> find(const Cloth& cloth, CurrentHull& hull, double step_s,
                                  double before_s);
-  // Forgets the sides of triangles that had no contact for kSideSteps. Call once per step.
+  // Forgets the sides of triangles that had no contact for kSideSteps steps. Call once per step.
   void forget_idle_sides();
   // Distance by which the deepest point of the last find() has to move [m]; 0 without contacts.
   double deepest_m() const { return deepest_m_; }
@@ -67,7 +68,7 @@ class ClothHullContact {
   std::uint64_t without_exit_ = 0;
 };
 
-// A triangle keeps its side over a frame without contact: the steps of a frame at 15 Hz.
+// A triangle keeps its side over a frame without contact: the steps of 1/240 s of a frame at 15 Hz.
 inline constexpr int kSideSteps = 16;
 // The hull may be this thick along V_rec: more than a forearm and less than a body.
 inline constexpr double kMaxClothExit_m = 0.3;

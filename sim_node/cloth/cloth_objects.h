@@ -4,7 +4,7 @@
 // steps that follow a new hull divide the way out of it evenly, so that the cloth moves at the
 // hull's speed, and at most kMaxClothProjections projections after the last step move the rest of
 // the cloth out. With a history, the hull's parts move from step to step, and the projections
-// follow each.
+// follow each step.
 #pragma once
 #include <cstdint>
 #include <optional>
@@ -47,9 +47,9 @@ class ClothObjects {
   // By position in objects(); in the frame of the object's start [m].
   std::vector<Eigen::Vector3d> vertices_object_m(std::size_t i) const;
   const Cloth& cloth(std::size_t i) const { return cloths_[i].cloth; }
-  // At the last report's time: the pairs of a triangle and a part of the hull in contact in the
-  // last step, and the way out of the hull that the last projection left, along the direction in
-  // which the cloth leaves. After kMaxClothProjections it is the way before the last one.
+  // At the time of the last report: the pairs of a triangle and a part of the hull in contact in
+  // the last step, and the way out of the hull that the last projection left, along the direction
+  // in which the cloth leaves. After kMaxClothProjections projections, that before the last one.
   const HullContacts& hull_contacts(std::size_t i) const { return cloths_[i].hull_contacts; }
   const ClothCounters& counters() const { return counters_; }
 

@@ -12,7 +12,7 @@ namespace {
 using collision::Triangle;
 using Eigen::Vector3d;
 
-// Contacts that lack less than this count as resolved; far below what a view shows.
+// Contacts with a smaller missing distance count as resolved. It is far below a pixel of a view.
 constexpr double kResolved_m = 1e-6;
 
 }  // namespace
@@ -64,13 +64,13 @@ void ClothSelfContact::find(std::uint32_t vertex, const Cloth& cloth,
     }
     const Vector3d nearest_m = collision::TriangleShape(now).nearest_to(p_m);
     const double distance_m = (p_m - nearest_m).norm();
-    // On the triangle there is no direction; the next step crosses it or leaves it.
+    // On the triangle the direction is undefined: no contact.
     if (!(distance_m > 0 && distance_m < thickness_m_)) return;
     if (const double kept = kept_m(vertex, t); distance_m < kept)
       touches.push_back({vertex, t, collision::barycentric_weights(now, nearest_m),
                          (p_m - nearest_m) / distance_m, kept});
   });
-  // The tree has no order that is fixed.
+  // The tree calls in unspecified order.
   std::sort(
       touches.begin() + std::ptrdiff_t(first), touches.end(),
       [](const ClothSelfTouch& a, const ClothSelfTouch& b) { return a.triangle < b.triangle; });

@@ -44,9 +44,10 @@ class HullManifolds {
   void forget(std::size_t object);  // it has jumped
   void reset();                     // all have jumped
 
-  // The pairs of an object and a part with kept contacts, and the deepest point below its plane, at
-  // before_s before the hull's newest frame. A plane is within 1.5 footprints of the hull's surface
-  // (kPlaneTolerance); the hull may be deeper between the points.
+  // Returns the number of pairs of an object and a part with kept contacts, and the depth of the
+  // deepest point below its plane, at before_s before the hull's newest frame. A plane is within
+  // 1.5 footprints of the hull's surface (kPlaneTolerance); between the points an object may be
+  // deeper in the hull.
   HullContacts contacts(double before_s) const;
   const Counters& counters() const { return counters_; }
 

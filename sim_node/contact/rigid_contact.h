@@ -40,8 +40,8 @@ class RigidContact {
   // Returns the object's last contact since the previous call and forgets it; nullopt if there was
   // none.
   std::optional<HullContact> take_contact(std::size_t object);
-  // Of the last query: the objects that collided, and the deepest that still did after the moves,
-  // along V_rec. An object without an exit counts without depth.
+  // Of the last query: the number of objects that collided, and the largest depth that the moves
+  // left, along V_rec. An object without an exit counts without depth.
   const HullContacts& last_query() const { return last_query_; }
   const Counters& counters() const { return counters_; }
 

@@ -28,7 +28,7 @@ class CurrentHull {
   // The parts of the newest frame's hull: those of the history; without a history one part, the
   // whole hull at rest. Empty if query() is null.
   std::span<const HullPart> parts() const { return parts_; }
-  // The newest frame's maps. Valid until the next set().
+  // The maps of the last set(), which the caller owns.
   std::span<const hull::Silhouette> silhouettes() const { return silhouettes_; }
   double time_s() const { return time_s_; }  // of the last set()
   // Number of calls of set().

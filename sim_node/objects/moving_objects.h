@@ -21,11 +21,11 @@ class MovingObjects {
   // Borrows its arguments, which must outlive this object.
   MovingObjects(const config::Scene& scene, const ObjectModels& models, const RigidBodies& bodies);
 
-  // Call after the bodies' step: takes their new poses. Those of the call before are where the step
-  // began.
+  // Call after the bodies' step: takes their new poses. The poses of the previous call are those at
+  // the start of the step.
   void begin_step();
-  // The next begin_step() takes the object's pose as that of the step's start too. Call forget() if
-  // the object jumped.
+  // Call if the object jumped: the next begin_step() also takes its new pose as that at the start of
+  // the step.
   void forget(std::size_t object) { is_known_[object] = false; }
   void reset() { is_known_.assign(is_known_.size(), false); }  // all have jumped
 
@@ -44,7 +44,7 @@ class MovingObjects {
     const MovingObjects& objects_;
     std::size_t object_;
     double radius_m_;
-    Eigen::AlignedBox3d box_world_m_;  // that the object has swept, radius_m larger
+    Eigen::AlignedBox3d box_world_m_;  // of the object at both ends of the step, radius_m larger
     Eigen::Isometry3d before_from_world_, now_from_world_;
   };
   // Of all objects but cloths, in the scene's order.
@@ -55,11 +55,11 @@ class MovingObjects {
   const ObjectModels& models_;
   const RigidBodies& bodies_;
   std::vector<Eigen::AlignedBox3d> bounds_m_;  // by object, in its frame
-  std::vector<bool> is_known_;                 // by object: world_from_now_ is valid
+  std::vector<bool> is_known_;                 // by object: the last begin_step() took its pose
   std::vector<Eigen::Isometry3d> world_from_before_, world_from_now_;  // by object
 };
 
-// Whether the segment's box meets the box.
+// Returns true if the bounding box of a point's path in the step overlaps the box.
 bool may_meet(const Eigen::AlignedBox3d& box_m, const Eigen::Vector3d& from_m,
               const Eigen::Vector3d& to_m);
 

@@ -151,9 +151,9 @@ void add_joint(const config::Joint& joint, Body& body) {
   body.body->setDamping(damping, damping);
 }
 
-// The present distance of the bodies along a contact's normal [m]; negative if they overlap.
-// Returns nullopt if a body has left the contact, as btPersistentManifold::refreshContactPoints(),
-// which would also change the contact.
+// Returns the present distance of the bodies along a contact's normal [m]; negative if they
+// overlap. Returns nullopt if a body has left the contact, by the test of
+// btPersistentManifold::refreshContactPoints(), which would also change the contact.
 std::optional<double> distance_m(const btPersistentManifold& manifold,
                                  const btManifoldPoint& point) {
   const btVector3 b_to_a_m = manifold.getBody0()->getWorldTransform() * point.m_localPointA -

@@ -65,7 +65,7 @@ class RigidBodies {
   Eigen::Vector3d velocity_m_s(std::size_t object) const;  // of the centre, world frame
   Eigen::Vector3d velocity_m_s(std::size_t object, const Eigen::Vector3d& p_world_m) const;
 
-  // Kinetic energy of translation and rotation [J]; 0 for an object that is not dynamic.
+  // Returns the kinetic energy of translation and rotation [J]; 0 if the object is not dynamic.
   double kinetic_energy_j(std::size_t object) const;
   BodyContacts contacts() const;
 

@@ -20,7 +20,7 @@ SolidContact face(int axis, double side, const Vector3d& half_m, const Vector3d&
   return {side * Vector3d::Unit(axis), side * to_m[axis] - half_m[axis]};
 }
 
-// A path that crosses a triangle.
+// The crossing of a path with a triangle of a mesh.
 struct Crossing {
   collision::TriangleCrossing crossing;
   std::uint32_t triangle;
@@ -67,7 +67,7 @@ std::optional<SolidContact> box_contact(const Vector3d& half_m, const PathInStep
   }
   if (!(enter <= leave)) return std::nullopt;
   if (entered >= 0) return face(entered, std::copysign(1, path.from_m[entered]), half_m, path.to_m);
-  // It begins in the box: it is pushed to the nearest face.
+  // The path begins in the box: the nearest face pushes the particle out.
   int nearest = 0;
   for (int axis = 1; axis < 3; ++axis)
     if (half_m[axis] - std::abs(path.to_m[axis]) < half_m[nearest] - std::abs(path.to_m[nearest]))
@@ -105,7 +105,7 @@ std::optional<MeshContact> mesh_contact(const collision::Bvh& tree,
         {normal, normal.dot(path.to_m - now[0])}, first->triangle, first->crossing.weights};
   }
   const auto nearest = collision::nearest_point(tree, path.to_m, path.radius_m);
-  // On the surface itself there is no direction; the next step crosses it or leaves it.
+  // On the surface itself the direction is undefined.
   if (!nearest || !(nearest->distance_m > 0)) return std::nullopt;
   const Triangle now = corners(tree.mesh().triangles[nearest->triangle], tree.mesh().vertices_m);
   return MeshContact{{(path.to_m - nearest->p_m) / nearest->distance_m, nearest->distance_m},

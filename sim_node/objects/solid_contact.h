@@ -23,8 +23,8 @@ struct SolidContact {
   double distance_m;       // from the plane to the end of the path
 };
 
-// Each returns the plane that stops it, or nullopt if the point stays at least its radius away, or
-// if the path is not finite.
+// Each returns the plane that stops the point, or nullopt if the point stays at least its radius away
+// or the path is not finite.
 
 // A box around the origin. Its edges count as sharp, also for the point's radius.
 std::optional<SolidContact> box_contact(const Eigen::Vector3d& half_m, const PathInStep& path);
@@ -38,8 +38,9 @@ struct MeshContact {
 };
 // A surface with two sides; the point stays on its side. vertices_before_m: those of the tree at
 // the start of the step, if they differ (a cloth); else empty. moved_m: the longest of their moves.
-// The path is stopped at the first triangle that it crosses; without one, the point keeps its
-// radius from the nearest triangle.
+// The first triangle that the path crosses stops the point. If there is none, the point keeps its
+// radius from the nearest triangle; nullopt if the path ends on a triangle, where the direction is
+// undefined.
 std::optional<MeshContact> mesh_contact(const collision::Bvh& tree,
                                         std::span<const Eigen::Vector3d> vertices_before_m,
                                         double moved_m, const PathInStep& path);

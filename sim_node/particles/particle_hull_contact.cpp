@@ -8,12 +8,13 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Times that a particle in the hull is moved out: after an exit it may be in another part.
+// Maximum number of moves out of the hull: a particle may leave a part into another one.
 constexpr int kExits = 4;
 // Beyond the exit, so that rounding does not bring the particle back.
 constexpr double kBeyondExit_m = 1e-5;
 
-// Returns the shortest way out of the hull along the normal at p, if it has one, and upwards.
+// Returns the shorter way out of the hull: along the normal at p, if it is defined, or upwards.
+// Returns nullopt if neither leaves the hull within kMaxParticleExit_m.
 std::optional<Vector3d> way_out_m(const hull::HullQuery& query, const hull::HullDistance& distance,
                                   const Vector3d& p_world_m) {
   std::optional<Vector3d> shortest_m;

@@ -1,9 +1,10 @@
 // Contact of particles with the hull.
 //
 // In each step, the distance transforms of the silhouettes (hull_distance.h) give the surface near
-// each particle. A part that moves (scene `history`) is looked up where it is at the newest frame,
-// and its surface has its velocity. After the last step of a frame, the exact query of the hull
-// finds the particles that are still inside; these leave along exact rays.
+// each particle. If a part moves (scene `history`), the query maps each particle to the part's
+// place at the newest frame, and the surface has the part's velocity. After the last step of a
+// frame, the exact query of the hull finds the particles that are still inside; these leave along
+// exact rays.
 #pragma once
 #include <cstdint>
 #include <optional>
@@ -17,13 +18,14 @@ namespace fivepipe::sim {
 
 class ParticleHullContact {
  public:
-  // Call before a step: takes the hull's newest frame, at the time of the step's end plus
-  // before_s (negative: before it). Requires hull.query().
+  // Call before step(), for all sources. Takes the hull's newest frame, which is before_s after the
+  // end of the step (negative: before it). Requires hull.query().
   void begin(const CurrentHull& hull, double step_s, double before_s);
-  // Moves the particles out of the hull. Returns the number of particles that touched it.
+  // Moves the particles out of the hull. Returns the number of contacts: one per particle and part.
   std::uint64_t step(const config::ParticleSource& source, ParticleSet& particles) const;
   // Call after the last step of a frame. Moves the particles that are still in the newest hull out
-  // of it, and removes those without a way out of kMaxParticleExit_m. Returns the number of these.
+  // of it, by at most four moves of at most kMaxParticleExit_m, and removes those for which that is
+  // not enough. Returns the number of removed particles.
   std::uint64_t leave(const hull::HullQuery& query, ParticleSet& particles) const;
 
  private:
@@ -37,7 +39,7 @@ class ParticleHullContact {
   std::vector<PlacedPart> parts_;
 };
 
-// More than half a forearm.
+// More than half the thickness of a forearm.
 inline constexpr double kMaxParticleExit_m = 0.1;
 
 }  // namespace fivepipe::sim

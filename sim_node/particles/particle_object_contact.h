@@ -14,13 +14,13 @@ class ParticleObjectContact {
   ParticleObjectContact(const ObjectModels& models, const MovingObjects& rigid,
                         const ClothObjects* cloths);
 
-  // Call after the objects' step and before step(): takes the cloths' new shapes. Those of the call
-  // before are where the step began.
+  // Call after the objects' step and before step(): takes the cloths' new shapes. The shapes of
+  // the previous call are those at the start of the step.
   void begin();
   // Moves the particles out of the objects.
   void step(const config::ParticleSource& source, ParticleSet& particles) const;
-  // The next begin() takes the cloth's shape as that of the step's start too. Call forget() if the
-  // cloth jumped.
+  // Call if the cloth jumped: the next begin() also takes its new shape as that at the start of the
+  // step.
   void forget(std::size_t object);
   void reset();  // all have jumped
 

@@ -15,6 +15,7 @@ struct ParticleSet {
   std::vector<double> age_s;
 
   std::size_t size() const { return p_world_m.size(); }
+  // age: in seconds.
   void add(const Eigen::Vector3d& p_m, const Eigen::Vector3d& v_m_s, double age);
   void remove(std::size_t i);  // the last particle takes its place
 };
@@ -22,15 +23,16 @@ struct ParticleSet {
 // Emits a source's particles at equal intervals. The n-th particle is always the same.
 class ParticleEmitter {
  public:
-  // source: by its position in the scene, particles of two sources differ.
+  // position: of the source in the scene; the seed of its particles.
   ParticleEmitter(const config::ParticleSource& source, std::size_t position);
 
-  // Adds the particles that begin within the step_s up to now, as if in free flight.
+  // Adds the particles that start within the step of step_s up to now. Each moves at its initial
+  // velocity for the rest of the step.
   void step(double step_s, ParticleSet& particles);
   void reset();  // begins again with the first particle
 
  private:
-  // From -1 to 1, evenly; a function of the source, the particle and n.
+  // Returns a number that is uniform in [-1, 1), a function of the source, the particle and n.
   double random(std::uint64_t particle, std::uint64_t n) const;
 
   config::ParticleSource source_;

@@ -13,7 +13,7 @@ namespace fivepipe::sim {
 // Totals since construction.
 struct ParticleCounters {
   std::uint64_t contacts = 0;    // with the hull: one per particle, part and step
-  std::uint64_t stuck = 0;       // removed from the hull, because no exit was within reach
+  std::uint64_t stuck = 0;       // removed: HullTouches::leave() found no way out of the hull
   std::uint64_t not_finite = 0;  // removed
 };
 

@@ -81,7 +81,7 @@ class Simulation {
   // Returns null if the scene has no history.
   const std::vector<collision::TrackedComponent>* hull_components() const;
   SimulationCounters counters() const;
-  // Of the present state.
+  // Returns the metrics of the present state.
   SimulationMetrics metrics() const;
 
  private:

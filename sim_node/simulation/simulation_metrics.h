@@ -38,6 +38,8 @@ struct SimulationMetrics {
   std::optional<ParticleMetrics> particles;
 };
 
+// Returns nullopt if the scene has no dynamic object. bouncing, touching: the contacts with the
+// hull of the objects with reaction `bounce` and `contact`.
 std::optional<BodyMetrics> body_metrics(const config::Scene& scene, const RigidBodies& bodies,
                                         const HullContacts& bouncing, const HullContacts& touching);
 ClothMetrics cloth_metrics(const ClothObjects& cloths, double gravity_m_s2);

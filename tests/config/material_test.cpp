@@ -19,7 +19,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-// The checks of the configuration do not read further than the header.
+// The checks of the configuration read only the header.
 const std::string kImage = test::png_header(2, 2);
 
 test::GlbContent board_and_red() {
@@ -80,7 +80,7 @@ TEST_F(MeshMaterial, OfAGlbHaveColoursTexturesAndCoordinatesByTriangle) {
     }
 }
 
-// The vertices and triangles that the other nodes know.
+// sim_node and render_node must have the same vertices and triangles.
 TEST_F(MeshMaterial, DoNotChangeTheMesh) {
   test::GlbContent content = board_and_red();
   content.parts.push_back(test::glb_rectangle(3, 1, 0));
@@ -222,7 +222,7 @@ TEST_F(MeshMaterial, ColourOfTheObjectReplacesThem) {
 TEST_F(MeshMaterial, BadTextureCoordinatesAreAReason) {
   test::GlbContent content = board_and_red();
   for (const float bad : {std::numeric_limits<float>::quiet_NaN(),
-                          std::numeric_limits<float>::infinity(), 1.1e6f, -1.1e6f})
+                          std::numeric_limits<float>::infinity(), 1.1e6f, -1.1e6f, 1000000.5f})
     for (const std::size_t axis : {0, 1}) {
       content = board_and_red();
       content.parts[0].uv[4][axis] = bad;

@@ -54,8 +54,8 @@ int different_pixels(const cv::Mat& a, const cv::Mat& b) {
   return different;
 }
 
-// The scene has all that is drawn: shadows, a coloured hull, objects, and particles at the borders
-// of both images, which must not reach into the other one.
+// The scene has everything that is drawn: shadows, a coloured hull, objects, and particles at the
+// borders of both images, which must not reach into the other one.
 TEST_F(Stereo, EachEyeSeesWhatAViewerThereSees) {
   config::Scene scene = scene_of(
       {plate("wall", 2, 8, 8),
@@ -79,7 +79,7 @@ TEST_F(Stereo, EachEyeSeesWhatAViewerThereSees) {
   for (const int number : {0, 1}) {
     Renderer one(scene, viewer_);
     one.draw(hulls[std::size_t(number)], {}, {"ball"}, {{cloud}});
-    // The offset of an image rounds its coordinates otherwise: some pixels at edges may differ.
+    // The offset of an image rounds its coordinates differently: some pixels at edges may differ.
     EXPECT_LE(different_pixels(of_eye(image, number), one.image_bgr()), 30) << number;
   }
   EXPECT_GT(different_pixels(of_eye(image, 0), of_eye(image, 1)), 10'000);

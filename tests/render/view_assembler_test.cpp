@@ -119,7 +119,7 @@ TEST_F(ViewsOfAFrame, EightFramesThatArriveByEyeAreAllJoined) {
   EXPECT_EQ(assembler_.counts().missing_eye, 0u);
 }
 
-TEST_F(ViewsOfAFrame, AtMostSoManyFramesWaitForTheOtherEye) {
+TEST_F(ViewsOfAFrame, FramesBeyondTheMaximumThatWaitForAnEyeAreDropped) {
   const std::uint64_t max = TileAssembler::kMaxOpenFrames;
   for (std::uint64_t frame = 1; frame <= max + 3; ++frame) add("viewer/left", frame);
   EXPECT_EQ(assembler_.counts().missing_eye, 3u);

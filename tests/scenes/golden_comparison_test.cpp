@@ -1,5 +1,5 @@
-// The comparison with a golden image refuses what a user would see and accepts
-// what rounding does.
+// The comparison with a golden image refuses a difference that a user would see and accepts that of
+// rounding.
 #include <gtest/gtest-spi.h>
 
 #include <opencv2/imgproc.hpp>

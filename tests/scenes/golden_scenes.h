@@ -1,6 +1,6 @@
-// The shipped scenes with golden images, and how far an image may differ from
-// them.
+// The shipped scenes with golden images, and how far an image may differ from them.
 #pragma once
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -9,13 +9,13 @@
 
 namespace fivepipe::test {
 
-// Another driver may round a shade, a texture or the edge of a shadow
-// differently.
+// Another driver may round a shade, a texture or the edge of a shadow differently. Bounds of
+// GoldenTolerance: of a pixel, of the mean, and the fraction of wrong pixels.
 inline constexpr int kShade_levels = 12;
 inline constexpr double kMean_levels = 0.2;
 inline constexpr double kOtherPixels = 0.002;
 
-// A square of this size with another colour is refused.
+// The comparison refuses an image in which a square of this size has another colour.
 inline constexpr int kNoticed_px = 32;
 
 struct GoldenScene {
@@ -30,7 +30,7 @@ inline const std::vector<GoldenScene> kGoldenScenes = {
     {"particles", 48}, {"warm_plate", 60}, {"demo", 0},
 };
 
-// The scene of the deployment with this name.
+// Returns the scene of the deployment with this name. Throws std::invalid_argument.
 inline GoldenScene golden_scene(const std::string& name) {
   for (const GoldenScene& scene : kGoldenScenes)
     if (scene.name == name) return scene;

@@ -1,6 +1,5 @@
-// Compares a frame of each shipped scene with the image in tests/golden/scenes.
-// The frame is the deployment's still_frame, in which the scene shows what it
-// is for.
+// Compares a frame of each shipped scene with the image in tests/golden/scenes. The frame is the
+// deployment's still_frame, in which the scene shows what it is for.
 //   FIVEPIPE_WRITE_GOLDEN=1 tests/run -R LooksLikeItsGoldenImage
 // replaces the images; inspect each of them before you commit it.
 #include "tests/scenes/golden_scenes.h"

@@ -28,8 +28,8 @@ std::vector<float> coordinates(const std::vector<Eigen::Vector3d>& points_m) {
   return coordinates_m;
 }
 
-// Returns the colours that the camera sees at the pixels of its silhouette:
-// those of a synthetic camera, without noise.
+// Returns the colours that the camera sees at the pixels of its silhouette: those of a synthetic
+// camera, without noise.
 hull::ColourRegion colours_of(const std::vector<capture::SyntheticPart>& parts,
                               const hull::Silhouette& silhouette) {
   const hull::PixelRect region = silhouette.pixels.bounds();

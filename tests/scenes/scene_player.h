@@ -1,5 +1,5 @@
-// Plays a deployment with synthetic cameras in one process, without DDS: calls
-// the libraries of its nodes frame by frame. The same calls give the same bits.
+// Plays a deployment with synthetic cameras in one process, without DDS: calls the libraries of its
+// nodes frame by frame. The same calls give the same bits.
 #pragma once
 #include <opencv2/core.hpp>
 #include <optional>
@@ -22,8 +22,8 @@ namespace fivepipe::test {
 // Returns launch/deployments/NAME.yaml.
 config::Deployment shipped_deployment(const std::string& name);
 
-// The first node of the deployment with a configuration of this type; it must
-// have one.
+// Returns the configuration of the first node of the deployment with one of this type. Throws
+// std::invalid_argument if there is none.
 template <class Config>
 const Config& node_config(const config::Deployment& deployment) {
   for (const config::Node& node : deployment.nodes)
@@ -31,23 +31,21 @@ const Config& node_config(const config::Deployment& deployment) {
   throw std::invalid_argument(deployment.name + " lacks a node");
 }
 
-// Needs a current OpenGL context from construction to destruction. Reconstructs
-// by backend `cpu`, whose hull is the same on every machine.
+// Needs a current OpenGL context from construction to destruction. Reconstructs by backend `cpu`,
+// whose hull is the same on every machine.
 class ScenePlayer {
  public:
   explicit ScenePlayer(const config::Deployment& deployment);
 
-  // Simulates these frames against the exact silhouettes of the actor: a pixel
-  // is set if its center is in the silhouette. Without noise and segmentation,
-  // a frame takes little time.
+  // Simulates these frames against the exact silhouettes of the actor: a pixel is set if its center
+  // is in the silhouette. Without noise and segmentation, a frame takes little time.
   void simulate(std::int64_t first_frame, std::int64_t last_frame);
 
-  // Returns the composite of the last simulated frame. Its hull has the exact
-  // silhouettes and the actor's colours.
+  // Returns the composite of the last simulated frame. Its hull has the exact silhouettes and the
+  // actor's colours.
   cv::Mat composite();
-  // The same with the maps and colours that capture_node computes from the
-  // images of the synthetic cameras. The first call takes about a second per
-  // camera.
+  // The same with the maps and colours that capture_node computes from the images of the synthetic
+  // cameras. The first call takes about a second per camera.
   cv::Mat composite_of_images();
 
  private:

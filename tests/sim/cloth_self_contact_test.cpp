@@ -100,7 +100,7 @@ TEST(ClothSelfContact, WithoutTheKeyItFallsThrough) {
   EXPECT_EQ(fallen.contacts, 0u);
 }
 
-// Vertices that are nearer to each other's triangles than the thickness at the start stay so.
+// Vertices that are nearer to triangles than the thickness at the start keep their distance.
 TEST(ClothSelfContact, AThicknessAboveTheMeshSizeDoesNotBlowTheClothUp) {
   config::Scene scene = folded(true);
   scene.gravity_m_s2 = 0;
@@ -113,7 +113,7 @@ TEST(ClothSelfContact, AThicknessAboveTheMeshSizeDoesNotBlowTheClothUp) {
     EXPECT_LT((cloths.cloth(0).vertices_world_m()[v] - start_m[v]).norm(), 1e-6) << v;
 }
 
-// A sheet that is thrown at itself faster than a layer is apart per step.
+// The upper layer moves farther within a step than the layers are apart.
 TEST(ClothSelfContact, AFastVertexStaysOnItsSide) {
   const geometry::Mesh mesh = folded_sheet();
   config::ClothSettings settings = *folded(true).objects[0].cloth;

@@ -39,7 +39,7 @@ double deepest_m(const std::vector<hull::Silhouette>& silhouettes, const sim::Pa
   double deepest_m = 0;
   for (const Vector3d& p_m : of.p_world_m) {
     if (!hull::in_hull(silhouettes, p_m)) continue;
-    // The nearest point outside, on directions 26 apart.
+    // The nearest point outside, along 26 directions.
     double nearest_m = 0.05;
     for (int x = -1; x <= 1; ++x)
       for (int y = -1; y <= 1; ++y)
@@ -281,7 +281,7 @@ TEST(Particles, AHandPushesParticlesAtItsSpeedWithHistory) {
     const sim::ParticleSet& particles = simulation.particles(0);
     int pushed = 0;
     for (std::size_t i = 0; i < particles.size(); ++i)
-      // Those that were there before the hand arrived.
+      // Only the particles that started before the hand arrived.
       if (particles.age_s[i] > 0.35) ++pushed, mean_m_s += particles.v_world_m_s[i].x();
     ASSERT_GT(pushed, 100);
     mean_m_s /= pushed;

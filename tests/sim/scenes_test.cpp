@@ -115,24 +115,24 @@ TEST(ShippedScenes, TheDoorIsPushedOpenAndCloses) {
 TEST(ShippedScenes, ParticlesFallOnTheHandAndAreThrown) {
   Scene scene("particles");
   double highest_m = 0;
-  std::size_t most = 0, worst = 0;
+  std::size_t max_grains = 0, in_hull = 0;
   scene.play([&](double time_s) {
     const sim::ParticleSet& grains = scene.simulation().particles(0);
-    most = std::max(most, grains.size());
+    max_grains = std::max(max_grains, grains.size());
     for (std::size_t i = 0; i < grains.size(); ++i) {
-      // The spout is at z = 0.53 m; those that the hand throws up rise above their first fall.
+      // The spout is at z = 0.53 m. The hand throws at this time.
       if (time_s > 4.2 && time_s < 5 && grains.v_world_m_s[i].z() > 0.3)
         highest_m = std::max(highest_m, grains.p_world_m[i].z());
-      worst += hull::in_hull(scene.silhouettes(), grains.p_world_m[i]);
+      in_hull += hull::in_hull(scene.silhouettes(), grains.p_world_m[i]);
     }
   });
   std::printf("particles: at most %zu grains, thrown to z = %.2f m, %llu contacts, %llu stuck\n",
-              most, highest_m,
+              max_grains, highest_m,
               static_cast<unsigned long long>(scene.simulation().counters().particles.contacts),
               static_cast<unsigned long long>(scene.simulation().counters().particles.stuck));
-  EXPECT_NEAR(double(most), 4500, 50);
+  EXPECT_NEAR(double(max_grains), 4500, 50);
   EXPECT_GT(highest_m, 0.33);
-  EXPECT_EQ(worst, 0u);
+  EXPECT_EQ(in_hull, 0u);
   EXPECT_GT(scene.simulation().counters().particles.contacts, 20000u);
   EXPECT_LT(scene.simulation().counters().particles.stuck, 10u);
 }

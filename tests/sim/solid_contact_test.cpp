@@ -108,7 +108,7 @@ TEST(SolidContact, ASheetHoldsParticlesOnBothOfItsSides) {
   EXPECT_FALSE(mesh_contact(tree, {}, 0, path({0.52, 0.01, z_m}, {0.52, -0.01, z_m})));
 }
 
-// The sheet passes over a particle that rests: it is taken along on its side.
+// A sheet that passes over a particle at rest takes it along, on the side on which it was.
 TEST(SolidContact, ASheetThatMovesTakesAParticleAlong) {
   geometry::Mesh now = sheet();
   const std::vector<Vector3d> before_m = now.vertices_m;

@@ -44,7 +44,7 @@ bool is_long() { return std::getenv("FIVEPIPE_LONG") != nullptr; }
 // counted `incomplete` as dropped.
 void expect_rates(std::map<std::string, std::uint64_t> counts, std::size_t frames,
                   std::uint64_t incomplete, double seconds) {
-  // capture_node skips a frame if it comes too late for it, and other processes of the machine may
+  // capture_node skips a frame if it is late for it, and other processes of the machine may
   // delay a node. In a short run the start weighs more.
   const double tolerance = is_long() ? 0.05 : 0.3;
   const double composited = 1 - double(incomplete) / double(frames);

@@ -7,7 +7,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Weights this far below 0 count as in the triangle, so that no path slips between two triangles.
+// A point with barycentric weights this far below 0 counts as in the triangle, so that no path
+// passes between two adjacent triangles. Rounding changes a weight by about 1e-16.
 constexpr double kBesideTriangle = 1e-9;
 
 Triangle between(const MovingTriangle& triangle, double at) {

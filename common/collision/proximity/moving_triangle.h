@@ -1,4 +1,5 @@
-// Continuous collision of a point with a triangle, both of which move evenly within a step.
+// Continuous collision detection of a point with a triangle. Each vertex and the point move at a
+// constant velocity within a step. Coordinates are in one frame [m].
 #pragma once
 #include <Eigen/Core>
 #include <optional>
@@ -29,9 +30,10 @@ struct TriangleCrossing {
   Eigen::Vector3d weights;  // of the crossed point
   double side;              // of the point at the start: 1: the normal's side; -1: the other one
 };
-// Returns where a point that moves from `before` to `now` crosses the triangle, or nullopt: also if
-// it starts or ends on the triangle's plane, and if a coordinate is not finite. The signed distance
-// to the plane counts as linear in time, which is exact if the triangle does not turn.
+// Returns the crossing of a point that moves from `before` to `now` with the triangle. Returns
+// nullopt if there is none, if the point starts or ends on the triangle's plane, or if a coordinate
+// is not finite. The signed distance to the plane counts as linear in time, which is exact if the
+// triangle does not turn.
 std::optional<TriangleCrossing> crossing(const MovingTriangle& triangle,
                                          const Eigen::Vector3d& before, const Eigen::Vector3d& now);
 

@@ -8,10 +8,11 @@
 namespace fivepipe::collision {
 namespace {
 
-// Float rounds the coordinates, each by half an epsilon of their size.
+// Bound of the rounding errors in float, relative to the coordinates: half an epsilon for each
+// coordinate, and less than three for the distance.
 constexpr float kRounding = 8 * std::numeric_limits<float>::epsilon();
 
-// A branch-and-bound search: a box beyond the nearest point so far is skipped.
+// Branch-and-bound search: skips a box that is farther away than the nearest point so far.
 class Search {
  public:
   Search(const Bvh& tree, const Eigen::Vector3d& p_m, double reach_m)
@@ -38,7 +39,7 @@ class Search {
     }
   }
 
-  // A lower bound; infinity if the box is absent.
+  // Returns a lower bound of the distance to a box; infinity if the box is absent.
   double distance_m(const Bvh::Boxes& boxes, std::size_t child) const {
     float sum = 0;
     for (std::size_t axis = 0; axis < 3; ++axis) {

@@ -1,4 +1,4 @@
-// The point of a mesh that is nearest to a given point.
+// The point of a mesh that is nearest to a given point, and the triangles near a box.
 #pragma once
 #include <Eigen/Geometry>
 #include <functional>
@@ -13,13 +13,13 @@ struct NearestPoint {
   Eigen::Vector3d p_m;     // tree's frame
   double distance_m;
 };
-// Returns the nearest point of the tree's triangles if it is at most reach_m from p (both in the
-// tree's frame), or nullopt; also if p is not finite.
+// Returns the point of the tree's triangles that is nearest to p (both in the tree's frame).
+// Returns nullopt if it is more than reach_m from p, or if p is not finite.
 std::optional<NearestPoint> nearest_point(const Bvh& tree, const Eigen::Vector3d& p_m,
                                           double reach_m);
 
-// Calls `take` for each triangle whose bounding box in the tree may meet the box (tree's frame), in
-// no order. Takes none if the box is not finite.
+// Calls `take` for each triangle whose bounding box in the tree may overlap the box (tree's frame),
+// in unspecified order. Does not call it if the box is not finite.
 void each_triangle_near(const Bvh& tree, const Eigen::AlignedBox3d& box_m,
                         const std::function<void(std::uint32_t triangle)>& take);
 

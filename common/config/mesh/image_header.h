@@ -23,7 +23,7 @@ std::optional<std::string> why_no_texture(std::string_view bytes, bool is_whole_
 
 // The largest texture of common OpenGL drivers.
 inline constexpr std::uint32_t kMaxTextureSize_px = 16384;
-// An image file may have this many bytes.
+// Maximum size of an image file.
 inline constexpr std::size_t kMaxImageBytes = std::size_t(256) << 20;
 
 }  // namespace fivepipe::config

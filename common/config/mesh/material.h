@@ -10,8 +10,8 @@
 
 namespace fivepipe::config {
 
-// Colours outside the texture's unit square: of the texture again, of its mirror image, or of its
-// edge.
+// Colours outside the texture's unit square: those of the repeated texture, of its mirror image, or
+// of its edge.
 enum class Wrap { repeat, mirror, clamp };
 
 // A texture with sRGB colours. The image is a PNG or JPEG file beside the mesh file, or inside it.

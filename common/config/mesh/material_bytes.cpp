@@ -23,7 +23,8 @@ void append_text(std::string& bytes, const std::string& text) {
   bytes += text;
 }
 
-// Takes values from the front. After the first one that is not there, all are 0 or empty.
+// Takes values from the front. If the bytes end before a value, it and all later ones are 0 or
+// empty.
 class Taker {
  public:
   explicit Taker(std::string_view bytes) : rest_(bytes) {}
@@ -37,7 +38,7 @@ class Taker {
       std::memcpy(&result, from.data(), sizeof result);
     return result;
   }
-  // Number of elements that follow, each of at least min_bytes.
+  // Returns the number of elements that follow, each of at least min_bytes.
   std::size_t count(std::size_t min_bytes) {
     const auto result = value<std::uint64_t>();
     if (result > rest_.size() / min_bytes) is_good_ = false;

@@ -10,8 +10,8 @@ namespace fivepipe::config {
 
 std::string bytes_of(const MeshMaterials& materials);
 
-// Returns nullopt if the bytes are not those of the materials of a mesh with this many triangles: a
-// damaged child may write anything.
+// Returns nullopt if the bytes are not those of the materials of a mesh with this many triangles. A
+// child that imports a damaged file may write any bytes.
 std::optional<MeshMaterials> materials_from(std::string_view bytes, std::size_t triangles);
 
 }  // namespace fivepipe::config

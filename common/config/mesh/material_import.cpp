@@ -198,7 +198,7 @@ std::optional<std::string> MaterialImport::prepare(aiScene& scene) const {
       std::copy_n(mesh.mTextureCoords[set], mesh.mNumVertices, uv.get());
       for (unsigned v = 0; v < mesh.mNumVertices; ++v)
         if (!(std::abs(uv[v].x) <= kMaxTextureCoordinate &&
-              std::abs(uv[v].y) <= kMaxTextureCoordinate))
+              std::abs(1 - uv[v].y) <= kMaxTextureCoordinate))  // as in append()
           return name + "a texture coordinate is not finite, or beyond 1e6";
     }
     for (unsigned set = 0; set < AI_MAX_NUMBER_OF_TEXTURECOORDS; ++set) {

@@ -11,15 +11,15 @@
 
 namespace fivepipe::config {
 
-// Collects the materials of one file, in this order: the constructor, prepare(), then append() for
-// each mesh of the scene whose nodes' transformations have been applied.
+// Collects the materials of one file. Call prepare(), then append() for each mesh of the scene
+// whose nodes' transformations have been applied, then take().
 class MaterialImport {
  public:
   // Takes the materials that triangles of the scene use. `file`: the mesh file.
   MaterialImport(const aiScene& scene, const std::filesystem::path& file);
 
-  // Why the materials are unusable, or nullopt: a base colour outside 0 to 1, a texture whose file
-  // is absent, outside the folder of the mesh file or no texture (image_header.h).
+  // Returns why the materials are unusable, or nullopt: a base colour outside 0 to 1, or a texture
+  // whose file is absent, outside the folder of the mesh file, or unusable (image_header.h).
   const std::optional<std::string>& failure() const { return failure_; }
   bool has_materials() const { return !result_.materials.empty(); }
 
@@ -29,7 +29,9 @@ class MaterialImport {
   // larger than kMaxTextureCoordinate.
   std::optional<std::string> prepare(aiScene& scene) const;
 
+  // Appends the triangles of the mesh: their material and texture coordinates.
   void append(const aiMesh& mesh);
+  // Moves the materials out of this object, with `notes` appended to theirs.
   MeshMaterials take(std::vector<std::string> notes);
 
  private:

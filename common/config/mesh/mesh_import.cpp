@@ -61,7 +61,7 @@ class RegularFiles : public Assimp::DefaultIOSystem {
     return new Assimp::MemoryIOStream(content.release(), file_bytes, true);  // Close() deletes it
   }
 
-  // Returns the files that could not be opened if only one file, the mesh, could.
+  // If only the mesh file could be opened, returns the files that could not; else none.
   std::set<std::string> all_refused() const {
     return opened_.size() == 1 ? refused_ : std::set<std::string>();
   }
@@ -127,7 +127,8 @@ const aiScene* processed(Assimp::Importer& importer, int removed, unsigned steps
 }
 
 // Keeps positions only, so that equal corners become one vertex even if their normals or texture
-// coordinates differ. Gives the materials each mesh with its texture coordinates before.
+// coordinates differ. Before that, appends each mesh with its texture coordinates to `materials`,
+// unless that is null.
 const aiScene* simplified(Assimp::Importer& importer, MaterialImport* materials) {
   if (materials == nullptr)
     return processed(importer, kUnneeded | aiComponent_TEXCOORDS,

@@ -32,7 +32,9 @@ struct ClothSettings {
   // Distance that the cloth keeps from the hull, with self_collision from itself, and with
   // object_collision from rigid objects.
   double thickness_m = 0.002;
-  double friction = 0.3;  // Coulomb coefficient against the hull and the objects
+  // Coulomb coefficient against rigid objects and the hull, which is at rest if the scene has no
+  // history.
+  double friction = 0.3;
   bool self_collision = false;
   bool object_collision = false;  // whether the scene's rigid objects stop the vertices
   // Direction in which vertices leave the hull, world frame, of any length (paper, section 4.5).

@@ -1,4 +1,4 @@
-// How the scene's light acts: on real objects, and by shadows.
+// The view in which the scene's light casts shadows.
 #pragma once
 #include <array>
 

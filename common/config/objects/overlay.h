@@ -1,4 +1,4 @@
-// What render_node draws over the composite if the scene lists it.
+// Marks that render_node draws over the composite if the scene lists them.
 #pragma once
 
 namespace fivepipe::config {

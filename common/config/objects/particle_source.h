@@ -1,5 +1,5 @@
-// A source of particles in a scene: grains, drops or sparks that fall, and that the hull and the
-// scene's objects stop.
+// A source of particles in a scene: grains, drops or sparks that fall. The hull and the scene's
+// objects stop them.
 #pragma once
 #include <Eigen/Geometry>
 #include <array>
@@ -9,7 +9,7 @@ namespace fivepipe::config {
 
 struct ParticleSource {
   std::string name;                  // unique among the scene's sources and objects
-  Eigen::AlignedBox3d from_world_m;  // particles start evenly in this box
+  Eigen::AlignedBox3d from_world_m;  // particles start in this box, uniformly distributed
   Eigen::Vector3d velocity_world_m_s = Eigen::Vector3d::Zero();  // at the start
   double spread_m_s = 0;     // radius of the ball of random velocities that is added
   double rate_hz = 0;        // of new particles
@@ -21,12 +21,11 @@ struct ParticleSource {
   std::array<double, 3> colour_rgb = {0.8, 0.8, 0.8};  // 0 to 1, sRGB
 };
 
-// Largest number of particles of a source: rate times lifetime. A frame's message of as many has
-// 2.4 MB.
+// Maximum number of particles of a source: rate times lifetime. Their message has 2.4 MB.
 inline constexpr double kMaxParticles = 200'000;
-// A frame may have this many: rounding lets particles live a step longer.
+// Maximum number in the message of a frame: by rounding, a particle may live a step longer.
 inline constexpr double kMaxSentParticles = 1.1 * kMaxParticles;
-// The search for the hull's surface reaches this far (hull::kMaxOutside_px, at 2 mm per pixel).
+// HullDistance finds the surface up to this distance (hull::kMaxOutside_px, at 2 mm per pixel).
 inline constexpr double kMaxParticleRadius_m = 0.016;
 
 }  // namespace fivepipe::config

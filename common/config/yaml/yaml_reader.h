@@ -81,7 +81,7 @@ class YamlMap {
     return index ? choices[*index].second : default_value.value_or(choices.front().second);
   }
 
-  // Returns the values whose names a list holds, in its order, each with its place. Returns an
+  // Returns the values whose names a list holds, in its order, each with its location. Returns an
   // empty list if the key is absent. A repeated name is a problem.
   template <typename Value>
   std::vector<std::pair<Value, SourceLocation>> choices(

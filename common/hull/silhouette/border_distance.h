@@ -2,8 +2,8 @@
 //
 // Squared distances are separable: the distance along the rows is found first, then the smallest
 // sum with that along the columns (Felzenszwalb and Huttenlocher, "Distance Transforms of Sampled
-// Functions", 2012). Rows further away than the bound cannot matter, so each column takes a fixed
-// number of steps.
+// Functions", 2012). Rows farther away than the bound do not change the result, so each column
+// takes a fixed number of steps.
 #pragma once
 #include <Eigen/Core>
 #include <optional>
@@ -20,12 +20,12 @@ class BorderDistance {
 
   // Returns the distance from a position in the image (pixel centres are integers) to the border
   // [px]: positive at object pixels, negative elsewhere. It is linear between pixel centres. At a
-  // centre it is that to the nearest centre of the other kind, less the half pixel to the border;
-  // inside at most kMaxInside_px. Returns nullopt more than kMaxOutside_px from the object pixels,
-  // and if a coordinate is not finite.
+  // centre it is the distance to the nearest centre of the other kind, less the half pixel to the
+  // border; inside at most kMaxInside_px. Returns nullopt if the position is more than
+  // kMaxOutside_px from the object pixels, or if a coordinate is not finite.
   std::optional<double> at(const Eigen::Vector2d& uv_px) const;
   // Returns the gradient, over kGradient_px to each side. It points inwards, has a length of about
-  // 1, and is shorter where several borders are equally near. Requires at(uv_px).
+  // 1, and is shorter if several borders are equally near. Requires that at(uv_px) has a value.
   Eigen::Vector2d gradient(const Eigen::Vector2d& uv_px) const;
 
   // The distances at the pixels' centres, for kernels. Valid until this object is destroyed.
@@ -46,8 +46,9 @@ class BorderDistance {
   std::vector<float> distance_px_;  // row-major
 };
 
-// A hull that moves at 1 m/s between maps at 30 Hz gets 17 pixels of 2 mm deeper.
+// A hull at 1 m/s moves by 17 pixels of 2 mm between maps at 30 Hz.
 inline constexpr int kMaxInside_px = 24;
+// The largest radius of a particle (config::kMaxParticleRadius_m) at 2 mm per pixel.
 inline constexpr int kMaxOutside_px = 8;
 // The border is a staircase of single pixels. A longer baseline averages over its steps.
 inline constexpr double kGradient_px = 2.0;

@@ -15,8 +15,8 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// The smallest sum, over rows nearer than the bound, of the squared distances along and across the
-// rows, at columns [first, first + lanes).
+// Returns the smallest sum, over rows nearer than the bound, of the squared distances along and
+// across the rows, at columns [column, column + lanes).
 template <class D>
 HWY_INLINE hn::Vec<D> nearest(D d, std::span<const std::int16_t> squares, int width_px, int row,
                               int column, int bound_px) {

@@ -5,7 +5,7 @@
 namespace fivepipe::hull {
 namespace {
 
-// A shorter gradient is that of borders on opposite sides.
+// The gradient has length 1 at a single border. It is shorter between borders on opposite sides.
 constexpr double kMinGradient = 0.25;
 
 }  // namespace
@@ -44,13 +44,14 @@ std::optional<SurfaceNearby> HullDistance::surface_at(const LimitingBorder& bord
                                                       const Eigen::Vector3d& p_world_m) const {
   if (border.camera < 0) return std::nullopt;
   const DistanceCamera& c = cameras_[std::size_t(border.camera)];
-  const Eigen::Vector2d uv_px = *geometry::project(c.camera, p_world_m);
-  const Eigen::Vector2d gradient = c.distance.gradient(uv_px);
+  const std::optional<Eigen::Vector2d> uv_px = geometry::project(c.camera, p_world_m);
+  if (!uv_px) return std::nullopt;  // at the camera's centre, where the depths differ by rounding
+  const Eigen::Vector2d gradient = c.distance.gradient(*uv_px);
   const double length = gradient.norm();
   if (!(length > kMinGradient)) return std::nullopt;
   const Eigen::Vector2d outward = -gradient / length;
   const Eigen::Vector3d normal =
-      plane_normal(c.camera, uv_px + border.distance_px * outward, outward);
+      plane_normal(c.camera, *uv_px + border.distance_px * outward, outward);
   return SurfaceNearby{normal.dot(p_world_m - c.center_world_m), normal};
 }
 

@@ -1,6 +1,6 @@
 // Distance to the hull's surface and its normal, for many points near it. Much faster than
 // tangent_planes() (hull_border.h), and less accurate: 4 degrees on a ball of 25 px (median). It
-// certifies nothing: HullQuery decides whether a point is in the hull.
+// has no error bound: HullQuery decides whether a point is in the hull.
 #pragma once
 #include <Eigen/Core>
 #include <optional>
@@ -13,8 +13,8 @@
 namespace fivepipe::hull {
 
 struct SurfaceNearby {
-  // Of the point to the plane that touches the hull; negative in the hull. Next to an edge of the
-  // hull, the distance to the hull is larger.
+  // Distance of the point from the plane that touches the hull; negative in the hull. Next to an
+  // edge of the hull, the distance to the hull is larger.
   double distance_m;
   Eigen::Vector3d normal_world;  // unit, out of the hull
 };

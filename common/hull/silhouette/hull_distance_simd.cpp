@@ -14,19 +14,19 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Distances at positions (u, v) of the region, linear between the pixels' centres. Lanes that are
-// not `in` read the first pixels.
+// Returns the distances at positions (u, v) of the region, linear between the pixels' centres.
+// Lanes that are not `in` read the first pixels.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V distance_at(D d, const BorderDistance::Region& region, V u, V v, hn::Mask<D> in) {
   const V column = hn::Floor(u), row = hn::Floor(v), fu = hn::Sub(u, column), fv = hn::Sub(v, row),
           one = hn::Set(d, 1.0);
-  const V place = hn::Add(hn::Mul(row, hn::Set(d, double(region.width_px))), column);
-  alignas(64) std::int32_t places[8];
-  hn::Store(hn::DemoteTo(hn::Rebind<std::int32_t, D>(), hn::IfThenElseZero(in, place)),
-            hn::Rebind<std::int32_t, D>(), places);
+  const V pixel = hn::Add(hn::Mul(row, hn::Set(d, double(region.width_px))), column);
+  alignas(64) std::int32_t pixels[8];
+  hn::Store(hn::DemoteTo(hn::Rebind<std::int32_t, D>(), hn::IfThenElseZero(in, pixel)),
+            hn::Rebind<std::int32_t, D>(), pixels);
   alignas(64) double corners[4][8];
   for (std::size_t i = 0; i < hn::Lanes(d); ++i) {
-    const float* const first = region.distance_px + places[i];
+    const float* const first = region.distance_px + pixels[i];
     corners[0][i] = double(first[0]), corners[1][i] = double(first[1]);
     corners[2][i] = double(first[region.width_px]);
     corners[3][i] = double(first[region.width_px + 1]);
@@ -46,7 +46,7 @@ HWY_INLINE void borders_of_lanes(D d, std::span<const DistanceSimdCamera> camera
   hn::LoadInterleaved3(d, xyz, x, y, z);
   const V zero = hn::Zero(d), one = hn::Set(d, 1.0);
   auto in = hn::Eq(zero, zero);
-  V least_m = hn::Set(d, std::numeric_limits<double>::infinity()), least_px = zero,
+  V min_m = hn::Set(d, std::numeric_limits<double>::infinity()), px_of_min = zero,
     camera = hn::Set(d, -1.0);
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     const DistanceSimdCamera& c = cameras[i];
@@ -67,14 +67,14 @@ HWY_INLINE void borders_of_lanes(D d, std::span<const DistanceSimdCamera> camera
     in = hn::And(in, hn::And(hn::Ge(distance_m, hn::Set(d, -reach_m)),
                              hn::Ge(distance_px, hn::Set(d, -double(kMaxOutside_px)))));
     if (hn::AllFalse(d, in)) break;
-    const auto is_least = hn::Lt(distance_m, least_m);
-    least_m = hn::IfThenElse(is_least, distance_m, least_m);
-    least_px = hn::IfThenElse(is_least, distance_px, least_px);
-    camera = hn::IfThenElse(is_least, hn::Set(d, double(i)), camera);
+    const auto is_min = hn::Lt(distance_m, min_m);
+    min_m = hn::IfThenElse(is_min, distance_m, min_m);
+    px_of_min = hn::IfThenElse(is_min, distance_px, px_of_min);
+    camera = hn::IfThenElse(is_min, hn::Set(d, double(i)), camera);
   }
   alignas(64) double cameras_of[8], distances_px[8];
   hn::Store(hn::IfThenElse(in, camera, hn::Set(d, -1.0)), d, cameras_of);
-  hn::Store(least_px, d, distances_px);
+  hn::Store(px_of_min, d, distances_px);
   for (std::size_t i = 0; i < hn::Lanes(d); ++i)
     borders[i] = {std::int32_t(cameras_of[i]), distances_px[i]};
 }

@@ -93,8 +93,8 @@ bool InFlightTracker::has_all_tiles(const recording::FrameGroup& group) {
   });
 }
 
-// Names once the views that the recording has and those that it lacks: its frames stay incomplete
-// if it was recorded with another number of eyes.
+// If the recording has views that the plan lacks, logs the views of both, once. The frames of a
+// recording with another number of eyes are never complete.
 void InFlightTracker::warn_of_other_views(const TilesByView& views) {
   const bool is_known = std::all_of(views.begin(), views.end(), [&](const auto& view) {
     return plan_.hull_views.contains(view.first);

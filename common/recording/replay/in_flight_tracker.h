@@ -52,7 +52,7 @@ class InFlightTracker {
     std::uint64_t present = 0, all = 0;
   };
   using TilesByView = std::map<std::string, Tiles>;
-  // Whether the group has every tile of each view of the plan.
+  // Returns true if the group has every tile of each view of the plan.
   bool has_all_tiles(const recording::FrameGroup& group);
   void warn_of_other_views(const TilesByView& views);
   bool is_complete_for(const ReplayedNode& node, const recording::FrameGroup& group);

@@ -46,7 +46,7 @@ inline std::set<std::string> outputs_of(const std::string& program, const config
   return {};
 }
 
-// Names of the views of which render_node needs all tiles of a frame.
+// Returns the names of the views whose tiles complete a frame for render_node.
 inline std::set<std::string> hull_view_names(const config::Deployment& deployment) {
   std::set<std::string> names;
   for (const config::HullView& view : config::hull_views(deployment)) names.insert(view.name);

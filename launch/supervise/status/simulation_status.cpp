@@ -32,7 +32,7 @@ std::string energy_text(const std::optional<double>& energy_j) {
   return base::with_decimals(energy_j.value_or(std::numeric_limits<double>::quiet_NaN()), 3);
 }
 
-// "0.4/2.1"
+// Returns now/max in millimetres, such as "0.4/2.1".
 std::string depth_text(const std::optional<double>& now_m, const std::string& kind,
                        const std::map<std::string, double>& max_m) {
   return now_m ? fmt::format("{:.1f}/{:.1f}", 1e3 * *now_m, 1e3 * max_m.at(kind)) : "-";

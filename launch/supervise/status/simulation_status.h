@@ -27,13 +27,13 @@ struct SimulationStatus {
 // Keeps the newest status of each simulation. Arrival stamps are of any steady clock.
 class SimulationRegistry {
  public:
-  // A peer can publish as any simulation. Further ones are ignored.
+  // A peer can publish under any name. The registry ignores and counts further ones.
   static constexpr std::size_t kMaxSimulations = 32;
 
   struct Entry {
     SimulationStatus newest;
     std::int64_t arrived_ns = 0;
-    // The deepest penetrations by kind, of all statuses [m].
+    // The deepest penetrations by kind, over all statuses [m].
     std::map<std::string, double> max_in_hull_m, max_in_body_m;
   };
 
@@ -49,12 +49,12 @@ class SimulationRegistry {
   std::uint64_t ignored_ = 0;
 };
 
-// The table of `fivepipe top`: a line per simulation and kind of object. Empty if no simulation
-// published within kMaxSilence_s. The counts of resets are those of the node's status.
+// Returns the table of `fivepipe top`: a line per simulation and kind of object. Empty if no
+// simulation published within kMaxSilence_s. The counts of resets are those of the node's status.
 std::string simulations_table(const SimulationRegistry& simulations, const StatusRegistry& statuses,
                               std::int64_t now_ns);
 
-// The values of a simulation in report.json, by kind.
+// Returns the values of a simulation in report.json, by kind.
 nlohmann::json json_of(const SimulationRegistry::Entry& entry);
 
 }  // namespace fivepipe::launch

@@ -49,7 +49,7 @@ TEST(MovingTriangle, ATriangleSweepsAPointAtRest) {
   EXPECT_FALSE(crossing(sweeps, {0.3, 0.3, -0.5}, {0.4, 0.3, -1.5}));
 }
 
-// Random paths against the volume that they span with the corners: the signs of four determinants.
+// The reference tests random paths by the signs of the volumes that they span with the corners.
 TEST(MovingTriangle, AgreesWithTheSignsOfVolumesForEveryOrderOfCorners) {
   test::Random random(7);
   int crossed = 0;
