@@ -7,8 +7,8 @@ namespace fivepipe::config {
 // approximation.
 enum class HullBackend { automatic, cpu, gl, sweep };
 
-// Largest number of tiles of a frame, of all its views together: each is a key of topic HullTile, and
-// a reader accepts as many keys from one writer.
+// Largest number of tiles of a frame, of all its views together: each is a key of topic HullTile,
+// and a reader accepts as many keys from one writer.
 inline constexpr int kMaxTilesPerFrame = 4096;
 
 // How the reconstruction nodes divide the work. tiles: each node reconstructs some tiles of every

@@ -24,8 +24,8 @@ class MovingObjects {
   // Call after the bodies' step: takes their new poses. The poses of the previous call are those at
   // the start of the step.
   void begin_step();
-  // Call if the object jumped: the next begin_step() also takes its new pose as that at the start of
-  // the step.
+  // Call if the object jumped: the next begin_step() also takes its new pose as that at the start
+  // of the step.
   void forget(std::size_t object) { is_known_[object] = false; }
   void reset() { is_known_.assign(is_known_.size(), false); }  // all have jumped
 

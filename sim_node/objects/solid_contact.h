@@ -23,8 +23,8 @@ struct SolidContact {
   double distance_m;       // from the plane to the end of the path
 };
 
-// Each returns the plane that stops the point, or nullopt if the point stays at least its radius away
-// or the path is not finite.
+// Each returns the plane that stops the point, or nullopt if the point stays at least its radius
+// away or the path is not finite.
 
 // A box around the origin. Its edges count as sharp, also for the point's radius.
 std::optional<SolidContact> box_contact(const Eigen::Vector3d& half_m, const PathInStep& path);
