@@ -3,7 +3,8 @@
 #include <unistd.h>
 
 #include <iostream>
-#include <limits>
+#include <map>
+#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "benchmarks/features/feature_scenes.h"
@@ -20,7 +21,7 @@ namespace {
 
 using node_bench::Libraries, node_bench::libraries_of_nodes, node_bench::difference_text;
 
-// A folder for the deployments, removed at the end.
+// A folder for the deployments. The destructor removes it.
 class WorkFolder {
  public:
   WorkFolder()
@@ -58,7 +59,8 @@ std::vector<Feature> chosen(const std::string& only) {
 }
 
 // The base, each feature, and the base again: a simulation and a renderer of its own that are made
-// after those of all features. Each frame advances and draws all scenes, and begins with another.
+// after those of all features. Each frame advances and draws all scenes and starts with another
+// one.
 std::vector<Measured> measured(const WorkFolder& work, const std::vector<Feature>& with,
                                const bench::Args& args) {
   const int frames = args.quick ? 4 : 150;
@@ -152,10 +154,11 @@ constexpr bench::Suite kSuite{
         "Measures a plain scene and the same scene with one feature more: cloth, bodies, joints, "
         "particles, shadows, lit (light on real objects) and history. Steps: all steps of the "
         "simulation for a frame, with the preparation of its hull. Drawing: of that frame, without "
-        "reading it back. `to base` is the ratio of the medians and, over the frames, its p5 and "
-        "p95; that of base_again is the noise. Loaded libraries: for the base, their number in "
-        "each "
-        "node that has handled frames; for a feature, the difference.",
+        "reading it back. `to base` is the ratio of the medians; in parentheses, p5 and p95 over "
+        "the frames of the ratio to the base's time of the same frame. The row base_again shows "
+        "the noise. Loaded libraries: for the base, their number in each node after ten "
+        "composited frames; for a feature, the difference. The reconstruction of the light's view "
+        "is not included; fivepipe bench render prints its time.",
     .example = "fivepipe bench features --json out/features.json",
     .only_help = "only features whose name contains this text, such as cloth"};
 

@@ -1,7 +1,6 @@
 // A simulation and a renderer of one scene, with the time of each frame in both.
 #pragma once
-#include <memory>
-#include <optional>
+#include <cstdint>
 #include <vector>
 
 #include "common/config/deployment.h"
@@ -14,7 +13,9 @@ namespace fivepipe::feature_bench {
 struct RealFrame {
   double time_s;
   std::vector<hull::Silhouette> silhouettes;
-  render::HullFrame hull, light_hull;  // exact; light_hull in the view of the scene's shadows
+  // Exact. hull: as the viewer sees it, with colour; light_hull: in the view of the scene's
+  // shadows.
+  render::HullFrame hull, light_hull;
 };
 
 // The frames of the deployment's cameras, viewer and light, which must exist. Its capture_node is

@@ -94,10 +94,11 @@ constexpr bench::Suite kSuite{
         "  colour         absolute difference of the channels between the avatar and a render of "
         "the true object from the viewer's eye, in levels of 255, without light; at pixels where "
         "both show the object and a colour camera sees its surface; median and p95\n"
-        "  shadow edges   area between drawn and analytic edge, divided by the edge's length; "
-        "worst: farthest wrong pixel\n"
+        "  shadow edges   of a plate's shadow on a wall, in a scene and a light's view of their "
+        "own: area between drawn and analytic edge, divided by the edge's length; worst: farthest "
+        "wrong pixel\n"
         "  registration   lateral distance in the view, at the object's depth, between the drawn "
-        "avatar and the true object when the frame is displayed: of outlines (each point to the "
+        "avatar and the true object when the frame is composited: of outlines (each point to the "
         "other outline, in both directions) and of centroids. Each row adds a cause: renderer "
         "(draws the true object's depth), hull (of exact silhouettes), map (segmented images: "
         "registration at rest), latency (the object moves on at 1 m/s). 'adds' is the distance to "
@@ -106,7 +107,8 @@ constexpr bench::Suite kSuite{
     .only_help = "only results whose name contains this text, such as shadows",
     .latency_help =
         "latency from capture to composite [ms] in which the object moves; default: the published "
-        "median of deployment paper, docs/benchmarks/paper_tiles.json"};
+        "median of deployment paper, docs/benchmarks/paper_tiles.json, which segments its images "
+        "before the start"};
 
 void run(const bench::Args& args) {
   const std::string root = FIVEPIPE_SOURCE_DIR;

@@ -5,6 +5,7 @@
 #include <ctime>
 #include <opencv2/core.hpp>
 
+#include "common/base/timing.h"
 #include "render_node/renderer.h"
 
 namespace fivepipe::render_bench {
@@ -16,10 +17,6 @@ double cpu_ms() {
   timespec t;
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
   return 1e3 * double(t.tv_sec) + 1e-6 * double(t.tv_nsec);
-}
-
-double ms_since(Clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
 // FNV-1a, 64 bits.
@@ -54,9 +51,10 @@ DrawingTimes measured_times(const config::Deployment& deployment, const std::vec
     renderer.draw(frame.hull, {}, {"touched_block"}, particles,
                   frame.light_hull ? &*frame.light_hull : nullptr);
     renderer.finish();
-    const double draw_ms = ms_since(start);
+    const double draw_ms = 1e3 * base::seconds_since(start);
     const cv::Mat image = renderer.image_bgr();
-    const double frame_ms = ms_since(start), frame_cpu_ms = cpu_ms() - cpu_before_ms;
+    const double frame_ms = 1e3 * base::seconds_since(start),
+                 frame_cpu_ms = cpu_ms() - cpu_before_ms;
     if (i < 0) {
       times.checksum = mixed(times.checksum, image);
       continue;

@@ -169,9 +169,9 @@ constexpr bench::Suite kSuite{
     .description =
         "Measures the steps of the simulation, 240 per second against maps at 30 Hz: boxes that "
         "fall on a real block and come to rest, curtains that a real arm moves, and particles on a "
-        "block that an arm crosses at 1 m/s (wide: two thirds fall beside the block). A step's "
-        "time is the mean over a frame, with the "
-        "detection of contacts.",
+        "block that an arm crosses at 1 m/s (wide: five eighths fall beside the block). A step's "
+        "time is the mean over a frame, with the detection of contacts and the preparation of the "
+        "frame's hull.",
     .example = "fivepipe bench sim --json out/sim.json",
     .only_help =
         "only results whose name contains this text, such as bodies, cloth/720 or particles"};

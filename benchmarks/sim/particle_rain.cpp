@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "common/base/timing.h"
 #include "common/hull/oracle/analytic.h"
@@ -12,7 +13,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Particles that fall on a strip along x, so many that `count` are there from the second second on.
+// Particles that fall on a strip along x. `count` of them exist from 2 s after the start on.
 config::Scene rain(int count, double half_width_m) {
   constexpr double kLifetime_s = 2;
   config::SceneObject table;  // below the block
@@ -32,8 +33,8 @@ config::Scene rain(int count, double half_width_m) {
   return scene;
 }
 
-// A block, 60 cm wide, whose top is at z = 0, and an arm, 6 cm thick, that lies across it and moves
-// to and fro at 1 m/s.
+// The silhouettes of a block, 60 cm wide, whose top is at z = 0, and of an arm, 6 cm thick, across
+// it, which moves to and fro along x at 1 m/s.
 std::vector<hull::Silhouette> seen(double time_s, const std::vector<geometry::Camera>& cameras) {
   constexpr double kWay_m = 0.4;
   const double turn_m = std::fmod(time_s, 2 * kWay_m),
@@ -52,18 +53,20 @@ std::vector<hull::Silhouette> seen(double time_s, const std::vector<geometry::Ca
   return silhouettes;
 }
 
-// Depth of the deepest particle in the hull by its definition, on rays 0.1 mm fine along the axes.
+// Returns the depth of the deepest particle in the hull by its definition: the shortest way out
+// along an axis, in steps of 0.1 mm, at most 0.1 m.
 double deepest_m(const std::vector<hull::Silhouette>& silhouettes, const sim::ParticleSet& of) {
+  constexpr double kReach_m = 0.1, kStep_m = 1e-4;
   double deepest_m = 0;
   for (const Vector3d& p_m : of.p_world_m) {
     if (!hull::in_hull(silhouettes, p_m)) continue;
-    double nearest_m = 0.1;
+    double nearest_m = kReach_m;
     for (int axis = 0; axis < 3; ++axis)
       for (const double side : {-1.0, 1.0}) {
         double way_m = 0;
         while (way_m < nearest_m &&
                hull::in_hull(silhouettes, p_m + way_m * side * Vector3d::Unit(axis)))
-          way_m += 1e-4;
+          way_m += kStep_m;
         nearest_m = std::min(nearest_m, way_m);
       }
     deepest_m = std::max(deepest_m, nearest_m);

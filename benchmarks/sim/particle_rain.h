@@ -6,12 +6,13 @@
 
 namespace fivepipe::sim_bench {
 
-// block: all particles fall on the block, and most touch it in each step. wide: two thirds fall
+// block: all particles fall on the block, and most touch it in each step. wide: five eighths fall
 // beside it, on a virtual table.
 enum class Rain { block, wide };
 
+// Returns the name of the result.
 std::string particles_name(int count, Rain rain_on);
-// The result has this name.
+// Measures the simulation of `count` particles. is_quick: 10 frames instead of 60.
 Result swept_particles(int count, Rain rain_on, int threads, bool is_quick);
 
 }  // namespace fivepipe::sim_bench

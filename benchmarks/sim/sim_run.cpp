@@ -1,6 +1,9 @@
 #include "benchmarks/sim/sim_run.h"
 
 #include <chrono>
+#include <cmath>
+
+#include "common/base/timing.h"
 
 namespace fivepipe::sim_bench {
 
@@ -25,8 +28,7 @@ void advance(sim::Simulation& simulation, int frame, std::span<const hull::Silho
   const Clock::time_point start = Clock::now();
   simulation.advance_to(frame * kFrame_s, silhouettes);
   if (frame == 0) return;  // only sets the clock
-  result.frame_ms.push_back(
-      std::chrono::duration<double, std::milli>(Clock::now() - start).count());
+  result.frame_ms.push_back(1e3 * base::seconds_since(start));
   result.step_ms.push_back(result.frame_ms.back() / kStepsPerFrame);
 }
 

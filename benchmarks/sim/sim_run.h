@@ -17,7 +17,7 @@ std::vector<geometry::Camera> cameras_at(int count, double height_m);
 
 struct Result {
   std::string name;              // "bodies/10"
-  std::vector<double> step_ms;   // mean of the steps of a frame, one per frame
+  std::vector<double> step_ms;   // one per frame: frame_ms divided by the number of steps
   std::vector<double> frame_ms;  // all steps of a frame, with the preparation of its hull
   nlohmann::ordered_json error, counts;
   std::string errors;  // of the table

@@ -107,7 +107,8 @@ const std::vector<std::string_view> kWords = {"v",
                                               "KHR_texture_transform",
                                               "extensionsRequired"};
 
-// A small image: its header is complete, its pixels are missing, which only the renderer notices.
+// Returns a small image whose pixels are missing. Its header is complete, so only render_node,
+// which decodes it, refuses it.
 std::string image() { return test::png_header(2, 2); }
 
 std::string obj(Random& random, const geometry::Mesh& mesh) {

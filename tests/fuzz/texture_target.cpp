@@ -1,4 +1,4 @@
-// Images of textures, checked and decoded as render_node does.
+// Images of textures. The target checks and decodes them as render_node does.
 #include <opencv2/imgcodecs.hpp>
 
 #include "common/config/mesh/image_header.h"
@@ -29,8 +29,8 @@ std::vector<File> input(Random& random) {
   return {file};
 }
 
-// A damaged header may state 16384x16384 pixels, for which a decoder needs 0.8 GB; that it cannot
-// decode them is another test's.
+// A damaged header may state 16384x16384 pixels, for which a decoder needs 0.8 GB. The target
+// decodes no image with more pixels than this.
 constexpr std::size_t kMaxPixels = 1 << 24;
 
 Verdict check(const std::filesystem::path& folder) {

@@ -43,8 +43,8 @@ Vector2d crossing(std::span<const hull::Capsule> object, const geometry::Camera&
                   Vector2d inside, Vector2d outside) {
   constexpr double kExact_px = 1e-3;
   while ((outside - inside).norm() > kExact_px) {
-    const Vector2d middle = 0.5 * (inside + outside);
-    (hull::in_silhouette(object, camera, middle) ? inside : outside) = middle;
+    const Vector2d center = 0.5 * (inside + outside);
+    (hull::in_silhouette(object, camera, center) ? inside : outside) = center;
   }
   return inside;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "benchmarks/render/oracle/hull_pixel.h"
 #include "benchmarks/render/oracle/triangle_ray.h"

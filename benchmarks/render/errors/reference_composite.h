@@ -2,7 +2,6 @@
 // triangle and particle, in double, and compares the depths with that of the hull. Uses no OpenGL.
 #pragma once
 #include <opencv2/core/mat.hpp>
-#include <optional>
 #include <span>
 
 #include "benchmarks/render/errors/shown_surfaces.h"

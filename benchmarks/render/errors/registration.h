@@ -1,4 +1,4 @@
-// Registration: where the avatar is drawn against where the object is when the frame is displayed.
+// Registration: where the avatar is drawn against where the object is when the frame is composited.
 #pragma once
 #include <string>
 
@@ -9,7 +9,7 @@ namespace fivepipe::render_bench {
 // One step from the object to the drawn avatar, with the errors of all steps up to it.
 struct RegistrationStage {
   std::string name;  // "hull"
-  std::string text;  // what it adds
+  std::string text;  // what it adds, for the table
   // Distances between the outlines of the drawn avatar and of the true object [mm].
   std::vector<double> outline_mm;
   std::vector<double> centroid_mm;  // one per frame

@@ -9,7 +9,8 @@ struct ShadowErrors {
 };
 
 // Draws the shadow of a virtual plate, and of the hull of such a plate that is moved by `moved_m`,
-// in the viewer's image. Needs a current GL context.
+// in the viewer's image. The scene and its light's view are those of plate_shadow.h, not those that
+// the suite times. Needs a current GL context.
 ShadowErrors shadow_errors(const config::Viewer& viewer,
                            const Eigen::Vector3d& moved_m = Eigen::Vector3d::Zero());
 

@@ -21,9 +21,9 @@ struct SurfaceNumbers {
   int hull;  // all bits set
 };
 
-// Draws each frame once per bit of the numbers: white surfaces have the bit, black ones lack it.
-// The renderer orders the surfaces as in the frame itself, because their order does not depend on
-// colours. Needs a current GL context from construction to destruction.
+// Draws each frame once per bit of the numbers: in white the surfaces that have the bit, in black
+// the others. The renderer orders the surfaces as in the frame itself, because their order does not
+// depend on colours. Needs a current GL context from construction to destruction.
 class ShownSurfaces {
  public:
   ShownSurfaces(const config::Scene& scene, const config::Viewer& viewer);

@@ -4,6 +4,13 @@
 #include <cmath>
 
 namespace fivepipe::render {
+namespace {
+
+// Two texels are one surface if it is tilted by less than 80 degrees, whose tangent this is, and
+// their depths differ by less than a half.
+constexpr double kMaxTiltTangent = 5.7, kMaxJump = 0.5;
+
+}  // namespace
 
 std::size_t HullTexels::index(int u_px, int v_px) const {
   const geometry::Pinhole& k = hull_.recon;
@@ -18,10 +25,8 @@ Eigen::Vector3d HullTexels::rgb(int u_px, int v_px) const {
   return {double(bgr[2]), double(bgr[1]), double(bgr[0])};
 }
 
-// Two texels are one surface if it is tilted by less than tan(tilt) = 5.7, and their depths differ
-// by less than a half.
 bool HullTexels::one_surface(double z_m, double other_m) const {
-  return std::abs(other_m - z_m) < std::min(5.7 / hull_.recon.fx_px, 0.5) * z_m;
+  return std::abs(other_m - z_m) < std::min(kMaxTiltTangent / hull_.recon.fx_px, kMaxJump) * z_m;
 }
 
 double HullTexels::slope(int u_px, int v_px, int du_px, int dv_px) const {

@@ -1,6 +1,6 @@
 // The shadow of a square plate on a wall in closed form, and the scene in which the renderer draws
-// it. The eye is at the origin and looks along world y; wall and plate face it. The shadow is a
-// square.
+// it. The eye is at the origin and its view is along world y; wall and plate face it. The shadow is
+// a square.
 #pragma once
 #include <opencv2/core/mat.hpp>
 

@@ -99,8 +99,8 @@ TEST_F(Surfaces, AnObjectInAnotherPlaceIsWrong) {
   EXPECT_NEAR(double(found.wrong), 2 * strip_px, 0.4 * strip_px);
 }
 
-// A reconstruction of fewer pixels than the image has is wrong beside the outline, and the renderer
-// is not to blame.
+// A reconstruction of fewer pixels than the image has is wrong beside the outline. The renderer
+// does not cause these errors.
 TEST_F(Surfaces, CoarseTexelsAreWrongByTheExactHullOnly) {
   hull::View coarse = view_;
   coarse.camera.pinhole = geometry::resized(view_.camera.pinhole, 80, 60);
