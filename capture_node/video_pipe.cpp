@@ -125,8 +125,9 @@ class VideoPipe {
         {}};
     published_ = number;
     if (tile_balancer_) pose.tile_owners = tile_balancer_->next();
+    const auto pose_message = messages::head_pose_message(deployment_.viewer, std::move(pose));
     steps.begin("publish");
-    poses_.write(messages::head_pose_message(deployment_.viewer, std::move(pose)).message());
+    poses_.write(pose_message.message());
     for (const CapturedCamera& camera : cameras) {
       report_camera(camera);
       if (camera.colour)

@@ -139,13 +139,16 @@ std::vector<std::filesystem::path> files_of(YamlMap& map, const Deployment& depl
   std::vector<std::filesystem::path> files{deployment.file};
   for (const char* key : {"rig", "scene"})
     if (map.has(key)) files.push_back(map.path(key));
+  const auto add_once = [&](const std::filesystem::path& file) {
+    if (std::ranges::count(files, file) == 0) files.push_back(file);
+  };
   for (const SceneObject& object : deployment.scene.objects)
     if (const auto* mesh = std::get_if<MeshShape>(&object.shape)) {
       files.push_back(mesh->file);
+      for (const std::filesystem::path& file : mesh->files) add_once(file);
       if (!mesh->materials) continue;
       for (const Material& material : mesh->materials->materials)
-        if (material.texture && std::ranges::count(files, material.texture->file) == 0)
-          files.push_back(material.texture->file);
+        if (material.texture) add_once(material.texture->file);
     }
   if (!deployment.viewer.file.empty()) files.push_back(deployment.viewer.file);
   return files;

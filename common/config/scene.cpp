@@ -72,6 +72,7 @@ MeshShape read_mesh_shape(YamlMap map, Materials materials) {
     map.problem_at("file", "mesh " + shape.file.string() + ": " + mesh.reason);
   shape.mesh = std::move(mesh.mesh);
   shape.materials = std::move(mesh.materials);
+  shape.files = std::move(mesh.files);
   return shape;
 }
 

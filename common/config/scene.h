@@ -41,6 +41,8 @@ struct MeshShape {
   geometry::Mesh mesh;  // the loaded file, vertices in metres
   // Null if the file has none, or if the object has a colour_rgb, which replaces them.
   std::shared_ptr<const MeshMaterials> materials = {};
+  // The files that the mesh file names and that were read, without textures.
+  std::vector<std::filesystem::path> files = {};
 };
 using Shape = std::variant<BoxShape, SphereShape, CurtainShape, MeshShape>;
 

@@ -64,8 +64,6 @@ void ClothObjects::step(OneCloth& one, double step_s, std::uint64_t steps_left, 
     one.hull_speed_m_s = std::max(one.hull_speed_m_s, share * one.contact.deepest_m() / step_s);
   for (const ClothContact& contact : contacts)
     one.hull_speed_m_s = std::max(one.hull_speed_m_s, contact.velocity_world_m_s.norm());
-  std::vector<Eigen::Vector3d> before_world_m;
-  if (one.self_contact) before_world_m = one.cloth.vertices_world_m();
   one.cloth.step(step_s, gravity_world_m_s2_, contacts, share,
                  one.hull_speed_m_s + one.free_fall_m_s);
   counters_.unrecovered += one.contact.take_without_exit();
@@ -77,8 +75,7 @@ void ClothObjects::step(OneCloth& one, double step_s, std::uint64_t steps_left, 
     ++counters_.reset;
     return;
   }
-  if (one.self_contact)
-    counters_.self_contacts += one.self_contact->separate(one.cloth, before_world_m);
+  if (one.self_contact) counters_.self_contacts += one.self_contact->separate(one.cloth);
   // The hull comes last: a virtual object may yield, a real one does not.
   if (one.object_contact) counters_.object_contacts += one.object_contact->separate(one.cloth);
   if (!touchable || !(moves || steps_left == 1)) return;
@@ -107,6 +104,7 @@ void ClothObjects::reset() {
 void ClothObjects::reset(OneCloth& one) {
   one.cloth.reset();
   one.contact.reset();
+  if (one.self_contact) one.self_contact->reset();
   if (one.object_contact) one.object_contact->reset(one.cloth);
   one.hull_speed_m_s = 0;
   one.hull_contacts = {};

@@ -19,35 +19,38 @@ constexpr double kResolved_m = 1e-6;
 
 ClothSelfContact::ClothSelfContact(const geometry::Mesh& mesh, std::vector<Vector3d> start_world_m,
                                    double thickness_m)
-    : tree_(mesh), start_world_m_(std::move(start_world_m)), thickness_m_(thickness_m) {}
 
-std::uint64_t ClothSelfContact::separate(Cloth& cloth, std::span<const Vector3d> before_world_m) {
+    : tree_(mesh),
+      start_world_m_(std::move(start_world_m)),
+      separated_world_m_(start_world_m_),
+      thickness_m_(thickness_m) {}
+
+std::uint64_t ClothSelfContact::separate(Cloth& cloth) {
   std::uint64_t found = 0;
   for (int i = 0; i < kMaxSelfSeparations; ++i) {
-    const std::vector<ClothSelfTouch> touches = find(cloth, before_world_m);
+    const std::vector<ClothSelfTouch> touches = find(cloth);
     if (i == 0) found = touches.size();
     if (!(cloth.separate(touches) > kResolved_m)) break;
   }
+  separated_world_m_ = cloth.vertices_world_m();
   return found;
 }
 
-std::vector<ClothSelfTouch> ClothSelfContact::find(const Cloth& cloth,
-                                                   std::span<const Vector3d> before_world_m) {
+std::vector<ClothSelfTouch> ClothSelfContact::find(const Cloth& cloth) {
   const std::vector<Vector3d>& now_m = cloth.vertices_world_m();
   tree_.refit(now_m);
   double moved_m = 0;
   for (std::size_t v = 0; v < now_m.size(); ++v)
-    moved_m = std::max(moved_m, (now_m[v] - before_world_m[v]).norm());
+    moved_m = std::max(moved_m, (now_m[v] - separated_world_m_[v]).norm());
   std::vector<ClothSelfTouch> touches;
-  for (std::uint32_t v = 0; v < now_m.size(); ++v) find(v, cloth, before_world_m, moved_m, touches);
+  for (std::uint32_t v = 0; v < now_m.size(); ++v) find(v, cloth, moved_m, touches);
   return touches;
 }
 
-void ClothSelfContact::find(std::uint32_t vertex, const Cloth& cloth,
-                            std::span<const Vector3d> before_world_m, double moved_m,
+void ClothSelfContact::find(std::uint32_t vertex, const Cloth& cloth, double moved_m,
                             std::vector<ClothSelfTouch>& touches) const {
   const std::vector<Vector3d>& now_m = cloth.vertices_world_m();
-  const Vector3d &before = before_world_m[vertex], &p_m = now_m[vertex];
+  const Vector3d &before = separated_world_m_[vertex], &p_m = now_m[vertex];
   const double reach_m = moved_m + thickness_m_;
   const Eigen::AlignedBox3d box_m(before.cwiseMin(p_m).array() - reach_m,
                                   before.cwiseMax(p_m).array() + reach_m);
@@ -56,8 +59,8 @@ void ClothSelfContact::find(std::uint32_t vertex, const Cloth& cloth,
     const std::array<std::uint32_t, 3>& triangle = tree_.mesh().triangles[t];
     if (std::find(triangle.begin(), triangle.end(), vertex) != triangle.end()) return;
     const Triangle now = collision::corners(triangle, now_m);
-    if (const auto crossed =
-            collision::crossing({collision::corners(triangle, before_world_m), now}, before, p_m)) {
+    if (const auto crossed = collision::crossing(
+            {collision::corners(triangle, separated_world_m_), now}, before, p_m)) {
       touches.push_back({vertex, t, crossed->weights, crossed->side * collision::unit_normal(now),
                          kept_m(vertex, t)});
       return;

@@ -15,26 +15,29 @@ namespace fivepipe::sim {
 
 class ClothSelfContact {
  public:
-  // start_world_m: by vertex of the mesh.
+  // start_world_m: by vertex of the mesh. The cloth is at its start.
   ClothSelfContact(const geometry::Mesh& mesh, std::vector<Eigen::Vector3d> start_world_m,
                    double thickness_m);
 
-  // Separates the vertices and triangles of the cloth, which has moved from before_world_m (by
-  // vertex) in the step. Returns the number of contacts that it found.
-  std::uint64_t separate(Cloth& cloth, std::span<const Eigen::Vector3d> before_world_m);
+  // Separates the vertices and triangles of the cloth. Call after each step. Returns the number of
+  // contacts that it found.
+  std::uint64_t separate(Cloth& cloth);
+  void reset() { separated_world_m_ = start_world_m_; }  // the cloth is at its start again
 
  private:
-  std::vector<ClothSelfTouch> find(const Cloth& cloth,
-                                   std::span<const Eigen::Vector3d> before_world_m);
-  // Appends the contacts of one vertex. moved_m: the longest move of a vertex in the step.
-  void find(std::uint32_t vertex, const Cloth& cloth,
-            std::span<const Eigen::Vector3d> before_world_m, double moved_m,
+  std::vector<ClothSelfTouch> find(const Cloth& cloth);
+  // Appends the contacts of one vertex. moved_m: the longest move of a vertex since the
+  // last separate().
+  void find(std::uint32_t vertex, const Cloth& cloth, double moved_m,
             std::vector<ClothSelfTouch>& touches) const;
   // The distance that a vertex keeps from a triangle.
   double kept_m(std::uint32_t vertex, std::uint32_t triangle) const;
 
   collision::Bvh tree_;  // world frame
   std::vector<Eigen::Vector3d> start_world_m_;
+  // By vertex, at the end of the last separate(). Paths begin there, so that a vertex also returns
+  // to its side if the hull has pushed it through a triangle since.
+  std::vector<Eigen::Vector3d> separated_world_m_;
   double thickness_m_;
 };
 

@@ -79,6 +79,7 @@ void HullManifolds::reset() {
 
 HullContacts HullManifolds::contacts(double before_s) const {
   HullContacts contacts;
+  if (hull_.frames() != frame_) return contacts;  // no step has met the newest hull
   for (const std::size_t object : models_.touching) {
     if (kept_[object].empty()) continue;
     for (const HullPart& tracked : hull_.parts()) {

@@ -60,6 +60,7 @@ void ParticleEmitter::step(double step_s, ParticleSet& particles) {
     } while (in_ball.squaredNorm() > 1);
     const Vector3d v_m_s = source_.velocity_world_m_s + source_.spread_m_s * in_ball;
     particles.add(p_m + age_s * v_m_s, v_m_s, age_s);
+    particles.before_world_m.back() = p_m;
   }
 }
 

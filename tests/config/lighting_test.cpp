@@ -75,6 +75,10 @@ TEST_F(Lighting, BadValuesAreRefusedWithFileLineAndValue) {
   EXPECT_THAT(problems_of([&] { load("shadows: {target_m: [0, 0, 3], fov_deg: 90}"); }),
               ElementsAre("scene.yaml:3:21: target_m is at the light: the light has no direction"));
   EXPECT_THAT(
+      problems_of([&] { load("shadows: {target_m: [1e200, 0, 0], fov_deg: 90}"); }),
+      ElementsAre(
+          "scene.yaml:3:21: target_m is too far from the light: the light has no direction"));
+  EXPECT_THAT(
       problems_of([&] {
         load(
             "shadows: {target_m: [0, 0, 0], fov_deg: 90, near_m: 2, far_m: 1, hull_size_px: [8, "

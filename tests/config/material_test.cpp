@@ -261,6 +261,11 @@ TEST_F(MeshMaterial, UnsupportedExtensionsAreAReason) {
             "material 'board': its base colour texture is not in the file");
   EXPECT_EQ(with("[0.5, 0.25", "[1.5, 0.25"),
             "material 'red': its base colour is not between 0 and 1");
+  // A material that no mesh uses is not drawn.
+  EXPECT_EQ(with("[0.5, 0.25, 0.125, 1]}}]",
+                 R"([0.5, 0.25, 0.125, 1]}},
+ {"pbrMetallicRoughness": {"baseColorTexture": {"index": 7}}}])"),
+            "");
 }
 
 TEST_F(MeshMaterial, BadMapsOfObjFilesAreAReason) {

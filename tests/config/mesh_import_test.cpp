@@ -185,18 +185,24 @@ TEST(MeshBytes, RoundTrip) {
        {ImportedMesh{}, ImportedMesh{{}, {}, "why"}, ImportedMesh{{{1, 2, 3}}, {}, ""},
         ImportedMesh{{{1, 2, 3}}, {{0, 0, 0}}, "x"},
         ImportedMesh{{{1, 2, 3}, {4, 5, 6}, {7, 8, 9}}, {{0, 1, 2}, {2, 1, 0}}, ""},
-        ImportedMesh{{{1, 2, 3}}, {{0, 0, 0}}, "", MeshMaterials{{{"a", {1, 0, 0}}}, {{1, 0}}}}}) {
+        ImportedMesh{{{1, 2, 3}}, {{0, 0, 0}}, "", MeshMaterials{{{"a", {1, 0, 0}}}, {{1, 0}}}},
+        ImportedMesh{{{1, 2, 3}},
+                     {{0, 0, 0}},
+                     "",
+                     MeshMaterials{{{"a", {1, 0, 0}}}, {{1, 0}}},
+                     {"part.bin", "folder/part two.mtl"}}}) {
     const auto again = mesh_from(bytes_of(mesh));
     ASSERT_TRUE(again);
     EXPECT_EQ(again->vertices, mesh.vertices);
     EXPECT_EQ(again->triangles, mesh.triangles);
     EXPECT_EQ(again->reason, mesh.reason);
     EXPECT_EQ(again->materials, mesh.materials);
+    EXPECT_EQ(again->files, mesh.files);
   }
 }
 
 TEST(MeshBytes, BytesOfADamagedChildAreNoMesh) {
-  const std::string bytes = bytes_of({{{1, 2, 3}, {4, 5, 6}}, {{0, 1, 0}}, "why"});
+  const std::string bytes = bytes_of({{{1, 2, 3}, {4, 5, 6}}, {{0, 1, 0}}, "why", {}, {"a.bin"}});
   ASSERT_TRUE(mesh_from(bytes));
   for (std::size_t size = 0; size < bytes.size(); ++size)
     EXPECT_FALSE(mesh_from(bytes.substr(0, size))) << size;
@@ -209,18 +215,21 @@ TEST(MeshBytes, BytesOfADamagedChildAreNoMesh) {
     EXPECT_FALSE(mesh_from(bytes_of(mesh))) << corner;
   }
   // Sizes with which the sum of the sizes overflows to that of the bytes.
-  const auto with_sizes = [](const std::array<std::uint64_t, 4>& sizes) {
+  const auto with_sizes = [](const std::array<std::uint64_t, 5>& sizes) {
     return std::string(reinterpret_cast<const char*>(&sizes), sizeof sizes);
   };
-  EXPECT_TRUE(mesh_from(with_sizes({0, 0, 0, 0})));
-  EXPECT_FALSE(mesh_from(with_sizes({std::uint64_t(0) - 12, 1, 0, 0})));
-  EXPECT_FALSE(mesh_from(with_sizes({0, std::uint64_t(1) << 62, 0, 0})));
-  EXPECT_FALSE(mesh_from(with_sizes({0, 0, std::uint64_t(1) << 62, 0})));
-  EXPECT_FALSE(mesh_from(with_sizes({0, 1, 0, std::uint64_t(0) - 12})));
+  EXPECT_TRUE(mesh_from(with_sizes({0, 0, 0, 0, 0})));
+  EXPECT_FALSE(mesh_from(with_sizes({std::uint64_t(0) - 12, 1, 0, 0, 0})));
+  EXPECT_FALSE(mesh_from(with_sizes({0, std::uint64_t(1) << 62, 0, 0, 0})));
+  EXPECT_FALSE(mesh_from(with_sizes({0, 0, std::uint64_t(1) << 62, 0, 0})));
+  EXPECT_FALSE(mesh_from(with_sizes({0, 1, 0, std::uint64_t(0) - 12, 0})));
+  EXPECT_FALSE(mesh_from(with_sizes({0, 1, 0, 0, std::uint64_t(0) - 12})));
+  EXPECT_FALSE(mesh_from(with_sizes({0, 0, 0, 1, 0}) + 'a')) << "a name without its end";
+  EXPECT_FALSE(mesh_from(with_sizes({0, 0, 0, 1, 1}) + std::string("a\0", 2)));
   for (const std::size_t vertices : {kMaxMeshElements, kMaxMeshElements + 1})
-    EXPECT_EQ(
-        mesh_from(with_sizes({0, vertices, 0, 0}) + std::string(12 * vertices, '\0')).has_value(),
-        vertices == kMaxMeshElements);
+    EXPECT_EQ(mesh_from(with_sizes({0, vertices, 0, 0, 0}) + std::string(12 * vertices, '\0'))
+                  .has_value(),
+              vertices == kMaxMeshElements);
 }
 
 // Assimp catches the exception of the allocation.

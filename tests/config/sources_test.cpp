@@ -214,6 +214,22 @@ TEST_F(DeploymentParts, ListsTexturesBesideMeshesOnce) {
               ElementsAre("deployment.yaml", "rig.yaml", "scene.yaml", "part.glb", "wood.png"));
 }
 
+// Without them, a recording's mesh has no colours, or cannot be read.
+TEST_F(DeploymentParts, ListsTheMaterialFilesAndBuffersThatMeshesName) {
+  write("wood.png", test::png_header(2, 2));
+  write("part.mtl", "newmtl wood\nmap_Kd wood.png\n");
+  write("part.obj",
+        "mtllib part.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl wood\nf 1/1 2/1 3/1\n");
+  write("scene.yaml", test::kGoodScene +
+                          "  - name: part\n    position_m: [0, 0, 0]\n    mesh: {file: part.obj, "
+                          "unit: m}\n");
+  std::vector<std::string> names;
+  for (const auto& file : load(with_nodes("  - {name: s, program: sim_node}\n")).files)
+    names.push_back(file.filename());
+  EXPECT_THAT(names, ElementsAre("deployment.yaml", "rig.yaml", "scene.yaml", "part.obj",
+                                 "part.mtl", "wood.png"));
+}
+
 TEST_F(DeploymentParts, ListsTheFilesThatItReads) {
   write("head.csv",
         "t_s,eye_x_m,eye_y_m,eye_z_m,target_x_m,target_y_m,target_z_m\n0,0,-1,0.5,0,0,0\n");

@@ -195,6 +195,19 @@ TEST(Particles, AreStoppedByClothAndMeshes) {
   }
 }
 
+// At 100 m/s a particle flies up to 0.42 m in the step in which it starts, and the board is 0.1 m
+// away.
+TEST(Particles, AreStoppedInTheStepInWhichTheyStart) {
+  config::ParticleSource source = source_at(box({0, -0.1, 0}, {0, 0, 0}), 1000, 1);
+  source.velocity_world_m_s = {0, 100, 0};
+  source.spread_m_s = 0;
+  config::Scene scene = scene_with(source, {virtual_box("board", {0, 0.005, 0}, {2, 0.01, 2})});
+  sim::Simulation simulation(scene, {});
+  for (int frame = 0; frame <= 3; ++frame) simulation.advance_to(frame * kFrame_s);
+  EXPECT_GT(simulation.particles(0).size(), 50u);
+  for (const Vector3d& p_m : simulation.particles(0).p_world_m) EXPECT_LT(p_m.y(), 0);
+}
+
 TEST(Particles, RestOnARealBlock) {
   const auto silhouettes = real_block();
   const config::ParticleSource source = source_at(box({0, 0, 0.1}, {0.05, 0.05, 0}), 500, 10);

@@ -37,7 +37,8 @@ std::optional<TriangleCrossing> crossing(const MovingTriangle& triangle, const V
                                          const Vector3d& now) {
   const double from = unit_normal(triangle.before).dot(before - triangle.before[0]),
                to = unit_normal(triangle.now).dot(now - triangle.now[0]);
-  if (!(from * to < 0)) return std::nullopt;
+  const bool changes_side = from > 0 ? to <= 0 : from < 0 && to >= 0;
+  if (!changes_side) return std::nullopt;
   const double at = from / (from - to);
   const Vector3d weights = barycentric_weights(between(triangle, at), before + at * (now - before));
   if (!(weights.minCoeff() >= -kBesideTriangle)) return std::nullopt;

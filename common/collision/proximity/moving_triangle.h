@@ -31,9 +31,9 @@ struct TriangleCrossing {
   double side;              // of the point at the start: 1: the normal's side; -1: the other one
 };
 // Returns the crossing of a point that moves from `before` to `now` with the triangle. Returns
-// nullopt if there is none, if the point starts or ends on the triangle's plane, or if a coordinate
-// is not finite. The signed distance to the plane counts as linear in time, which is exact if the
-// triangle does not turn.
+// nullopt if there is none, if the point starts on the triangle's plane, or if a coordinate is not
+// finite. A point that ends on the plane has crossed it. The signed distance to the plane counts as
+// linear in time, which is exact if the triangle does not turn.
 std::optional<TriangleCrossing> crossing(const MovingTriangle& triangle,
                                          const Eigen::Vector3d& before, const Eigen::Vector3d& now);
 

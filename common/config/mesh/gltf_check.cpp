@@ -6,6 +6,7 @@
 #include <cstring>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <set>
 
 namespace fivepipe::config {
 
@@ -90,10 +91,16 @@ std::optional<std::string> why_unsupported(const std::string& json_text, bool wi
       return "the file requires the extension " + text(extension) +
              ", which fivepipe does not support: export it without";
   if (!with_materials) return std::nullopt;
-  const json& materials = member(file, "materials");
-  if (!materials.is_array()) return std::nullopt;  // glTF 1.0 has an object
-  for (const json& material : materials)
-    if (const auto why = why_unsupported_texture(file, material)) return why;
+  const json& meshes = member(file, "meshes");
+  if (!meshes.is_array()) return std::nullopt;  // glTF 1.0 has an object
+  std::set<std::size_t> checked;                // a material that no mesh uses is not drawn
+  for (const json& mesh : meshes)
+    for (const json& primitive : member(mesh, "primitives")) {
+      const json& index = member(primitive, "material");
+      const json& material = element(member(file, "materials"), index);
+      if (!material.is_object() || !checked.insert(index.get<std::size_t>()).second) continue;
+      if (const auto why = why_unsupported_texture(file, material)) return why;
+    }
   return std::nullopt;
 }
 

@@ -74,6 +74,7 @@ MeshOrReason read_mesh(const std::filesystem::path& file, double unit_m, Materia
     if (!v.allFinite()) return {{}, "a transformation in the mesh file is not finite"};
     result.mesh.vertices_m.emplace_back(unit_m * v);
   }
+  result.files = std::move(imported.files);
   if (imported.materials)
     result.materials = std::make_shared<const MeshMaterials>(std::move(*imported.materials));
   return result;

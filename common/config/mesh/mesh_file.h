@@ -22,6 +22,7 @@ struct MeshOrReason {
   geometry::Mesh mesh;
   std::string reason;                                   // empty: usable
   std::shared_ptr<const MeshMaterials> materials = {};  // null: none
+  std::vector<std::filesystem::path> files = {};        // see ImportedMesh
 };
 MeshOrReason read_mesh(const std::filesystem::path& file, double unit_m,
                        Materials materials = Materials::without);

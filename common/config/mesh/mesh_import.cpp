@@ -66,6 +66,14 @@ class RegularFiles : public Assimp::DefaultIOSystem {
     return opened_.size() == 1 ? refused_ : std::set<std::string>();
   }
 
+  // The files that were opened, without this one.
+  std::vector<std::filesystem::path> opened_beside(const std::filesystem::path& mesh_file) const {
+    std::vector<std::filesystem::path> files;
+    for (const std::string& file : opened_)
+      if (file != mesh_file.string()) files.emplace_back(file);
+    return files;
+  }
+
  private:
   bool is_within_limits(const char* file, std::uintmax_t file_bytes) {
     if (opened_.contains(file)) return true;
@@ -215,12 +223,14 @@ ImportedMesh import_here(const std::filesystem::path& file, const std::string& e
     if (materials)
       if (const auto why = materials->prepare(const_cast<aiScene&>(*scene))) return failed(*why);
   }
+  std::vector<std::filesystem::path> other_files = files->opened_beside(file);
   if (scene != nullptr) scene = simplified(importer, materials ? &*materials : nullptr);
   if (scene == nullptr) {
     throw_if_out_of_memory(importer);
     return failed(std::string("cannot read the mesh: ") + importer.GetErrorString());
   }
   ImportedMesh mesh = mesh_of(scene);
+  mesh.files = std::move(other_files);
   if (materials)
     mesh.materials = materials->take(std::move(notes));
   else if (!notes.empty())

@@ -19,6 +19,9 @@ struct ImportedMesh {
   std::string reason;  // why the file is unusable; empty: usable
   // Absent if the file has none, or with Materials::without.
   std::optional<MeshMaterials> materials = {};
+  // The other files that the importer has read: buffers of a glTF file, material files of an OBJ
+  // file. Not the textures.
+  std::vector<std::filesystem::path> files = {};
 };
 enum class Materials { without, with };
 

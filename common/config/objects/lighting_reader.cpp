@@ -1,6 +1,7 @@
 #include "common/config/objects/lighting_reader.h"
 
 #include <fmt/format.h>
+#include <cmath>
 
 #include "common/config/yaml/numbers.h"
 
@@ -32,8 +33,11 @@ ShadowView read_shadows(YamlMap map, const Eigen::Vector3d& light_world_m) {
   if (!(shadows.near_m < shadows.far_m))
     map.problem_at("far_m", fmt::format("far_m must be greater than near_m ({}), is {}",
                                         shadows.near_m, shadows.far_m));
-  if (!((shadows.target_world_m - light_world_m).norm() > 0))
-    map.problem_at("target_m", "target_m is at the light: the light has no direction");
+  // Its square may underflow or overflow.
+  if (const double distance_m = (shadows.target_world_m - light_world_m).norm();
+      !(distance_m > 0 && std::isfinite(distance_m)))
+    map.problem_at("target_m", fmt::format("target_m is {} the light: the light has no direction",
+                                           distance_m > 0 ? "too far from" : "at"));
   return shadows;
 }
 

@@ -38,6 +38,17 @@ TEST(MovingTriangle, APointThatPassesBesideOrStopsBeforeItDoesNotCross) {
   EXPECT_FALSE(crossing(resting(kTriangle), {0.2, 0.2, 0}, {0.2, 0.2, 0}));
 }
 
+// Otherwise the next step would begin on the plane, from which no side is known.
+TEST(MovingTriangle, APointThatEndsOnThePlaneHasCrossed) {
+  for (const double side : {1.0, -1.0}) {
+    const auto found = crossing(resting(kTriangle), {0.2, 0.3, side * 0.25}, {0.2, 0.3, 0});
+    ASSERT_TRUE(found);
+    EXPECT_EQ(found->at, 1);
+    EXPECT_EQ(found->side, side);
+    EXPECT_FALSE(crossing(resting(kTriangle), {0.2, 0.3, 0}, {0.2, 0.3, side * 0.25}));
+  }
+}
+
 TEST(MovingTriangle, ATriangleSweepsAPointAtRest) {
   const MovingTriangle sweeps = {kTriangle, shifted(kTriangle, {0.1, 0, -1})};
   const auto found = crossing(sweeps, {0.3, 0.3, -0.5}, {0.3, 0.3, -0.5});
