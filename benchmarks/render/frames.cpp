@@ -17,11 +17,13 @@ using Clock = std::chrono::steady_clock;
 
 constexpr double kSecondsPerFrame = 8.0 / kFrames;
 
-// The exact hull in a view.
-render::HullFrame hull_in(const hull::View& view, hull::CpuHull& query) {
+// The exact hull in a view. Appends the time of the query since `start` [ms].
+render::HullFrame hull_in(const hull::View& view, hull::CpuHull& query, Clock::time_point start,
+                          std::vector<double>& times_ms) {
   const geometry::Pinhole& k = view.camera.pinhole;
-  return render::frame_of_depths(view.camera,
-                                 query.depth(view, {0, 0, k.width_px, k.height_px}).depth_m);
+  std::vector<float> depth_m = query.depth(view, {0, 0, k.width_px, k.height_px}).depth_m;
+  times_ms.push_back(1e3 * base::seconds_since(start));
+  return render::frame_of_depths(view.camera, std::move(depth_m));
 }
 
 }  // namespace
@@ -54,15 +56,12 @@ Frame frame_of(const config::Deployment& deployment, int f, bool coloured, Query
                         config::eye_from_world_at(deployment.viewer, f * kSecondsPerFrame)},
                        deployment.viewer.near_m,
                        deployment.viewer.far_m},
-                      query),
+                      query, start, times.viewer_ms),
               {}};
-  times.viewer_ms.push_back(1e3 * base::seconds_since(start));
   frame.hull.frame = std::uint64_t(f);
-  if (const auto light = config::light_view(deployment.scene)) {
-    const Clock::time_point light_start = Clock::now();
-    frame.light_hull = hull_in({{light->recon, *light->fixed}, light->near_m, light->far_m}, query);
-    times.light_ms.push_back(1e3 * base::seconds_since(light_start));
-  }
+  if (const auto light = config::light_view(deployment.scene))
+    frame.light_hull = hull_in({{light->recon, *light->fixed}, light->near_m, light->far_m}, query,
+                               Clock::now(), times.light_ms);
   const int width = frame.hull.recon.width_px, height = frame.hull.recon.height_px;
   for (int i = 0; coloured && i < width * height; ++i)
     frame.hull.bgr.insert(frame.hull.bgr.end(), {std::uint8_t(i % width), std::uint8_t(i / width),

@@ -8,7 +8,9 @@ uniform mat4 clip_from_eye;
 uniform float radius_m;
 uniform float focal_px;
 flat out vec3 center_eye_m;
-flat out float is_round;  // 0: smaller than a pixel, which it fills
+flat out float is_round;  // 0: it fills its square of pixels
+// A disc with a smaller diameter may miss every pixel centre.
+const float kMinRound_px = 1.4142136;
 
 void main() {
   vec4 p = eye_from_world * vec4(p_world_m, 1.0);
@@ -17,5 +19,5 @@ void main() {
   // A smaller square may miss every pixel centre.
   float radius_px = radius_m * focal_px / max(p.z, radius_m);
   gl_PointSize = max(2.0 * radius_px, 1.0);
-  is_round = 2.0 * radius_px > 1.0 ? 1.0 : 0.0;
+  is_round = 2.0 * radius_px > kMinRound_px ? 1.0 : 0.0;
 }

@@ -20,8 +20,8 @@ class ReferenceComposite {
   void add_objects(const config::Scene& scene);
   // Adds balls of the sources' radii.
   void add_particles(const config::Scene& scene, std::span<const render::ParticleCloud> particles);
-  // Adds the hull of these silhouettes at every pixel inside `part`, by the exact reference for
-  // hull depth, which is slow.
+  // Adds the hull of these silhouettes at every pixel inside `part` and at every seventh of the
+  // others, by the exact reference for hull depth, which is slow.
   void add_exact_hull(std::span<const hull::Silhouette> silhouettes, const hull::PixelRect& part);
   // Adds what a pixel shows of a hull that is known in the texels of another image.
   void add_texels(const render::HullFrame& hull);
