@@ -134,7 +134,7 @@ void check_workers(const std::vector<ParsedNode>& nodes, const Viewer& viewer, c
   if (scene.shadows)
     check_size(scene.shadows->hull_size_px[0], scene.shadows->hull_size_px[1],
                "hull_size_px of the scene's shadows");
-  const int views = (viewer.stereo ? 2 : 1) + (scene.shadows ? 1 : 0),
+  const int views = (viewer.eye_distance_m ? 2 : 1) + (scene.shadows ? 1 : 0),
             tiles = first->tile_columns * first->tile_rows;
   if (tiles * views > kMaxTilesPerFrame)
     problems.add(file, first_location,

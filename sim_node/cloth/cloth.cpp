@@ -217,8 +217,13 @@ void Cloth::slow(const Sum<N>& sum, const Eigen::Vector3d& normal,
 void Cloth::stop(const ClothVertexContact& contact) {
   const std::array<std::vector<Eigen::Vector3d>*, 1> position = {&p_};
   const Sum<1> vertex{{contact.vertex}, {1}};
-  push(vertex, contact.normal_world, contact.missing_m, position);
-  slow(vertex, contact.normal_world, contact.velocity_world_m_s);
+  const Eigen::Vector3d& normal = contact.normal_world;
+  push(vertex, normal, contact.missing_m, position);
+  const Eigen::Vector3d along_m = contact.slid_world_m - normal.dot(contact.slid_world_m) * normal;
+  if (const double way_m = along_m.norm(); way_m > 0)
+    push(vertex, -along_m / way_m, std::min(way_m, settings_.friction * contact.missing_m),
+         position);
+  slow(vertex, normal, contact.velocity_world_m_s);
 }
 
 double Cloth::separate(std::span<const ClothSelfTouch> touches) {

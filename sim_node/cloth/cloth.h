@@ -36,6 +36,7 @@ struct ClothVertexContact {
   std::uint32_t vertex;                // index in the mesh
   Eigen::Vector3d normal_world;        // unit
   double missing_m;                    // > 0
+  Eigen::Vector3d slid_world_m;        // by the vertex in the step, relative to the surface
   Eigen::Vector3d velocity_world_m_s;  // of the object's surface
 };
 
@@ -57,8 +58,8 @@ class Cloth {
   // Moves each vertex and triangle apart at once, one pair after the other, without velocity, and
   // removes the velocity with which they approach. Returns the largest distance that was missing.
   double separate(std::span<const ClothSelfTouch> touches);
-  // Moves the vertex out at once, without velocity, and removes its velocity towards the object;
-  // friction slows it along the object.
+  // Moves the vertex out at once, without velocity, and removes its velocity towards the object.
+  // Coulomb friction reduces its way and its velocity along the object.
   void stop(const ClothVertexContact& contact);
   // Returns to the start, at rest.
   void reset();

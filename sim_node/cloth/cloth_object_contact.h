@@ -13,9 +13,9 @@ class ClothObjectContact {
   // Borrows `objects`, which must outlive this object. The cloth is at its start.
   ClothObjectContact(const Cloth& cloth, const MovingObjects& objects, double thickness_m);
 
-  // Moves the vertices that objects have met in the step out of them. Call after the cloth's step.
-  // Returns the number of contacts.
-  std::uint64_t separate(Cloth& cloth);
+  // Moves the vertices that objects have met in the step out of them. Call after the cloth's step
+  // of step_s. Returns the number of contacts.
+  std::uint64_t separate(Cloth& cloth, double step_s);
   void reset(const Cloth& cloth);  // the cloth has jumped
 
  private:

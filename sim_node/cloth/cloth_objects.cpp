@@ -77,7 +77,8 @@ void ClothObjects::step(OneCloth& one, double step_s, std::uint64_t steps_left, 
   }
   if (one.self_contact) counters_.self_contacts += one.self_contact->separate(one.cloth);
   // The hull comes last: a virtual object may yield, a real one does not.
-  if (one.object_contact) counters_.object_contacts += one.object_contact->separate(one.cloth);
+  if (one.object_contact)
+    counters_.object_contacts += one.object_contact->separate(one.cloth, step_s);
   if (!touchable || !(moves || steps_left == 1)) return;
   project(one, hull, step_s, before_s);
   if (steps_left == 1) one.hull_contacts = {triangles, one.contact.deepest_m()};

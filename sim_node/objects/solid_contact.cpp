@@ -67,7 +67,16 @@ std::optional<SolidContact> box_contact(const Vector3d& half_m, const PathInStep
   }
   if (!(enter <= leave)) return std::nullopt;
   if (entered >= 0) return face(entered, std::copysign(1, path.from_m[entered]), half_m, path.to_m);
-  // The path begins in the box: the nearest face pushes the particle out.
+  // The path begins within the radius of the box: often at a face that has stopped the point, and
+  // that stops it however deep it ends.
+  int outside = 0;
+  for (int axis = 1; axis < 3; ++axis)
+    if (std::abs(path.from_m[axis]) - half_m[axis] >
+        std::abs(path.from_m[outside]) - half_m[outside])
+      outside = axis;
+  if (std::abs(path.from_m[outside]) >= half_m[outside])
+    return face(outside, std::copysign(1, path.from_m[outside]), half_m, path.to_m);
+  // The path begins in the box: the nearest face pushes the point out.
   int nearest = 0;
   for (int axis = 1; axis < 3; ++axis)
     if (half_m[axis] - std::abs(path.to_m[axis]) < half_m[nearest] - std::abs(path.to_m[nearest]))
@@ -88,6 +97,8 @@ std::optional<SolidContact> ball_contact(double ball_radius_m, const PathInStep&
     // The first of the two crossings.
     const double root = std::sqrt(std::max(0.0, approach * approach - square * outside));
     normal = path.from_m + (approach - root) / square * way_m;
+  } else if (path.from_m.norm() >= ball_radius_m && !(normal.dot(path.from_m) > 0)) {
+    normal = path.from_m;  // it begins at the surface and ends beyond the centre
   }
   if (!(normal.squaredNorm() > 0)) normal = Vector3d::UnitZ();  // at the ball's center
   normal.normalize();

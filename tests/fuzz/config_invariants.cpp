@@ -10,6 +10,7 @@
 #include <set>
 
 #include "common/config/read_files.h"
+#include "common/config/views.h"
 #include "common/config/yaml/numbers.h"
 #include "common/geometry/box_visibility.h"
 #include "tests/fuzz/poses.h"
@@ -122,6 +123,49 @@ std::string broken_cloth(const SceneObject& object) {
   return "";
 }
 
+std::string broken_joint(const SceneObject& object) {
+  if (!object.joint) return "";
+  const Joint& joint = *object.joint;
+  if (object.motion != Motion::dynamic) return "a joint of an object that does not move";
+  const bool is_hinge = joint.kind == JointKind::hinge;
+  const double limit = is_hinge ? kMaxHinge_deg * M_PI / 180 : 100;
+  if (!(joint.lowest < joint.highest) || !is_in(joint.lowest, -limit * (1 + 1e-12), 0) ||
+      !is_in(joint.highest, 0, limit * (1 + 1e-12)))
+    return "the limits of a joint";
+  if (!is_in(joint.damping_1_s, 0, 1000)) return "damping_1_s";
+  if (!(std::abs(joint.axis.norm() - 1) < 1e-9)) return "the axis of a joint";
+  return joint.point_m.allFinite() ? "" : "the point of a joint";
+}
+
+std::string broken_particles(const ParticleSource& source) {
+  if (!is_name(source.name, 64)) return "the name of a source";
+  const Eigen::AlignedBox3d& from_m = source.from_world_m;
+  if (!from_m.min().allFinite() || !from_m.max().allFinite() || from_m.isEmpty())
+    return "the box of a source";
+  for (const double v : source.velocity_world_m_s)
+    if (!is_in(v, -100, 100)) return "velocity_m_s of a source";
+  const bool is_good = is_in(source.spread_m_s, 0, 100) && is_positive(source.rate_hz, 1e6) &&
+                       is_positive(source.lifetime_s, 3600) && is_in(source.drag_1_s, 0, 1000) &&
+                       is_positive(source.radius_m, kMaxParticleRadius_m) &&
+                       is_in(source.restitution, 0, 1) && is_in(source.friction, 0, 10) &&
+                       is_colour(source.colour_rgb) &&
+                       source.rate_hz * source.lifetime_s <= kMaxParticles;
+  return is_good ? "" : "a number of a source";
+}
+
+std::string broken_shadows(const Scene& scene) {
+  const ShadowView& shadows = *scene.shadows;
+  if (!(shadows.near_m >= 1e-3 && shadows.near_m < shadows.far_m && shadows.far_m <= 1e3))
+    return "near_m or far_m of shadows";
+  if (!is_in(shadows.map_px, 16, 8192)) return "map_px";
+  const HullView view = *light_view(scene);
+  if (!is_rigid(*view.fixed)) return "the pose of the light's view is not rigid";
+  for (const geometry::Pinhole& pinhole : {view.recon, shadow_map_pinhole(shadows)})
+    if (const auto why = geometry::why_unusable({pinhole, *view.fixed}))
+      return "the light's view: " + *why;
+  return "";
+}
+
 std::string broken_object(const SceneObject& object) {
   if (!is_name(object.name, 64)) return "the name of an object";
   if (!is_rigid(object.world_from_object)) return "the pose of an object is not rigid";
@@ -134,6 +178,7 @@ std::string broken_object(const SceneObject& object) {
   if (!is_positive(object.pattern_size_m, 1e4)) return "pattern_size_m";
   if (std::string broken = broken_shape(object.shape); !broken.empty()) return broken;
   if (std::string broken = broken_cloth(object); !broken.empty()) return broken;
+  if (std::string broken = broken_joint(object); !broken.empty()) return broken;
   if (triangle_count(object.shape) <= double(kMaxTriangles))
     if (std::string broken = broken_invariant(mesh_of(object)); !broken.empty()) return broken;
   return broken_requests(object);
@@ -235,6 +280,11 @@ std::string broken_invariant(const Scene& scene) {
       return "history";
   for (const SceneObject& object : scene.objects)
     if (std::string broken = broken_object(object); !broken.empty()) return broken;
+  if (!names_are_unique(scene.particles)) return "two sources have one name";
+  for (const ParticleSource& source : scene.particles)
+    if (std::string broken = broken_particles(source); !broken.empty()) return broken;
+  if (scene.shadows)
+    if (std::string broken = broken_shadows(scene); !broken.empty()) return broken;
   mesh_size_warnings(scene);
   return "";
 }
@@ -253,6 +303,12 @@ std::string broken_invariant(const Deployment& deployment) {
       if (!is_in(core, 0, 1023)) return "cores";
     if (std::string broken = std::visit(BrokenNode{}, node.config); !broken.empty()) return broken;
   }
+  for (const Node& node : deployment.nodes)
+    if (const auto* recon = std::get_if<ReconConfig>(&node.config);
+        recon &&
+        std::size_t(recon->tile_columns * recon->tile_rows) * hull_views(deployment).size() >
+            std::size_t(kMaxTilesPerFrame))
+      return "too many tiles in a frame";
   for (const std::filesystem::path& file : deployment.files)
     if (!std::filesystem::is_regular_file(file)) return "files lists one that cannot be read";
   if (deployment.scene.history &&

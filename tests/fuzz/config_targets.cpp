@@ -24,6 +24,24 @@ const std::string kHeadPath =
 const std::string kEveryRequest = R"(name: requests
 gravity_m_s2: 1.62
 history: {cell_m: 0.01, window_frames: 12, max_speed_m_s: 3}
+light_m: [0.5, -1, 2]
+lights_real_objects: true
+shadows: {target_m: [0, 0, 0], fov_deg: 50, near_m: 0.2, far_m: 6, map_px: 256,
+          hull_size_px: [80, 60]}
+overlays: [collision_points, recovery, hull_normals, proximity]
+particles:
+  - name: grains
+    from_m: [-0.1, -0.1, 1]
+    to_m: [0.1, 0.1, 1.1]
+    velocity_m_s: [0, 0.5, -1]
+    spread_m_s: 0.2
+    rate_hz: 500
+    lifetime_s: 4
+    drag_1_s: 0.3
+    radius_m: 0.004
+    restitution: 0.4
+    friction: 0.6
+    colour_rgb: [0.9, 0.7, 0.1]
 objects:
   - name: plate
     box: {size_m: [0.4, 0.4, 0.01], cell_m: 0.1}
@@ -49,7 +67,35 @@ objects:
   - name: curtain
     curtain: {width_m: 0.6, height_m: 0.4, columns: 20, rows: 18, fold_depth_m: 0.01, fold_count: 3}
     position_m: [0, 0, 1]
-    reaction: bounce
+    motion: cloth
+    reaction: yield
+    cloth:
+      density_kg_m2: 0.3
+      stretch_compliance_m_n: 1e-4
+      compression_compliance_m_n: 2
+      shear_compliance_m_n: 0.01
+      bending_compliance_1_nm: 9000
+      damping_s: 0.002
+      air_drag_1_s: 0.5
+      thickness_m: 0.004
+      friction: 0.4
+      self_collision: true
+      object_collision: true
+      v_rec: [0, 2, 0]
+      pins:
+        - {from_m: [-1, -1, -0.001], to_m: [1, 1, 0.001], slides_along: [1, 0, 0]}
+  - name: door
+    box: {size_m: [0.8, 0.04, 2]}
+    position_m: [3, 0, 1]
+    motion: dynamic
+    reaction: contact
+    hinge: {point_m: [-0.4, 0, 0], axis: [0, 0, 1], from_deg: -5, to_deg: 90, damping_1_s: 2}
+  - name: drawer
+    box: {size_m: [0.4, 0.4, 0.1]}
+    position_m: [-3, 0, 1]
+    motion: dynamic
+    reaction: contact
+    slider: {axis: [0, -1, 0], from_m: 0, to_m: 0.3, damping_1_s: 1}
   - name: part
     mesh: {file: part.obj, unit: cm}
     position_m: [0, 0, 0]
@@ -69,6 +115,7 @@ viewer:
   horizontal_fov_deg: 60
   near_m: 0.1
   far_m: 4
+  stereo: {eye_distance_m: 0.063}
 nodes:
   - name: capture
     program: capture_node
@@ -126,6 +173,9 @@ const std::vector<std::string>& scenes() {
                                                  source_file("scenes/seated4cam/scene.yaml"),
                                                  source_file("scenes/warm_plate/scene.yaml"),
                                                  source_file("scenes/curtain/scene.yaml"),
+                                                 source_file("scenes/blocks/scene.yaml"),
+                                                 source_file("scenes/door/scene.yaml"),
+                                                 source_file("scenes/particles/scene.yaml"),
                                                  source_file("tests/recordings/scene.yaml")};
   return texts;
 }

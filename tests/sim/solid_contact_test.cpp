@@ -52,6 +52,21 @@ TEST(SolidContact, AParticleThatRestsOnAFaceKeepsIt) {
   }
 }
 
+// It begins where a face, or the ball, has stopped it, within rounding, and ends beyond the centre.
+TEST(SolidContact, APathFromTheSurfaceLeavesOnItsSideHoweverDeepItEnds) {
+  for (const double rounding_m : {-1e-16, 0.0, 1e-16}) {
+    const auto box =
+        box_contact(kHalf_m, path({0.1, 0, kHalf_m.z() + kRadius_m + rounding_m}, {0.1, 0, -0.08}));
+    ASSERT_TRUE(box);
+    EXPECT_EQ(box->normal, Vector3d(0, 0, 1));
+    EXPECT_NEAR(box->distance_m, -0.18, 1e-12);
+    const auto ball = ball_contact(0.1, path({0, 0, 0.1 + kRadius_m + rounding_m}, {0, 0, -0.08}));
+    ASSERT_TRUE(ball);
+    EXPECT_EQ(ball->normal, Vector3d(0, 0, 1));
+    EXPECT_NEAR(ball->distance_m, -0.18, 1e-12);
+  }
+}
+
 TEST(SolidContact, NoPathEndsInABoxThatItEntered) {
   test::Random random(2);
   int touches = 0;
