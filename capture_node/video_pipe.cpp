@@ -125,7 +125,8 @@ class VideoPipe {
         {}};
     published_ = number;
     if (tile_balancer_) pose.tile_owners = tile_balancer_->next();
-    const auto pose_message = messages::head_pose_message(deployment_.viewer, std::move(pose));
+    messages::OutgoingPose pose_message =
+        messages::head_pose_message(deployment_.viewer, std::move(pose));
     steps.begin("publish");
     poses_.write(pose_message.message());
     for (const CapturedCamera& camera : cameras) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "common/base/splitmix64.h"
 #include "common/hull/map_from_view.h"
 
 namespace fivepipe::hull {
@@ -70,13 +71,10 @@ double distance_to_object_px(const ObjectPixels& pixels, const Vector2d& uv_px) 
   return std::sqrt(nearest2);
 }
 
-// Returns a number for each index, uniformly distributed in [0, 1): SplitMix64 (Steele, Lea and
-// Flood, 2014).
+// Returns a number for each index, uniformly distributed in [0, 1).
 double random_number(std::uint64_t seed, std::uint64_t index) {
-  std::uint64_t z = seed * 0xd1342543de82ef95u + (index + 1) * 0x9e3779b97f4a7c15u;
-  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-  z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-  return double((z ^ (z >> 31)) >> 11) * 0x1p-53;
+  const std::uint64_t key = seed * 0xd1342543de82ef95u + index * 0x9e3779b97f4a7c15u;
+  return double(base::splitmix64(key) >> 11) * 0x1p-53;
 }
 
 struct Counts {

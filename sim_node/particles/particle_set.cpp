@@ -1,20 +1,11 @@
 #include "sim_node/particles/particle_set.h"
 
+#include "common/base/splitmix64.h"
+
 namespace fivepipe::sim {
-namespace {
 
+using base::splitmix64;
 using Eigen::Vector3d;
-
-// Steele, Lea and Flood, "Fast Splittable Pseudorandom Number Generators", 2014: SplitMix64. The
-// distributions of <random> may differ between standard libraries.
-std::uint64_t mixed(std::uint64_t x) {
-  x += 0x9e3779b97f4a7c15u;
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
-  return x ^ (x >> 31);
-}
-
-}  // namespace
 
 void ParticleSet::add(const Vector3d& p_m, const Vector3d& v_m_s, double age) {
   p_world_m.push_back(p_m);
@@ -35,13 +26,13 @@ void ParticleSet::remove(std::size_t i) {
 }
 
 ParticleEmitter::ParticleEmitter(const config::ParticleSource& source, std::size_t position)
-    : source_(source), seed_(mixed(position)) {}
+    : source_(source), seed_(splitmix64(position)) {}
 
 void ParticleEmitter::reset() { steps_ = emitted_ = 0; }
 
 double ParticleEmitter::random(std::uint64_t particle, std::uint64_t n) const {
   constexpr double kToUnit = 0x1p-52;  // of the upper 53 bits
-  return double(mixed(mixed(seed_ + particle) + n) >> 11) * kToUnit - 1;
+  return double(splitmix64(splitmix64(seed_ + particle) + n) >> 11) * kToUnit - 1;
 }
 
 void ParticleEmitter::step(double step_s, ParticleSet& particles) {

@@ -4,18 +4,11 @@
 #include <cmath>
 #include <cstdint>
 
+#include "common/base/splitmix64.h"
+
 namespace fivepipe::capture {
 
-// SplitMix64 (Steele, Lea, Flood 2014).
-inline std::uint64_t splitmix64(std::uint64_t x) {
-  x += 0x9e3779b97f4a7c15u;
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
-  return x ^ (x >> 31);
-}
-inline std::uint64_t splitmix64(std::uint64_t a, std::uint64_t b) {
-  return splitmix64(splitmix64(a) ^ b);
-}
+using base::splitmix64;
 
 // Returns a number that is uniform in [0, 1).
 inline float unit_hash(std::uint64_t key) {
