@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "common/base/splitmix64.h"
+#include "common/base/math/splitmix64.h"
 #include "common/hull/map_from_view.h"
 
 namespace fivepipe::hull {

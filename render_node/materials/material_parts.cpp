@@ -1,6 +1,6 @@
 #include "render_node/materials/material_parts.h"
 
-#include "common/base/srgb.h"
+#include "common/base/math/srgb.h"
 
 namespace fivepipe::render {
 namespace {

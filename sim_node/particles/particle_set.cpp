@@ -1,6 +1,6 @@
 #include "sim_node/particles/particle_set.h"
 
-#include "common/base/splitmix64.h"
+#include "common/base/math/splitmix64.h"
 
 namespace fivepipe::sim {
 

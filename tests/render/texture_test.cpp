@@ -4,7 +4,7 @@
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
 
-#include "common/base/srgb.h"
+#include "common/base/math/srgb.h"
 #include "common/config/mesh/mesh_file.h"
 #include "common/config/yaml/config_error.h"
 #include "tests/render/composite_fixture.h"

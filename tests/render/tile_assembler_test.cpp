@@ -129,12 +129,12 @@ TEST(TileAssembler, OpenFramesAreBounded) {
   TileAssembler tiles = sets();
   for (std::uint64_t frame = 0; frame < 1000; ++frame) {
     EXPECT_FALSE(add(tiles, frame, 0));
-    EXPECT_EQ(tiles.open_frames(), std::min<std::size_t>(frame + 1, 4));
+    EXPECT_EQ(tiles.open_frames(), std::min<std::size_t>(frame + 1, 8));
   }
-  EXPECT_EQ(tiles.counts().incomplete, 996u);
-  EXPECT_FALSE(add(tiles, 995, 1));
+  EXPECT_EQ(tiles.counts().incomplete, 992u);
+  EXPECT_FALSE(add(tiles, 991, 1));
   EXPECT_EQ(tiles.counts().late, 1u);
-  EXPECT_EQ(tiles.counts().incomplete, 996u) << "the late tile displaces no frame";
+  EXPECT_EQ(tiles.counts().incomplete, 992u) << "the late tile displaces no frame";
 }
 
 TEST(TileAssembler, DuplicateTileOfRestartedNodeIsDropped) {
@@ -252,11 +252,11 @@ TEST(TileAssembler, ResetsAfterSixteenLateFramesInARow) {
 TEST(TileAssembler, ResetDropsOpenFramesAndAcceptsAnyFrameNext) {
   TileAssembler tiles = sets();
   for (std::uint32_t i = 0; i < 4; ++i) add(tiles, 50, i);
-  for (std::uint64_t frame = 51; frame < 58; ++frame) add(tiles, frame, 0);  // displaces 3
+  for (std::uint64_t frame = 51; frame < 62; ++frame) add(tiles, frame, 0);  // displaces 3
   EXPECT_EQ(tiles.counts().incomplete, 3u);
   tiles.reset();
   EXPECT_EQ(tiles.open_frames(), 0u);
-  EXPECT_EQ(tiles.counts().incomplete, 7u);
+  EXPECT_EQ(tiles.counts().incomplete, 11u);
   for (const std::uint64_t frame : {2, 51})
     for (std::uint32_t i = 0; i < 4; ++i) EXPECT_EQ(add(tiles, frame, i).has_value(), i == 3);
   EXPECT_EQ(tiles.counts().late, 0u);

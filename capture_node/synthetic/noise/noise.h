@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "common/base/splitmix64.h"
+#include "common/base/math/splitmix64.h"
 
 namespace fivepipe::capture {
 

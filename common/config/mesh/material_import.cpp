@@ -11,8 +11,8 @@
 #include <set>
 #include <string_view>
 
+#include "common/base/math/srgb.h"
 #include "common/base/readable_file.h"
-#include "common/base/srgb.h"
 #include "common/config/mesh/image_header.h"
 #include "common/config/mesh/mesh_file.h"
 
