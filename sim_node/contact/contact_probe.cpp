@@ -113,12 +113,10 @@ std::vector<KeptContact> ContactProbe::planes(const PlacedObject& placed,
   const Vector3d& normal = patch.normal_world;
   const double footprint_m = collision::pixel_footprint_m(query, patch.points_world_m.front()),
                reach_m = std::max(kMinReach_m, 2 * models_.objects[placed.object].radius_m);
-  // First the point that is lowest along the normal: it is the deepest in a flat hull. Of a flat
-  // face, it is the first point.
+  // First the point that is lowest along the normal: it is the deepest in a flat hull.
   std::size_t lowest = 0;
   for (std::size_t i = 1; i < patch.points_world_m.size(); ++i)
-    if (normal.dot(patch.points_world_m[i] - patch.points_world_m[lowest]) < -collision::kEqual_m)
-      lowest = i;
+    if (normal.dot(patch.points_world_m[i]) < normal.dot(patch.points_world_m[lowest])) lowest = i;
   std::vector<KeptContact> planes;
   double top_m = -std::numeric_limits<double>::infinity();  // of the hull along the normal
   for (const std::size_t i :

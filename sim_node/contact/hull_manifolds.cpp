@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "common/collision/response/farthest_point_sample.h"
 #include "common/collision/response/recovery.h"
 
 namespace fivepipe::sim {
@@ -259,7 +258,7 @@ void HullManifolds::move_out(const Meeting& meeting, double fraction) {
   Vector3d normal = Vector3d::Zero(), point_m = Vector3d::Zero();
   for (const KeptContact& contact : kept_[meeting.object])
     if (const double depth_m = -distance_m(contact, newest_from_object);
-        contact.part == meeting.part.id && depth_m > deepest_m + collision::kEqual_m) {
+        contact.part == meeting.part.id && depth_m > deepest_m) {
       deepest_m = depth_m;
       normal = contact.normal_world;
       point_m = point_world_m(contact, newest_from_object);

@@ -173,7 +173,7 @@ void add_contacts(std::vector<KeptContact>& contacts, std::uint64_t part,
   std::size_t deepest = 0;
   for (std::size_t i = 0; i < with_part.size(); ++i)
     if (distance_m(with_part[i], world_from_object) <
-        distance_m(with_part[deepest], world_from_object) - collision::kEqual_m)
+        distance_m(with_part[deepest], world_from_object))
       deepest = i;
   for (const KeptContact& contact : spread(with_part, deepest)) contacts.push_back(contact);
 }
