@@ -58,6 +58,29 @@ TEST_F(Particles, AreDrawnAsBallsAtTheirPlaces) {
   EXPECT_NEAR(red_px, expected_px, 0.05 * expected_px);
 }
 
+// The image of a ball beside the view's axis is an ellipse, 1.2 times as long as wide at 33
+// degrees.
+TEST_F(Particles, CoverThePixelsWhoseRaysMeetThem) {
+  for (const double tangent : {0.0, 0.2, 0.4}) {
+    const double y_m = 0.4, x_m = tangent * y_m, z_m = 0.5 * x_m;
+    const cv::Mat image = with({{0, {float(x_m), float(y_m), float(z_m)}}});
+    int wrong = 0, covered = 0;
+    for (int v = 0; v < image.rows; ++v)
+      for (int u = 0; u < image.cols; ++u) {
+        const Eigen::Vector3d ray = Eigen::Vector3d((u - pinhole_.cx_px) / pinhole_.fx_px, 1,
+                                                    (pinhole_.cy_px - v) / pinhole_.fy_px)
+                                        .normalized();
+        const double across_m = ray.cross(Eigen::Vector3d(x_m, y_m, z_m)).norm();
+        const double beside_px = std::abs(across_m - kRadius_m) / y_m * pinhole_.fx_px;
+        covered += across_m < kRadius_m;
+        if (beside_px < 0.02) continue;  // rounding of float
+        wrong += is_red(image.at<cv::Vec3b>(v, u)) != (across_m < kRadius_m);
+      }
+    EXPECT_EQ(wrong, 0) << tangent;
+    EXPECT_GT(covered, 100) << tangent;
+  }
+}
+
 TEST_F(Particles, AreHiddenByNearerSurfacesAndHideOthers) {
   const std::vector<ParticleCloud> particles{{0, {0, 1, 0, 0, 2.5f, 0.3f}}};
   const cv::Mat image = with(particles);
