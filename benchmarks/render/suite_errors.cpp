@@ -28,8 +28,10 @@ double largest(const std::vector<double>& values) { return *std::ranges::max_ele
 
 }  // namespace
 
-SuiteErrors::SuiteErrors(const config::Deployment& deployment, double latency_ms, bool quick)
+SuiteErrors::SuiteErrors(const config::Deployment& deployment,
+                         const config::Deployment& more_cameras, double latency_ms, bool quick)
     : deployment_(with_a_source(deployment)),
+      more_cameras_(more_cameras),
       numbers_(deployment_.scene),
       latency_ms_(latency_ms),
       frame_step_(quick ? kFrames / 2 : 1),
@@ -74,12 +76,23 @@ void SuiteErrors::add_avatar(DrawingErrors& errors) {
   errors.error["colour_p95_levels"] = p95(levels);
   errors.text +=
       fmt::format("; colour {:.0f} levels off (p95 {:.0f})", median(levels), p95(levels));
-  errors.registration = registration(actor, frames, 1e-3 * latency_ms_);
-  for (const RegistrationStage& stage : errors.registration)
+  add_registration(deployment_, actor, frames, errors);
+  Actor other(more_cameras_);
+  add_registration(more_cameras_, other, other.frames(actor_frames_), errors);
+}
+
+void SuiteErrors::add_registration(const config::Deployment& deployment, Actor& actor,
+                                   const std::vector<ActorFrame>& frames,
+                                   DrawingErrors& errors) const {
+  errors.registrations.push_back({deployment.name,
+                                  int(config::shape_cameras(deployment.rig).size()),
+                                  registration(actor, frames, 1e-3 * latency_ms_)});
+  for (const RegistrationStage& stage : errors.registrations.back().stages)
     for (const auto& [kind, values_mm] : {std::pair{"outline", &stage.outline_mm},
                                           {"centroid", &stage.centroid_mm},
                                           {"added", &stage.added_mm}}) {
-      const std::string name = fmt::format("registration_{}_{}", stage.name, kind);
+      const std::string name =
+          fmt::format("registration_{}_{}_{}", deployment.name, stage.name, kind);
       errors.error[name + "_median_mm"] = median(*values_mm);
       // An outline has many points, but a frame has one centroid.
       const bool is_by_frame = values_mm == &stage.centroid_mm;
@@ -101,8 +114,9 @@ DrawingErrors SuiteErrors::of(const Variant& variant, const std::vector<Frame>& 
   return errors;
 }
 
-std::string registration_text(const std::vector<RegistrationStage>& stages) {
-  base::TextTable table({{"registration, mm"},
+std::string registration_text(const DrawingErrors::Registration& registration) {
+  base::TextTable table({{fmt::format("registration of {}, {} cameras, mm", registration.deployment,
+                                      registration.cameras)},
                          {"outline", true},
                          {"p95", true},
                          {"centroid", true},
@@ -111,7 +125,7 @@ std::string registration_text(const std::vector<RegistrationStage>& stages) {
                          {"p95", true},
                          {"drawn"}});
   const auto mm = [](double value) { return base::with_decimals(value, 1); };
-  for (const RegistrationStage& stage : stages)
+  for (const RegistrationStage& stage : registration.stages)
     table.add({stage.name, mm(median(stage.outline_mm)), mm(p95(stage.outline_mm)),
                mm(median(stage.centroid_mm)), mm(largest(stage.centroid_mm)),
                mm(median(stage.added_mm)), mm(p95(stage.added_mm)), stage.text});
