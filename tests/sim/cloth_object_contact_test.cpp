@@ -155,15 +155,15 @@ TEST(ClothObjectContact, AClothCrushedBetweenTheHullAndAWallStaysOnItsSide) {
   curtain.cloth->object_collision = true;
   curtain.cloth->v_rec_world = Vector3d(0, 1, 0);
   curtain.cloth->pins = {{{Vector3d(-1, -1, -1e-6), Vector3d(1, 1, 1e-6)}}};
-  constexpr double kFront_m = 0.02, kWall_m = 0.03;
+  constexpr double kFront_m = 0.02, kWall_m = 0.08;
   const config::SceneObject wall =
       test::virtual_box("wall", {0, kFront_m + 0.5 * kWall_m, 0}, {1, kWall_m, 1});
   Simulation simulation(test::scene_of({curtain, wall}), {});
   double deepest_m = 0, time_s = 0;
   for (int frame = 1; frame <= 30; ++frame) {
     time_s = frame * test::kFrame_s;
-    // The ball's front goes from y = -0.07 to 0.045 m. Then the ball vanishes.
-    const double y_m = -0.07 + 0.115 * std::sin(std::numbers::pi * frame / 60) - 0.05;
+    // The ball's front goes from y = -0.07 to 0.09 m. Then the ball vanishes.
+    const double y_m = -0.07 + 0.16 * std::sin(std::numbers::pi * frame / 60) - 0.05;
     simulation.advance_to(time_s, test::seen({test::ball({0, y_m, 0}, 0.05)}));
     for (const Vector3d& p : vertices_world_m(simulation, 0)) {
       ASSERT_TRUE(p.allFinite());
