@@ -19,7 +19,6 @@ constexpr double kResolved_m = 1e-6;
 
 ClothSelfContact::ClothSelfContact(const geometry::Mesh& mesh, std::vector<Vector3d> start_world_m,
                                    double thickness_m)
-
     : tree_(mesh),
       start_world_m_(std::move(start_world_m)),
       separated_world_m_(start_world_m_),
