@@ -1,7 +1,6 @@
 #include "render_node/parent_pipe.h"
 
 #include <algorithm>
-#include <deque>
 #include <optional>
 
 #include "common/base/realtime.h"
@@ -13,6 +12,7 @@
 #include "render_node/overlays/messages_marks.h"
 #include "render_node/overlays/overlay_painter.h"
 #include "render_node/presenter.h"
+#include "render_node/views/pending_frames.h"
 #include "render_node/views/view_assembler.h"
 #include "render_node/virtual_frames.h"
 
@@ -20,18 +20,11 @@ namespace fivepipe::render {
 namespace {
 
 using namespace std::chrono_literals;
-using Clock = std::chrono::steady_clock;
-
-// A complete hull frame waits this long for the simulation's state of the same frame. Then
-// render_node composites it with the previous state and counts it as late_state.
-constexpr auto kStateTimeout = 40ms;
-// In a lossless replay the state always arrives; a longer wait means that the simulation has
-// failed.
-constexpr auto kStateTimeoutLossless = 2s;
+using Clock = PendingFrames::Clock;
 
 // A replay has fewer frames in flight. If a peer sends this many without the light's view, the node
 // takes no further tiles before the timeout of the first one.
-constexpr std::size_t kMaxAfterPending = 64;
+constexpr std::size_t kMaxPending = 64;
 
 // Returns the times of the first and of the last tile of all eyes.
 node::InputTimes input_times(const EyeFrames& eyes) {
@@ -67,21 +60,17 @@ class ParentPipe {
 
   void run() {
     while (node::running()) {
-      node_.bus.wait(pending_ ? 5ms : node::kMaxWait);
+      node_.bus.wait(pending_.empty() ? node::kMaxWait : 5ms);
       if (replay_.update()) reset();
       // sim_node sends the collisions and particles of a frame before its state. Taking the states
       // first guarantees that those of every taken state are available.
       take_states();
       take_collisions();
       take_particles();
-      // In a lossless replay a newer frame must not replace the pending one before its state
-      // arrives. The tiles of the light's view may still be missing.
-      if (!(replay_.lossless() && pending_ &&
-            (!views_.lacks_light_of(pending_->front()) ||
-             after_pending_.size() >= kMaxAfterPending)))
-        take_tiles();
-      if (pending_ && has_all_inputs(*pending_)) composite();
-      if (pending_ && Clock::now() >= pending_until_) composite();
+      if (needs_tiles()) take_tiles();
+      while (node::running() && !pending_.empty() &&
+             (has_all_inputs(pending_.first()) || is_due()))
+        composite();
     }
     if (unread_frame_ && presenter_.needs_still())
       presenter_.present(*unread_frame_, renderer_.image_bgr());
@@ -91,11 +80,19 @@ class ParentPipe {
 
  private:
   void reset() {
-    pending_.reset();
-    after_pending_.clear();
+    pending_.clear();
     views_.reset();
     virtual_frames_ = {};
   }
+
+  // In a lossless replay only the tiles of the light's view may still be missing while a frame
+  // waits: further frames wait on the bus.
+  bool needs_tiles() const {
+    return !replay_.lossless() || pending_.empty() ||
+           (views_.lacks_light_of(pending_.first().front()) && pending_.size() < kMaxPending);
+  }
+
+  bool is_due() const { return pending_.is_due(Clock::now(), replay_.lossless()); }
 
   bool has_all_inputs(const EyeFrames& eyes) const {
     const HullFrame& hull = eyes.front();
@@ -200,30 +197,15 @@ class ParentPipe {
         node_.status.drop_from(tiles_.process(sample), {"bad_tile", "", refused->reason});
       EyeFrames* const eyes = std::get_if<EyeFrames>(&added);
       if (!eyes) continue;
-      if (pending_ && replay_.lossless()) {
-        after_pending_.push_back(std::move(*eyes));  // waits for the states of the frames before it
-        continue;
-      }
-      while (pending_) composite();  // several if a lossless replay ended before their states
-      wait_for_state(std::move(*eyes));
+      pending_.add(std::move(*eyes), Clock::now());
+      while (is_due()) composite();
     }
     report_drops();
   }
 
-  void wait_for_state(EyeFrames eyes) {
-    pending_ = std::move(eyes);
-    pending_until_ = Clock::now() + (replay_.lossless() ? Clock::duration(kStateTimeoutLossless)
-                                                        : Clock::duration(kStateTimeout));
-  }
-
   void composite() {
-    const EyeFrames eyes = std::move(*pending_);
+    const EyeFrames eyes = pending_.take(Clock::now());
     const HullFrame& hull = eyes.front();
-    pending_.reset();
-    if (!after_pending_.empty()) {
-      wait_for_state(std::move(after_pending_.front()));
-      after_pending_.pop_front();
-    }
     if (!virtual_frames_.has(hull.frame) && states_.writers() > 0) node_.status.drop("late_state");
     if (views_.lacks_light_of(hull)) node_.status.drop("late_light_view");
     static const VirtualFrame kNothing;
@@ -287,10 +269,8 @@ class ParentPipe {
   std::uint64_t reported_video_drops_ = 0;
   VirtualFrames virtual_frames_;
   std::set<std::string> highlighted_;
-  std::optional<EyeFrames> pending_;
-  std::deque<EyeFrames> after_pending_;  // lossless replays only; about kMaxAfterPending at most
+  PendingFrames pending_;
   std::optional<std::uint64_t> unread_frame_;  // the last frame that was not read back
-  Clock::time_point pending_until_;
   bus::Reader<bus::topics::HullTile> tiles_;
   bus::Reader<bus::topics::VirtualState> states_;
   bus::Reader<bus::topics::CollisionResult> collisions_;

@@ -127,6 +127,18 @@ TEST(FeaturesSuite, MeasuresTheBaseAndAFeatureAndListsLibraries) {
   EXPECT_TRUE(test::contains(content_of(output), "\nbase_again ")) << content_of(output);
 }
 
+// The renderer lights a hull without colour in every scene: it would be drawn as in the base.
+TEST(FeaturesSuite, LightOnRealObjectsChangesTheImage) {
+  const test::TestFolder folder;
+  const fs::path json_file = folder.path / "features.json", output = folder.path / "output";
+  ASSERT_EQ(run_suite("--quick --only lit --threads 1 --json " + json_file.string(), output), 0)
+      << content_of(output);
+  std::map<std::string, std::string> checksums;
+  const auto json = nlohmann::json::parse(content_of(json_file));
+  for (const auto& result : json["results"]) checksums[result["name"]] = result["checksum"];
+  EXPECT_NE(checksums.at("features/lit/drawing/1"), checksums.at("features/base/drawing/1"));
+}
+
 TEST(FeaturesSuite, RefusesAFeatureThatDoesNotExist) {
   const test::TestFolder folder;
   EXPECT_EQ(run_suite("--quick --only hair", folder.path / "output"), 1);

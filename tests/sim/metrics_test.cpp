@@ -171,6 +171,10 @@ TEST(SimulationMetrics, TheDepthInTheHullIsThatOfThePose) {
       EXPECT_GT(hull.deepest_m, 0.005);  // a half of 15 mm, within the tolerance
     }
   }
+  simulation.advance_to(5 * kStep_s, silhouettes);
+  EXPECT_EQ(simulation.metrics().bodies->hull.count, 0u) << "no step has queried the newest hull";
+  simulation.advance_to(6 * kStep_s);
+  EXPECT_EQ(simulation.metrics().bodies->hull.count, 1u);
   simulation.reset();
   EXPECT_EQ(simulation.metrics().bodies->hull.count, 0u);
 }

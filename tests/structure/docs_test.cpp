@@ -154,7 +154,7 @@ TEST(Docs, QuotedConstantsAreThoseOfTheCode) {
       {"docs/architecture.md", R"(At most (\d+) frames are open)",
        "render_node/views/tile_assembler.h", R"(kMaxOpenFrames = (\d+))"},
       {"docs/architecture.md", R"(waits at most (\d+) ms for the simulation's state)",
-       "render_node/parent_pipe.cpp", R"(kStateTimeout = (\d+)ms)"},
+       "render_node/views/pending_frames.h", R"(kStateTimeout\{(\d+)\})"},
       {"docs/architecture.md", R"(composites nothing for (\d+) ms)", "capture_node/pacing.h",
        R"(kStallTimeout\{(\d+)\})"},
       {"docs/architecture.md", R"(After (\d+) ms it drops the sample)",
