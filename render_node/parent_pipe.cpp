@@ -68,9 +68,7 @@ class ParentPipe {
       take_collisions();
       take_particles();
       if (needs_tiles()) take_tiles();
-      while (node::running() && !pending_.empty() &&
-             (has_all_inputs(pending_.first()) || is_due()))
-        composite();
+      while (node::running() && !pending_.empty() && is_ready()) composite();
     }
     if (unread_frame_ && presenter_.needs_still())
       presenter_.present(*unread_frame_, renderer_.image_bgr());
@@ -92,7 +90,10 @@ class ParentPipe {
            (views_.lacks_light_of(pending_.first().front()) && pending_.size() < kMaxPending);
   }
 
-  bool is_due() const { return pending_.is_due(Clock::now(), replay_.lossless()); }
+  // Requires a pending frame.
+  bool is_ready() const {
+    return has_all_inputs(pending_.first()) || pending_.is_due(Clock::now(), replay_.lossless());
+  }
 
   bool has_all_inputs(const EyeFrames& eyes) const {
     const HullFrame& hull = eyes.front();
@@ -198,13 +199,13 @@ class ParentPipe {
       EyeFrames* const eyes = std::get_if<EyeFrames>(&added);
       if (!eyes) continue;
       pending_.add(std::move(*eyes), Clock::now());
-      while (is_due()) composite();
+      while (node::running() && pending_.is_superseded(replay_.lossless())) composite();
     }
     report_drops();
   }
 
   void composite() {
-    const EyeFrames eyes = pending_.take(Clock::now());
+    const EyeFrames eyes = pending_.take();
     const HullFrame& hull = eyes.front();
     if (!virtual_frames_.has(hull.frame) && states_.writers() > 0) node_.status.drop("late_state");
     if (views_.lacks_light_of(hull)) node_.status.drop("late_light_view");
@@ -230,6 +231,7 @@ class ParentPipe {
     traces_.handled(hull.frame, hull.capture_stamp_ns, times, std::move(steps));
     node_.status.diagnostic("hull", node::empty_hull_text(hull.empty_cameras));
     if (!wanted) node::stop_running();
+    pending_.begin_wait(Clock::now());
   }
 
   void draw_overlays(const EyeFrames& eyes, const VirtualFrame& virtual_frame) {

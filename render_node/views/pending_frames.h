@@ -23,18 +23,23 @@ class PendingFrames {
   std::size_t size() const { return frames_.size(); }
   const EyeFrames& first() const { return frames_.front(); }  // requires !empty()
 
+  // The wait of the first frame begins now.
   void add(EyeFrames eyes, Clock::time_point now);
-  // Removes and returns the first frame, and begins the wait of the next one. Requires !empty().
-  EyeFrames take(Clock::time_point now);
+  // Removes and returns the first frame. Call begin_wait() after compositing it. Requires !empty().
+  EyeFrames take();
+  // Begins the wait of the frame that is now the first one. The time in which the node composited
+  // another one does not count, because it received no states meanwhile.
+  void begin_wait(Clock::time_point now) { first_since_ = now; }
   void clear() { frames_.clear(); }
 
-  // Returns whether the first frame must not wait any longer: its time is over, or a newer frame is
-  // complete. In a lossless replay newer frames wait, too.
+  // Returns whether the first frame has waited for the timeout.
   bool is_due(Clock::time_point now, bool lossless) const;
+  // Returns whether a newer frame ends the wait of the first one. In a lossless replay it does not.
+  bool is_superseded(bool lossless) const { return !lossless && frames_.size() > 1; }
 
  private:
   std::deque<EyeFrames> frames_;
-  Clock::time_point first_since_;  // start of the wait of the first frame
+  Clock::time_point first_since_;  // when the wait of the first frame began
 };
 
 }  // namespace fivepipe::render

@@ -1,11 +1,13 @@
 #include "sim_node/contact/contact_probe.h"
 
 #include <algorithm>
+#include <cassert>
 #include <limits>
 
 #include "common/collision/response/ball_contact.h"
 #include "common/collision/response/farthest_point_sample.h"
 #include "common/collision/response/recovery.h"
+#include "sim_node/contact/support_points.h"
 #include "sim_node/objects/rigid_bodies.h"
 
 namespace fivepipe::sim {
@@ -24,8 +26,9 @@ constexpr double kCellsPerFootprint = 3;
 constexpr std::size_t kPlaneSamples = 16;
 // Contacts on opposite sides that are deeper than this, in footprints, cannot both be obeyed.
 constexpr double kOpposed = 3;
-// Smallest cosine between the normals of contacts on one side.
-constexpr double kSameSide = 0.7;
+// Patches whose normals' cosines to the first direction differ by less are equally similar: 3.6
+// degrees if one has that direction, a degree if it is 6 degrees from it.
+constexpr double kSimilar = 0.002;
 // Number of times that a contact is measured: its first direction is that of a few pixels.
 constexpr int kProbes = 2;
 
@@ -35,11 +38,36 @@ Vector3d mean(const std::vector<Vector3d>& points_m) {
   return sum / double(points_m.size());
 }
 
-const collision::ContactPatch& most_similar(const std::vector<collision::ContactPatch>& patches,
-                                            const Vector3d& normal) {
-  return *std::max_element(patches.begin(), patches.end(), [&](const auto& a, const auto& b) {
-    return a.normal_world.dot(normal) < b.normal_world.dot(normal);
-  });
+// The centre of a patch that touches first, and the hull's normal there: unit, out of the hull.
+struct FirstTouch {
+  Vector3d center_world_m, normal_world;
+};
+
+double distance_m(const collision::ContactPatch& patch, const Vector3d& p_world_m) {
+  double nearest_m = std::numeric_limits<double>::infinity();
+  for (const Vector3d& q_m : patch.points_world_m)
+    nearest_m = std::min(nearest_m, (q_m - p_world_m).norm());
+  return nearest_m;
+}
+
+// Returns the patch with the most similar normal; of equally similar ones the nearest, and of
+// equally near ones the first, which is the largest.
+const collision::ContactPatch& patch_grown_from(
+    const FirstTouch& touch, const std::vector<collision::ContactPatch>& patches) {
+  assert(!patches.empty());
+  double highest = -1;
+  for (const collision::ContactPatch& patch : patches)
+    highest = std::max(highest, patch.normal_world.dot(touch.normal_world));
+  const collision::ContactPatch* nearest = nullptr;
+  double nearest_m = 0;
+  for (const collision::ContactPatch& patch : patches) {
+    if (patch.normal_world.dot(touch.normal_world) < highest - kSimilar) continue;
+    const double away_m = distance_m(patch, touch.center_world_m);
+    if (nearest && !(away_m < nearest_m - collision::kEqual_m)) continue;
+    nearest = &patch;
+    nearest_m = away_m;
+  }
+  return *nearest;
 }
 
 }  // namespace
@@ -113,14 +141,13 @@ std::vector<KeptContact> ContactProbe::planes(const PlacedObject& placed,
   const Vector3d& normal = patch.normal_world;
   const double footprint_m = collision::pixel_footprint_m(query, patch.points_world_m.front()),
                reach_m = std::max(kMinReach_m, 2 * models_.objects[placed.object].radius_m);
-  // First the point that is lowest along the normal: it is the deepest in a flat hull.
-  std::size_t lowest = 0;
-  for (std::size_t i = 1; i < patch.points_world_m.size(); ++i)
-    if (normal.dot(patch.points_world_m[i]) < normal.dot(patch.points_world_m[lowest])) lowest = i;
+  std::vector<double> height_m;
+  for (const Vector3d& p_world_m : patch.points_world_m) height_m.push_back(normal.dot(p_world_m));
   std::vector<KeptContact> planes;
   double top_m = -std::numeric_limits<double>::infinity();  // of the hull along the normal
   for (const std::size_t i :
-       collision::farthest_point_sample(patch.points_world_m, lowest, kPlaneSamples, footprint_m)) {
+       support_points(patch.points_world_m, height_m,
+                      {kPlaneSamples, kTouchesFirst * footprint_m, footprint_m})) {
     const Vector3d& p_world_m = patch.points_world_m[i];
     const auto exit = collision::exit_outward(query, p_world_m, normal, reach_m);
     if (!exit) continue;
@@ -132,34 +159,48 @@ std::vector<KeptContact> ContactProbe::planes(const PlacedObject& placed,
                       .ball_radius_m = ball_radius_m_[placed.object]});
     top_m = std::max(top_m, normal.dot(planes.back().on_hull_world_m));
   }
+  const auto below_top_m = [&](const KeptContact& contact) {
+    return top_m - normal.dot(contact.on_hull_world_m);
+  };
   if (ball_radius_m_[placed.object] > 0 && !planes.empty()) {
     planes.resize(1);
-    planes[0].on_hull_world_m += (top_m - normal.dot(planes[0].on_hull_world_m)) * normal;
+    planes[0].on_hull_world_m = placed.world_from_object.translation();
+    planes[0].on_hull_world_m += below_top_m(planes[0]) * normal;
+    return planes;
   }
+  // Heights within the maps' resolution are one plane, the highest, on which the object rests. It
+  // comes first, because add_contacts() lets others share the first plane.
+  const auto others = std::stable_partition(
+      planes.begin(), planes.end(), [&](const KeptContact& contact) {
+        return below_top_m(contact) <= kPlaneTolerance * footprint_m;
+      });
+  for (auto contact = planes.begin(); contact != others; ++contact)
+    contact->on_hull_world_m += below_top_m(*contact) * normal;
   return planes;
 }
 
 std::vector<KeptContact> ContactProbe::measure(const PlacedObject& at_touch,
                                                const collision::ObjectCollision& collision) {
   const hull::HullQuery& query = *hull_.query();
-  std::vector<Vector3d> directions;
+  std::vector<FirstTouch> touches;
   for (const collision::ContactPatch& patch : patches(at_touch, collision))
-    if (directions.size() < kMaxHullContacts) directions.push_back(patch.normal_world);
+    if (touches.size() < kMaxHullContacts)
+      touches.push_back({mean(patch.points_world_m), patch.normal_world});
   const Vector3d& first_m = collision.points.front().p_world_m;
-  if (directions.empty())  // smaller than a cell: towards RP_obj, as in the paper
-    directions.push_back((at_touch.center_world_m - first_m).normalized());
+  if (touches.empty())  // smaller than a cell: towards RP_obj, as in the paper
+    touches.push_back({first_m, (at_touch.center_world_m - first_m).normalized()});
   const double footprint_m = collision::pixel_footprint_m(query, first_m),
                probe_m = kProbe * footprint_m, ball_m = ball_radius_m_[at_touch.object];
   const Isometry3d& touch_pose = at_touch.world_from_object;
   std::vector<KeptContact> contacts;
   std::vector<Vector3d> measured_m;  // the centres of the patches
-  for (Vector3d direction : directions) {
+  for (FirstTouch touch : touches) {
     for (int probe = 0; probe < kProbes; ++probe) {
-      const PlacedObject probed = moved(at_touch, -probe_m * direction);
+      const PlacedObject probed = moved(at_touch, -probe_m * touch.normal_world);
       const auto found = patches(probed, detect(probed));
       if (found.empty()) break;
-      collision::ContactPatch patch = most_similar(found, direction);
-      direction = patch.normal_world;
+      collision::ContactPatch patch = patch_grown_from(touch, found);
+      touch.normal_world = patch.normal_world;
       if (probe + 1 < kProbes) continue;
       if (ball_m > 0)
         patch.normal_world = collision::ball_contact_normal(query, touch_pose.translation(), ball_m,

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "common/collision/response/farthest_point_sample.h"
 #include "common/collision/response/recovery.h"
 
 namespace fivepipe::sim {
@@ -256,9 +257,10 @@ void HullManifolds::move_out(const Meeting& meeting, double fraction) {
       meeting.newest_from_now * bodies_.world_from_object(meeting.object);
   double deepest_m = 0;
   Vector3d normal = Vector3d::Zero(), point_m = Vector3d::Zero();
+  // Of equally deep contacts the first: rounding must not choose, because the move turns a door.
   for (const KeptContact& contact : kept_[meeting.object])
     if (const double depth_m = -distance_m(contact, newest_from_object);
-        contact.part == meeting.part.id && depth_m > deepest_m) {
+        contact.part == meeting.part.id && depth_m > deepest_m + collision::kEqual_m) {
       deepest_m = depth_m;
       normal = contact.normal_world;
       point_m = point_world_m(contact, newest_from_object);

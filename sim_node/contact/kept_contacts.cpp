@@ -5,8 +5,8 @@
 #include <map>
 #include <numeric>
 
-#include "common/collision/response/farthest_point_sample.h"
 #include "common/collision/response/recovery.h"
+#include "sim_node/contact/support_points.h"
 #include "sim_node/objects/rigid_bodies.h"
 
 namespace fivepipe::sim {
@@ -47,12 +47,29 @@ std::optional<double> surface_m(const KeptContact& contact, const hull::HullQuer
   return entry ? std::optional(-*entry) : std::nullopt;
 }
 
-// Keeps the first and a farthest-point sample, at most kMaxHullContacts, in their order.
-std::vector<KeptContact> spread(const std::vector<KeptContact>& contacts, std::size_t first) {
+// Returns the height of each contact's point above its plane, relative to the lowest on its side:
+// a side that is deeper must not displace the contacts of another one.
+std::vector<double> heights_m(const std::vector<KeptContact>& contacts,
+                              const Eigen::Isometry3d& world_from_object) {
+  std::vector<double> above_plane_m, height_m(contacts.size(), 0);
+  for (const KeptContact& contact : contacts)
+    above_plane_m.push_back(distance_m(contact, world_from_object));
+  for (std::size_t i = 0; i < contacts.size(); ++i)
+    for (std::size_t k = 0; k < contacts.size(); ++k)
+      if (contacts[i].normal_world.dot(contacts[k].normal_world) > kSameSide)
+        height_m[i] = std::max(height_m[i], above_plane_m[i] - above_plane_m[k]);
+  return height_m;
+}
+
+// Returns at most kMaxHullContacts of the contacts, in their order (support_points.h). height_m: of
+// each contact. Requires a contact.
+std::vector<KeptContact> supporting(const std::vector<KeptContact>& contacts,
+                                    std::span<const double> height_m) {
   std::vector<Vector3d> points_m;
   for (const KeptContact& contact : contacts) points_m.push_back(contact.on_hull_world_m);
   std::vector<std::size_t> chosen =
-      collision::farthest_point_sample(points_m, first, kMaxHullContacts, 0);
+      support_points(points_m, height_m,
+                     {kMaxHullContacts, kTouchesFirst * contacts.front().footprint_m, 0});
   std::sort(chosen.begin(), chosen.end());  // the solver's result depends on the order
   std::vector<KeptContact> kept;
   for (const std::size_t i : chosen) kept.push_back(contacts[i]);
@@ -118,7 +135,8 @@ std::vector<SurfaceMotion> follow_hull(std::vector<KeptContact>& contacts,
   for (const KeptContact& contact : contacts) by_part[contact.part].push_back(contact);
   contacts.clear();
   for (const auto& [part, of_part] : by_part)
-    for (const KeptContact& contact : spread(of_part, 0)) contacts.push_back(contact);
+    for (const KeptContact& contact : supporting(of_part, std::vector<double>(of_part.size(), 0.0)))
+      contacts.push_back(contact);
   std::vector<SurfaceMotion> motions;
   for (const auto& [part, of_part_m] : moves_m) {
     const Vector3d sum_m =
@@ -170,12 +188,9 @@ void add_contacts(std::vector<KeptContact>& contacts, std::uint64_t part,
     with_part.push_back(contact);
   }
   if (with_part.empty()) return;
-  std::size_t deepest = 0;
-  for (std::size_t i = 0; i < with_part.size(); ++i)
-    if (distance_m(with_part[i], world_from_object) <
-        distance_m(with_part[deepest], world_from_object))
-      deepest = i;
-  for (const KeptContact& contact : spread(with_part, deepest)) contacts.push_back(contact);
+  for (const KeptContact& contact :
+       supporting(with_part, heights_m(with_part, world_from_object)))
+    contacts.push_back(contact);
 }
 
 }  // namespace fivepipe::sim

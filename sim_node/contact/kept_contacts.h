@@ -59,7 +59,7 @@ std::vector<SurfaceMotion> follow_hull(std::vector<KeptContact>& contacts,
 
 // Adds measured contacts with a part, each as its own plane or that of a kept contact that it
 // shares, unless one is kept within a footprint of its place on this plane. Keeps at most
-// kMaxHullContacts contacts with the part: the deepest and a farthest-point sample.
+// kMaxHullContacts contacts with the part (support_points.h).
 void add_contacts(std::vector<KeptContact>& contacts, std::uint64_t part,
                   std::span<const KeptContact> measured,
                   const Eigen::Isometry3d& world_from_object);
@@ -73,5 +73,7 @@ bool is_on_kept_plane(std::span<const KeptContact> contacts, const Eigen::Vector
 inline constexpr double kPlaneTolerance = 1.5;
 // Contacts whose normals differ by less may share a plane.
 inline constexpr double kSamePlane_rad = 0.1;
+// Smallest cosine between the normals of contacts on one side of an object.
+inline constexpr double kSameSide = 0.7;
 
 }  // namespace fivepipe::sim

@@ -127,7 +127,8 @@ TEST(FeaturesSuite, MeasuresTheBaseAndAFeatureAndListsLibraries) {
   EXPECT_TRUE(test::contains(content_of(output), "\nbase_again ")) << content_of(output);
 }
 
-// The renderer lights a hull without colour in every scene: it would be drawn as in the base.
+// The hull needs a colour here: the renderer lights a hull without colour in every scene, so the
+// image would equal the base's.
 TEST(FeaturesSuite, LightOnRealObjectsChangesTheImage) {
   const test::TestFolder folder;
   const fs::path json_file = folder.path / "features.json", output = folder.path / "output";

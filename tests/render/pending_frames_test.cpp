@@ -15,55 +15,59 @@ EyeFrames frame(std::uint64_t number) {
   return eyes;
 }
 
-// Takes the frames that are due. Returns their numbers.
-std::vector<std::uint64_t> taken(PendingFrames& pending, PendingFrames::Clock::time_point now,
-                                 bool lossless) {
-  std::vector<std::uint64_t> numbers;
-  while (pending.is_due(now, lossless)) numbers.push_back(pending.take(now).front().frame);
-  return numbers;
+std::uint64_t number_of_first(const PendingFrames& pending) {
+  return pending.first().front().frame;
 }
 
-using Numbers = std::vector<std::uint64_t>;
-
-TEST(PendingFrames, AFrameWaitsUntilItsTimeIsOver) {
+TEST(PendingFrames, AFrameWaitsForTheTimeout) {
   PendingFrames pending;
   EXPECT_FALSE(pending.is_due(kStart, false)) << "there is none";
   pending.add(frame(5), kStart);
-  EXPECT_EQ(pending.first().front().frame, 5u);
+  EXPECT_EQ(number_of_first(pending), 5u);
   EXPECT_FALSE(pending.is_due(kStart + 39ms, false));
   EXPECT_TRUE(pending.is_due(kStart + 40ms, false));
   EXPECT_FALSE(pending.is_due(kStart + 1999ms, true));
   EXPECT_TRUE(pending.is_due(kStart + 2s, true));
 }
 
-TEST(PendingFrames, ANewerFrameEndsTheWait) {
+TEST(PendingFrames, ANewerFrameEndsTheWaitButNotInALosslessReplay) {
   PendingFrames pending;
   pending.add(frame(5), kStart);
+  EXPECT_FALSE(pending.is_superseded(false));
   pending.add(frame(6), kStart + 1ms);
-  EXPECT_EQ(taken(pending, kStart + 1ms, false), Numbers{5});
+  EXPECT_TRUE(pending.is_superseded(false));
+  EXPECT_FALSE(pending.is_superseded(true));
+  EXPECT_EQ(pending.take().front().frame, 5u);
+  EXPECT_FALSE(pending.is_superseded(false));
+  EXPECT_EQ(number_of_first(pending), 6u);
+}
+
+// Drawing frame 5 takes 50 ms, in which the node receives no state.
+TEST(PendingFrames, TheTimeOfDrawingDoesNotCount) {
+  PendingFrames pending;
+  for (const std::uint64_t number : {5, 6}) pending.add(frame(number), kStart);
+  pending.take();
+  pending.begin_wait(kStart + 50ms);
+  EXPECT_FALSE(pending.is_due(kStart + 89ms, false));
+  EXPECT_TRUE(pending.is_due(kStart + 90ms, false));
+}
+
+TEST(PendingFrames, AFrameThatIsNotTheFirstDoesNotProlongItsWait) {
+  PendingFrames pending;
+  pending.add(frame(5), kStart);
+  pending.add(frame(6), kStart + 1s);
+  EXPECT_TRUE(pending.is_due(kStart + 2s, true));
+}
+
+// A live frame follows a lossless replay: the frames of the replay come before it, in their order.
+TEST(PendingFrames, KeepTheirOrder) {
+  PendingFrames pending;
+  for (const std::uint64_t number : {5, 6, 7, 8}) pending.add(frame(number), kStart);
+  for (const std::uint64_t number : {5, 6, 7}) {
+    ASSERT_TRUE(pending.is_superseded(false));
+    EXPECT_EQ(pending.take().front().frame, number);
+  }
   EXPECT_EQ(pending.size(), 1u);
-  EXPECT_FALSE(pending.is_due(kStart + 40ms, false)) << "frame 6 began to wait after 1 ms";
-  EXPECT_EQ(taken(pending, kStart + 41ms, false), Numbers{6});
-  EXPECT_TRUE(pending.empty());
-}
-
-TEST(PendingFrames, EachFrameOfALosslessReplayWaitsForItself) {
-  PendingFrames pending;
-  for (const std::uint64_t number : {5, 6, 7}) pending.add(frame(number), kStart);
-  EXPECT_EQ(taken(pending, kStart + 1s, true), Numbers{});
-  EXPECT_EQ(taken(pending, kStart + 2s, true), Numbers{5});
-  EXPECT_EQ(taken(pending, kStart + 3s, true), Numbers{}) << "frame 6 waits since 2 s";
-  EXPECT_EQ(taken(pending, kStart + 4s, true), Numbers{6});
-}
-
-// The frames of the replay are composited before the newer one, in their order.
-TEST(PendingFrames, AreDueInTheirOrderWhenALosslessReplayEnds) {
-  PendingFrames pending;
-  for (const std::uint64_t number : {5, 6, 7}) pending.add(frame(number), kStart);
-  EXPECT_EQ(taken(pending, kStart, true), Numbers{});
-  pending.add(frame(8), kStart + 1ms);
-  EXPECT_EQ(taken(pending, kStart + 1ms, false), (Numbers{5, 6, 7}));
-  EXPECT_EQ(pending.first().front().frame, 8u);
   pending.clear();
   EXPECT_TRUE(pending.empty());
 }

@@ -228,10 +228,12 @@ TEST_F(AddContacts, KeepsTheDeepestAndTheFarthestOfAPart) {
   for (int x = -2; x <= 2; ++x)
     for (int y = -2; y <= 2; ++y)
       many.push_back(measured({0.02 * x, 0.02 * y, 0}, x == 1 && y == 1 ? 0.003 : 0.002));
-  // All on different planes, so that each keeps its depth.
+  // All on one side, but on different planes, so that each keeps its depth.
   for (std::size_t i = 0; i < many.size(); ++i)
     many[i] = measured(many[i].on_object_m, -sim::distance_m(many[i], at(kOrigin)),
-                       Eigen::AngleAxisd(0.2 * double(i), Vector3d::UnitX()) * Vector3d::UnitZ());
+                       Eigen::AngleAxisd(0.12 * (double(i / 5) - 2), Vector3d::UnitX()) *
+                           Eigen::AngleAxisd(0.12 * (double(i % 5) - 2), Vector3d::UnitY()) *
+                           Vector3d::UnitZ());
   add(many);
   ASSERT_EQ(kept_.size(), 1 + sim::kMaxHullContacts);
   EXPECT_EQ(kept_[0].part, 5u) << "another part has contacts of its own";
@@ -242,6 +244,23 @@ TEST_F(AddContacts, KeepsTheDeepestAndTheFarthestOfAPart) {
   };
   EXPECT_TRUE(has(0.02, 0.02)) << "the deepest";
   EXPECT_TRUE(has(-0.04, -0.04)) << "the farthest from it";
+}
+
+// A block on the floor that a wall of the same part pushes: the wall is deeper in it.
+TEST_F(AddContacts, OfTwoSidesKeepsBoth) {
+  std::vector<sim::KeptContact> both;
+  for (int x = 0; x < 4; ++x)
+    for (int y = 0; y < 4; ++y) {
+      both.push_back(measured({-0.03, 0.02 * x, 0.01 + 0.02 * y}, 0.003, Vector3d::UnitX()));
+      both.push_back(measured({0.02 * x, 0.02 * y, 0}, 0.0001));
+    }
+  add(both);
+  ASSERT_EQ(kept_.size(), sim::kMaxHullContacts);
+  const auto of_floor = std::count_if(kept_.begin(), kept_.end(), [](const auto& contact) {
+    return contact.normal_world == Vector3d::UnitZ();
+  });
+  EXPECT_GT(of_floor, 0);
+  EXPECT_LT(of_floor, std::ptrdiff_t(sim::kMaxHullContacts));
 }
 
 }  // namespace

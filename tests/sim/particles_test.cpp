@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sim_node/particles/particle_response.h"
 #include "tests/support/not_finite.h"
 #include "tests/support/sim_contact.h"
 
@@ -167,6 +168,39 @@ TEST(Particles, BounceOffAVirtualBallThatMoves) {
     EXPECT_NEAR(particles.v_world_m_s[i].z(), 6, 0.3);
   }
   EXPECT_GT(struck, 5);
+}
+
+// A board 1 cm thick moves 4 cm per step. Particles in its way end up in front of it.
+TEST(Particles, AreSweptByABoardThatPassesThemWithinAStep) {
+  config::SceneObject board = virtual_box("board", {-0.5, 0, 0}, {0.01, 1, 1});
+  board.motion = config::Motion::dynamic;
+  board.velocity_world_m_s = {10, 0, 0};
+  config::Scene scene = scene_with(source_at(box(kOrigin, {0.02, 0.1, 0.1}), 5000, 10), {board});
+  scene.gravity_m_s2 = 0;
+  sim::Simulation simulation(scene, {});
+  for (int step = 0; step <= 16; ++step) simulation.advance_to(step * kStep_s);
+  const double front_m = simulation.states()[0].world_from_object.translation().x() + 0.005;
+  ASSERT_NEAR(front_m, -0.5 + 16 * kStep_s * 10 + 0.005, 1e-6);
+  const sim::ParticleSet& particles = simulation.particles(0);
+  int swept = 0;
+  for (std::size_t i = 0; i < particles.size(); ++i) {
+    if (particles.age_s[i] < 5 * kStep_s) continue;  // it may have started behind the board
+    ++swept;
+    EXPECT_GE(particles.p_world_m[i].x(), front_m) << i;
+  }
+  EXPECT_GT(swept, 200);
+}
+
+// The impulse of a bounce is (1 + restitution) times the approach, per mass. Coulomb friction
+// reduces the velocity along the surface by at most `friction` times that.
+TEST(Particles, FrictionOfABounceIsThatOfItsWholeImpulse) {
+  config::ParticleSource source;
+  source.radius_m = 0.003, source.restitution = 0.5, source.friction = 0.2;
+  Vector3d p_m(0, 0, 0.001), v_m_s(2, 0, -1);
+  EXPECT_TRUE(sim::respond(source, {.normal_world = Vector3d::UnitZ(), .distance_m = 0.001}, p_m,
+                           v_m_s));
+  EXPECT_EQ(p_m, Vector3d(0, 0, 0.003));
+  EXPECT_LT((v_m_s - Vector3d(2 - 0.2 * 1.5, 0, 0.5)).norm(), 1e-12) << v_m_s.transpose();
 }
 
 // A curtain that hangs across the way, and a door leaf given as a mesh.

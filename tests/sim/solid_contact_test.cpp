@@ -33,6 +33,16 @@ TEST(SolidContact, AFastParticleDoesNotPassThroughABox) {
   EXPECT_FALSE(box_contact(kHalf_m, path({0.5, 0, 0.4}, {0.5, 0, -0.4})));
 }
 
+// At its start the path is farther from the +x face (20 cm) than from the top (4 cm), but it
+// crosses the plane of the top last.
+TEST(SolidContact, APathEntersABoxThroughTheFaceThatItCrossesLast) {
+  const auto touch = box_contact(kHalf_m, path({0.5, 0, 0.14}, {0.1, 0, 0.09}));
+  ASSERT_TRUE(touch);
+  EXPECT_EQ(touch->normal, Vector3d(0, 0, 1));
+  EXPECT_FALSE(box_contact(kHalf_m, path({0.35, 0, 0.06}, {0.25, 0, 0.16})))
+      << "it passes the edge";
+}
+
 TEST(SolidContact, AParticleInABoxLeavesByTheNearestFace) {
   const auto touch = box_contact(kHalf_m, path({-0.28, 0, 0}, {-0.29, 0, 0}));
   ASSERT_TRUE(touch);

@@ -155,6 +155,8 @@ TEST(Docs, QuotedConstantsAreThoseOfTheCode) {
        "render_node/views/tile_assembler.h", R"(kMaxOpenFrames = (\d+))"},
       {"docs/architecture.md", R"(waits at most (\d+) ms for the simulation's state)",
        "render_node/views/pending_frames.h", R"(kStateTimeout\{(\d+)\})"},
+      {"docs/collision.md", R"(touch the hull first, within ([\d.]+) pixels)",
+       "sim_node/contact/support_points.h", R"(kTouchesFirst = ([\d.]+))"},
       {"docs/architecture.md", R"(composites nothing for (\d+) ms)", "capture_node/pacing.h",
        R"(kStallTimeout\{(\d+)\})"},
       {"docs/architecture.md", R"(After (\d+) ms it drops the sample)",

@@ -136,7 +136,7 @@ std::size_t deepest_of(const hull::HullQuery& query, std::span<const CollisionPo
         candidate_m > depth_m)
       deepest = i, depth_m = candidate_m;
   };
-  const auto coarse = farthest_point_sample(positions, farthest, kCandidates, min_m);
+  const auto coarse = farthest_point_sample(positions, {farthest}, kCandidates, min_m);
   for (const std::size_t i : coarse) take(i);
   const double spacing_m = spacing_of(positions, coarse);
   std::vector<Vector3d> near;
@@ -147,7 +147,8 @@ std::size_t deepest_of(const hull::HullQuery& query, std::span<const CollisionPo
       near.push_back(positions[i]), index.push_back(i);
   const std::size_t first =
       std::size_t(std::find(index.begin(), index.end(), deepest) - index.begin());
-  for (const std::size_t i : farthest_point_sample(near, first, kCandidates, min_m)) take(index[i]);
+  for (const std::size_t i : farthest_point_sample(near, {first}, kCandidates, min_m))
+    take(index[i]);
   return deepest;
 }
 
@@ -176,7 +177,7 @@ ContactManifold contact_manifold(const hull::HullQuery& query, const ObjectColli
   const std::vector<Vector3d> positions = positions_of(points);
   const std::size_t deepest = deepest_of(query, points, positions, footprint_m, request);
   for (const std::size_t i :
-       farthest_point_sample(positions, deepest, std::size_t(request.max_contacts), footprint_m))
+       farthest_point_sample(positions, {deepest}, std::size_t(request.max_contacts), footprint_m))
     manifold.contacts.push_back(contact_at(query, points[i], request));
   return manifold;
 }

@@ -136,7 +136,7 @@ std::vector<Vector3d> points_to_move(const ObjectCollision& collision, const Res
   std::vector<Vector3d> points_m{response.cp_object_world_m};
   for (const CollisionPoint& point : collision.points) points_m.push_back(point.p_world_m);
   std::vector<Vector3d> spread;
-  for (const std::size_t i : farthest_point_sample(points_m, 0, kMaxPoints, 0))
+  for (const std::size_t i : farthest_point_sample(points_m, {0}, kMaxPoints, 0))
     spread.push_back(points_m[i]);
   return spread;
 }

@@ -177,12 +177,29 @@ TEST(FarthestPointSample, TakesTheFarthestOfTheRestUntilTheyAreTooNear) {
       if (!(to_taken2(best) > min_m * min_m)) break;
       expected.push_back(best);
     }
-    const auto found = collision::farthest_point_sample(points, first, count, min_m);
+    const auto found = collision::farthest_point_sample(points, {first}, count, min_m);
     ASSERT_EQ(found.size(), expected.size()) << scene;
     for (std::size_t i = 0; i < found.size(); ++i)
       EXPECT_EQ(points[found[i]], points[expected[i]]) << scene << ' ' << i;
     EXPECT_EQ(found[0], first);
   }
+}
+
+TEST(FarthestPointSample, ContinuesASample) {
+  Random random(73);
+  std::vector<Vector3d> points;
+  for (int i = 0; i < 100; ++i) points.push_back(test::random_in_ball(random, 1));
+  const auto all = collision::farthest_point_sample(points, {7}, 20, 0);
+  EXPECT_EQ(collision::farthest_point_sample(points, {all.begin(), all.begin() + 9}, 20, 0), all);
+  EXPECT_EQ(collision::farthest_point_sample(points, all, 5, 0), all) << "no point is dropped";
+}
+
+TEST(OutermostPoint, IsFarthestFromTheCentroid) {
+  EXPECT_EQ(collision::outermost_point(std::vector<Vector3d>{{3, 3, 3}}), 0u);
+  // The centroid is at x = 2.5; of the equally far ends it is the one with the smaller x.
+  const std::vector<Vector3d> line{{2, 0, 0}, {4, 0, 0}, {1, 0, 0}, {3, 0, 0}};
+  EXPECT_EQ(collision::outermost_point(line), 2u);
+  EXPECT_EQ(collision::outermost_point(std::vector<Vector3d>{{0, 0, 0}, {1, 0, 0}, {9, 0, 0}}), 2u);
 }
 
 // The corners and centres of a square grid, turned and moved by less than a tenth of a nanometre:
@@ -197,8 +214,8 @@ TEST(FarthestPointSample, ChoosesTheSameAmongEquallyFarPointsWhateverTheirLastBi
         points.push_back(turn * Vector3d(0.01 * i, 0.01 * j, 0));
         moved.push_back(points.back() + test::random_in_ball(random, 1e-10));
       }
-    EXPECT_EQ(collision::farthest_point_sample(points, 40, 16, 0),
-              collision::farthest_point_sample(moved, 40, 16, 0))
+    EXPECT_EQ(collision::farthest_point_sample(points, {40}, 16, 0),
+              collision::farthest_point_sample(moved, {40}, 16, 0))
         << scene;
   }
 }
@@ -234,7 +251,7 @@ TEST_F(ContactManifoldTest, StartsWithTheDeepestPointAndFollowsTheFarthestSample
                     positions.begin());
     const double footprint_m = collision::pixel_footprint_m(query(), positions[first]);
     EXPECT_NEAR(footprint_m, kFootprint_m, 0.1 * kFootprint_m);
-    const auto sample = collision::farthest_point_sample(positions, first, 5, footprint_m);
+    const auto sample = collision::farthest_point_sample(positions, {first}, 5, footprint_m);
     ASSERT_EQ(found.size(), sample.size());
     for (std::size_t k = 0; k < sample.size(); ++k) {
       EXPECT_EQ(found[k].on_object.p_world_m, positions[sample[k]]) << i << ' ' << k;
