@@ -175,9 +175,7 @@ class ParentPipe {
   }
 
   void take_tiles() {
-    const auto samples = tiles_.take();
-    const std::int64_t now_ns = base::now_realtime_ns();  // after the take: the node has the tiles
-    for (const auto& sample : samples) {
+    for (const auto& sample : tiles_.take()) {
       if (!sample.valid()) continue;
       const std::optional<std::size_t> view = views_.find(sample->viewer);
       if (!view) {
@@ -192,7 +190,7 @@ class ParentPipe {
         node_.status.drop_from(tiles_.process(sample), *bad);
         continue;
       }
-      std::get<ReceivedTile>(tile).received_ns = now_ns;
+      std::get<ReceivedTile>(tile).received_ns = sample.arrived_ns();
       auto added = views_.add(*view, std::get<ReceivedTile>(tile));
       if (const RefusedTile* refused = std::get_if<RefusedTile>(&added))
         node_.status.drop_from(tiles_.process(sample), {"bad_tile", "", refused->reason});

@@ -170,8 +170,8 @@ std::vector<KeptContact> ContactProbe::planes(const PlacedObject& placed,
   }
   // Heights within the maps' resolution are one plane, the highest, on which the object rests. It
   // comes first, because add_contacts() lets others share the first plane.
-  const auto others = std::stable_partition(
-      planes.begin(), planes.end(), [&](const KeptContact& contact) {
+  const auto others =
+      std::stable_partition(planes.begin(), planes.end(), [&](const KeptContact& contact) {
         return below_top_m(contact) <= kPlaneTolerance * footprint_m;
       });
   for (auto contact = planes.begin(); contact != others; ++contact)

@@ -67,9 +67,8 @@ std::vector<KeptContact> supporting(const std::vector<KeptContact>& contacts,
                                     std::span<const double> height_m) {
   std::vector<Vector3d> points_m;
   for (const KeptContact& contact : contacts) points_m.push_back(contact.on_hull_world_m);
-  std::vector<std::size_t> chosen =
-      support_points(points_m, height_m,
-                     {kMaxHullContacts, kTouchesFirst * contacts.front().footprint_m, 0});
+  std::vector<std::size_t> chosen = support_points(
+      points_m, height_m, {kMaxHullContacts, kTouchesFirst * contacts.front().footprint_m, 0});
   std::sort(chosen.begin(), chosen.end());  // the solver's result depends on the order
   std::vector<KeptContact> kept;
   for (const std::size_t i : chosen) kept.push_back(contacts[i]);
@@ -188,8 +187,7 @@ void add_contacts(std::vector<KeptContact>& contacts, std::uint64_t part,
     with_part.push_back(contact);
   }
   if (with_part.empty()) return;
-  for (const KeptContact& contact :
-       supporting(with_part, heights_m(with_part, world_from_object)))
+  for (const KeptContact& contact : supporting(with_part, heights_m(with_part, world_from_object)))
     contacts.push_back(contact);
 }
 

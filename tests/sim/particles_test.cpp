@@ -197,8 +197,8 @@ TEST(Particles, FrictionOfABounceIsThatOfItsWholeImpulse) {
   config::ParticleSource source;
   source.radius_m = 0.003, source.restitution = 0.5, source.friction = 0.2;
   Vector3d p_m(0, 0, 0.001), v_m_s(2, 0, -1);
-  EXPECT_TRUE(sim::respond(source, {.normal_world = Vector3d::UnitZ(), .distance_m = 0.001}, p_m,
-                           v_m_s));
+  EXPECT_TRUE(
+      sim::respond(source, {.normal_world = Vector3d::UnitZ(), .distance_m = 0.001}, p_m, v_m_s));
   EXPECT_EQ(p_m, Vector3d(0, 0, 0.003));
   EXPECT_LT((v_m_s - Vector3d(2 - 0.2 * 1.5, 0, 0.5)).norm(), 1e-12) << v_m_s.transpose();
 }

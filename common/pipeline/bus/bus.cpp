@@ -6,6 +6,7 @@
 #include <map>
 #include <mutex>
 
+#include "common/base/realtime.h"
 #include "common/pipeline/bus/checked.h"
 #include "common/pipeline/bus/discovery.h"
 #include "common/pipeline/bus/profile.h"
@@ -52,9 +53,11 @@ Qos qos_of(topics::Delivery delivery, bool keep_all) {
   return qos;
 }
 
-bool is_key_accepted(const dds_sample_info_t* info, void* key_limit) {
-  return static_cast<detail::KeyLimit*>(key_limit)->accepts(info->publication_handle,
-                                                            info->instance_handle);
+bool is_accepted(const dds_sample_info_t* info, void* reader_filter) {
+  auto& filter = *static_cast<detail::ReaderFilter*>(reader_filter);
+  filter.arrival_times.add(info->publication_handle, info->source_timestamp,
+                           base::now_realtime_ns());
+  return filter.key_limit.accepts(info->publication_handle, info->instance_handle);
 }
 
 const char* policy_name(std::uint32_t policy) {
@@ -81,11 +84,16 @@ LoanedSamples take(Entity& reader) {
   const std::int32_t count = checked(
       dds_take(reader.handle, samples.data(), infos.data(), kMaxSamplesPerTake, kMaxSamplesPerTake),
       "dds_take");
+  const std::int64_t now_ns = base::now_realtime_ns();
   taken.samples.assign(samples.begin(), samples.begin() + count);
   for (std::int32_t i = 0; i < count; ++i) {
-    taken.infos.push_back({infos[i].valid_data, infos[i].instance_state != DDS_IST_ALIVE,
-                           infos[i].publication_handle, infos[i].source_timestamp});
-    reader.key_limit->update(infos[i]);
+    const dds_sample_info_t& info = infos[i];
+    taken.infos.push_back(
+        {info.valid_data, info.instance_state != DDS_IST_ALIVE, info.publication_handle,
+         info.source_timestamp,
+         reader.filter->arrival_times.of(info.publication_handle, info.source_timestamp)
+             .value_or(now_ns)});
+    reader.filter->key_limit.update(info);
   }
   return taken;
 }
@@ -183,16 +191,16 @@ std::shared_ptr<detail::Entity> Bus::make_reader(const topics::Topic& topic, boo
   const dds_entity_t filtered = checked(
       dds_create_topic(impl_->participant->handle, topic.descriptor, topic.name, nullptr, nullptr),
       std::string("topic ") + topic.name);
-  auto key_limit = std::make_unique<detail::KeyLimit>(topic.max_keys);
-  dds_topic_filter filter{};
-  filter.mode = DDS_TOPIC_FILTER_SAMPLEINFO_ARG;
-  filter.f.sampleinfo_arg = is_key_accepted;
-  filter.arg = key_limit.get();
-  checked(dds_set_topic_filter_extended(filtered, &filter), "topic filter");
+  auto filter = std::make_unique<detail::ReaderFilter>(topic.max_keys);
+  dds_topic_filter topic_filter{};
+  topic_filter.mode = DDS_TOPIC_FILTER_SAMPLEINFO_ARG;
+  topic_filter.f.sampleinfo_arg = is_accepted;
+  topic_filter.arg = filter.get();
+  checked(dds_set_topic_filter_extended(filtered, &topic_filter), "topic filter");
   auto entity = std::make_shared<detail::Entity>(
       checked(dds_create_reader(impl_->participant->handle, filtered, qos.get(), nullptr),
               std::string("reader of ") + topic.name),
-      std::move(key_limit));
+      std::move(filter));
   const std::int32_t condition =
       checked(dds_create_readcondition(entity->handle, DDS_ANY_STATE), "read condition");
   checked(dds_waitset_attach(impl_->waitset->handle, condition, 0), "waitset");
@@ -243,7 +251,7 @@ std::vector<RefusedSamples> Bus::take_refused() {
   std::vector<RefusedSamples> refused;
   for (Impl::Endpoint& endpoint : impl_->endpoints)
     if (const auto entity = endpoint.entity.lock(); entity && endpoint.reads)
-      for (const auto& [writer, count] : entity->key_limit->take_refused())
+      for (const auto& [writer, count] : entity->filter->key_limit.take_refused())
         refused.push_back({endpoint.topic, endpoint.processes.of(entity->handle, writer), count});
   return refused;
 }

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "common/pipeline/bus/arrival_times.h"
 #include "common/pipeline/bus/key_limit.h"
 #include "common/pipeline/bus/process_id.h"
 #include "common/pipeline/bus/topics.h"
@@ -27,22 +28,30 @@ struct SampleInfo {
   bool writer_gone;              // the key has no writer any more
   std::uint64_t writer;          // publication handle; see Reader::process() for an identity
   std::int64_t source_stamp_ns;  // CLOCK_REALTIME at the write
+  // CLOCK_REALTIME at the arrival in this process; if that is no longer known, at the take()
+  std::int64_t arrived_ns;
 };
 
 namespace detail {
 struct WriteCounts {
   std::atomic<std::uint64_t> sent{0}, not_sent{0};  // samples written and dropped
 };
+// What DDS calls for each sample that arrives at a reader.
+struct ReaderFilter {
+  explicit ReaderFilter(std::size_t max_keys) : key_limit(max_keys) {}
+  KeyLimit key_limit;
+  ArrivalTimes arrival_times;
+};
 struct Entity {  // owns a DDS entity
-  explicit Entity(std::int32_t entity_handle, std::unique_ptr<KeyLimit> limit = nullptr)
-      : handle(entity_handle), key_limit(std::move(limit)) {}
+  explicit Entity(std::int32_t entity_handle, std::unique_ptr<ReaderFilter> reader_filter = nullptr)
+      : handle(entity_handle), filter(std::move(reader_filter)) {}
   ~Entity();
   Entity(const Entity&) = delete;
   Entity& operator=(const Entity&) = delete;
   const std::int32_t handle;
   // Shared, because the bus reports the counts of a writer that is gone.
   const std::shared_ptr<WriteCounts> written = std::make_shared<WriteCounts>();
-  const std::unique_ptr<KeyLimit> key_limit;  // of a reader; outlives it
+  const std::unique_ptr<ReaderFilter> filter;  // of a reader; outlives it
 };
 struct LoanedSamples {  // memory that the reader owns, until return_loan()
   std::vector<void*> samples;
@@ -72,6 +81,7 @@ class Sample {
   bool writer_gone() const { return info_.writer_gone; }
   std::uint64_t writer() const { return info_.writer; }
   std::int64_t source_stamp_ns() const { return info_.source_stamp_ns; }
+  std::int64_t arrived_ns() const { return info_.arrived_ns; }
 
  private:
   const typename Topic::Message* message_;

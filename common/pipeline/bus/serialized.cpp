@@ -148,7 +148,7 @@ std::size_t SerializedReader::take(const std::function<void(const SerializedSamp
         deliver(sample.data, SampleKind::data, infos[i], each);
         ++all;
       }
-      entity_->key_limit->update(infos[i]);
+      entity_->filter->key_limit.update(infos[i]);
       if (infos[i].instance_state != DDS_IST_ALIVE)
         changes[infos[i].instance_handle] = {
             std::make_shared<Serdata>(infos[i].valid_data ? ddsi_serdata_to_untyped(sample.data)

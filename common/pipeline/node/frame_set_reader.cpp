@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "common/base/realtime.h"
 #include "common/pipeline/messages/camera_messages.h"
 #include "common/pipeline/node/status_names.h"
 
@@ -55,9 +54,7 @@ bool FrameSetReader::is_mismatched(const std::string& camera,
 std::vector<frames::FrameSet> FrameSetReader::take() {
   check_cameras();
   std::vector<frames::FrameSet> complete;
-  const auto samples = maps_.take();
-  const std::int64_t now_ns = base::now_realtime_ns();  // after the take: the node has the maps
-  for (const auto& sample : samples) {
+  for (const auto& sample : maps_.take()) {
     if (!sample.valid()) continue;
     if (is_mismatched(sample->camera, maps_.process(sample))) {
       status_.drop_from(maps_.process(sample),
@@ -70,7 +67,7 @@ std::vector<frames::FrameSet> FrameSetReader::take() {
       continue;
     }
     frames::CameraMap& map = std::get<frames::CameraMap>(received);
-    map.received_ns = now_ns;
+    map.received_ns = sample.arrived_ns();
     for (frames::FrameSet& set : sets_.add(std::move(map))) complete.push_back(std::move(set));
   }
   for (const auto& [reason, n] : sets_.take_drops()) status_.drop(reason, n);

@@ -10,7 +10,7 @@
 
 namespace fivepipe::node {
 
-// When the node took the first and the last input of a frame [ns, CLOCK_REALTIME].
+// When the first and the last input of a frame arrived at the node [ns, CLOCK_REALTIME].
 struct InputTimes {
   std::int64_t first_ns = 0, last_ns = 0;
 };

@@ -12,6 +12,7 @@
 #include <memory>
 #include <set>
 
+#include "common/base/realtime.h"
 #include "common/pipeline/bus/bus.h"
 #include "common/pipeline/bus/discovery.h"
 #include "common/pipeline/bus/profile.h"
@@ -51,6 +52,23 @@ TEST(Bus, DeliversSamplesInOrderWithTheirWriter) {
     }
     return next == 21;
   }));
+}
+
+// The reader takes the sample 20 ms after it has arrived.
+TEST(Bus, SamplesStateWhenTheyArrived) {
+  Bus bus({test::own_domain()});
+  auto writer = bus.writer<topics::FrameComposited>();
+  auto reader = bus.reader<topics::FrameComposited>();
+  ASSERT_TRUE(test::eventually(bus, 10s, [&] { return writer.readers() == 1; }));
+  const std::int64_t before_ns = base::now_realtime_ns();
+  writer.write(composited(1));
+  ASSERT_TRUE(bus.wait(10s));
+  const std::int64_t arrived_ns = base::now_realtime_ns();
+  while (base::now_realtime_ns() < arrived_ns + 20'000'000) continue;
+  const auto samples = reader.take();
+  ASSERT_EQ(samples.size(), 1u);
+  EXPECT_GE(samples.begin()->arrived_ns(), before_ns);
+  EXPECT_LE(samples.begin()->arrived_ns(), arrived_ns);
 }
 
 TEST(Bus, RestartedWriterGetsANewHandle) {

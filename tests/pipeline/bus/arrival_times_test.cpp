@@ -1,0 +1,34 @@
+#include "common/pipeline/bus/arrival_times.h"
+
+#include <gtest/gtest.h>
+
+namespace fivepipe::bus::detail {
+namespace {
+
+TEST(ArrivalTimes, AreThoseOfTheSamplesOfEachWriter) {
+  ArrivalTimes times;
+  EXPECT_EQ(times.of(7, 100), std::nullopt);
+  times.add(7, 100, 110);
+  times.add(8, 100, 120);
+  times.add(7, 101, 130);
+  EXPECT_EQ(times.of(7, 100), 110);
+  EXPECT_EQ(times.of(8, 100), 120);
+  EXPECT_EQ(times.of(7, 101), 130);
+  EXPECT_EQ(times.of(8, 101), std::nullopt);
+  times.add(7, 100, 140);  // written twice in the same nanosecond
+  EXPECT_EQ(times.of(7, 100), 140);
+}
+
+TEST(ArrivalTimes, TheNewestOnesAreKept) {
+  ArrivalTimes times;
+  const auto newest = std::int64_t(3 * ArrivalTimes::kMaxSamples + 5);
+  for (std::int64_t i = 0; i <= newest; ++i) times.add(7, i, i + 1);
+  for (std::int64_t i = 0; i <= newest; ++i)
+    EXPECT_EQ(times.of(7, i), newest - i < std::int64_t(ArrivalTimes::kMaxSamples)
+                                  ? std::optional(i + 1)
+                                  : std::nullopt)
+        << i;
+}
+
+}  // namespace
+}  // namespace fivepipe::bus::detail
