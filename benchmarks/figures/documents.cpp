@@ -31,6 +31,9 @@ const std::map<std::string, Block>& blocks() {
     std::map<std::string, Block> of_all{{"machine", machine},
                                         {"hull output", text_of("hull")},
                                         {"collision output", text_of("collision")},
+                                        {"render output", text_of("render")},
+                                        {"sim output", text_of("sim")},
+                                        {"features output", text_of("features")},
                                         {"test output", text_of("tests")}};
     for (std::map<std::string, Block> of_suite :
          {hull_blocks(), collision_blocks(), pipeline_blocks()})
