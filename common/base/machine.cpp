@@ -7,13 +7,25 @@
 #include <fstream>
 
 namespace fivepipe::base {
+namespace {
+
+std::string vector_extension() {
+#if defined(__x86_64__) || defined(__i386__)
+  if (__builtin_cpu_supports("avx512bw")) return " (AVX-512)";
+  if (__builtin_cpu_supports("avx2")) return " (AVX2)";
+  if (__builtin_cpu_supports("avx")) return " (AVX)";
+#endif
+  return "";
+}
+
+}  // namespace
 
 std::string cpu_name() {
   std::ifstream file("/proc/cpuinfo");
   for (std::string line; std::getline(file, line);)
     if (line.starts_with("model name"))
       if (const std::size_t colon = line.find(": "); colon != std::string::npos)
-        return line.substr(colon + 2);
+        return line.substr(colon + 2) + vector_extension();
   return "unknown";
 }
 
