@@ -4,8 +4,8 @@
 
 namespace fivepipe::base {
 
-// Returns the model and, on x86, the widest vector extension, such as "AMD EPYC (AVX2)": times of
-// models with one name differ by a factor of three. "unknown" if /proc/cpuinfo has no model name.
+// Returns the model and, on x86, the widest vector extension, such as "AMD EPYC (AVX2)": models
+// with one name may have different ones. "unknown" if /proc/cpuinfo has no model name.
 std::string cpu_name();
 int core_count();         // cores that this process may run on; at least 1
 std::string host_name();  // as gethostname() returns it

@@ -23,7 +23,7 @@ class PendingFrames {
   std::size_t size() const { return frames_.size(); }
   const EyeFrames& first() const { return frames_.front(); }  // requires !empty()
 
-  // The wait of the first frame begins now.
+  // Adds a frame. If it is the only one, its wait begins now.
   void add(EyeFrames eyes, Clock::time_point now);
   // Removes and returns the first frame. Call begin_wait() after compositing it. Requires !empty().
   EyeFrames take();

@@ -12,8 +12,7 @@ namespace fivepipe::bus::detail {
 // its receive threads.
 class ArrivalTimes {
  public:
-  // Maximum number of times; a further one displaces the oldest. It exceeds the number of samples
-  // that arrive between two calls of take() in a deployment.
+  // Maximum number of times; a further one displaces the oldest.
   static constexpr std::size_t kMaxSamples = 256;
 
   // The publication handle of the writer and the source timestamp identify a sample. arrived_ns:

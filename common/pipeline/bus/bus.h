@@ -36,7 +36,8 @@ namespace detail {
 struct WriteCounts {
   std::atomic<std::uint64_t> sent{0}, not_sent{0};  // samples written and dropped
 };
-// What DDS calls for each sample that arrives at a reader.
+// What DDS calls for each sample that arrives at a reader. KeyLimit comes last in a call: see its
+// destructor, whose lock covers the call.
 struct ReaderFilter {
   explicit ReaderFilter(std::size_t max_keys) : key_limit(max_keys) {}
   KeyLimit key_limit;
