@@ -16,16 +16,21 @@ namespace {
 namespace hn = hwy::HWY_NAMESPACE;
 
 // Returns the smallest sum, over rows nearer than the bound, of the squared distances along and
-// across the rows, at columns [column, column + lanes).
+// across the rows, at columns [column, column + lanes). Takes the rows from the nearest one
+// outwards, until none can be smaller.
 template <class D>
 HWY_INLINE hn::Vec<D> nearest(D d, std::span<const std::int16_t> squares, int width_px, int row,
                               int column, int bound_px) {
   const int rows = int(squares.size()) / width_px;
-  hn::Vec<D> best = hn::Set(d, std::int16_t(bound_px * bound_px));
-  for (int from = std::max(row - bound_px + 1, 0); from < std::min(row + bound_px, rows); ++from) {
-    const std::int16_t across = std::int16_t((from - row) * (from - row));
-    best = hn::Min(
-        best, hn::Add(hn::LoadU(d, squares.data() + from * width_px + column), hn::Set(d, across)));
+  const auto along = [&](int from) {
+    return hn::LoadU(d, squares.data() + from * width_px + column);
+  };
+  hn::Vec<D> best = hn::Min(along(row), hn::Set(d, std::int16_t(bound_px * bound_px)));
+  for (int away = 1; away < bound_px; ++away) {
+    const hn::Vec<D> across = hn::Set(d, std::int16_t(away * away));
+    if (hn::AllFalse(d, hn::Gt(best, across))) break;
+    if (row >= away) best = hn::Min(best, hn::Add(along(row - away), across));
+    if (row + away < rows) best = hn::Min(best, hn::Add(along(row + away), across));
   }
   return best;
 }
