@@ -2,49 +2,9 @@
 
 #include <cassert>
 #include <cmath>
-#include <limits>
 #include <opencv2/imgproc.hpp>
 
 namespace fivepipe::capture {
-
-Eigen::Vector2d distorted(const config::LensDistortion& lens, const Eigen::Vector2d& xy) {
-  const double x = xy.x(), y = xy.y(), r2 = x * x + y * y;
-  const double radial = 1 + r2 * (lens.k1 + r2 * (lens.k2 + r2 * lens.k3));
-  return {x * radial + 2 * lens.p1 * x * y + lens.p2 * (r2 + 2 * x * x),
-          y * radial + lens.p1 * (r2 + 2 * y * y) + 2 * lens.p2 * x * y};
-}
-
-Eigen::Vector2d undistorted(const config::RigCamera& camera, const Eigen::Vector2d& uv_px) {
-  const geometry::Pinhole& k = camera.source;
-  const Eigen::Vector2d target((uv_px.x() - k.cx_px) / k.fx_px, (uv_px.y() - k.cy_px) / k.fy_px);
-  if (camera.distortion.none()) return target;
-  constexpr int kMaxIterations = 60;
-  // In normalised coordinates: 1e-6 px at f = 1000 px.
-  constexpr double kConvergence = 1e-9;
-  Eigen::Vector2d xy = target;
-  for (int i = 0; i < kMaxIterations; ++i) {
-    const double r2 = xy.squaredNorm();
-    const double radial =
-        1 + r2 * (camera.distortion.k1 + r2 * (camera.distortion.k2 + r2 * camera.distortion.k3));
-    const Eigen::Vector2d tangential = distorted(camera.distortion, xy) - radial * xy;
-    const Eigen::Vector2d next = (target - tangential) / radial;
-    const double change = (next - xy).norm();
-    xy = next;
-    if (!(change > kConvergence)) break;
-  }
-  return xy;
-}
-
-double monotonic_radius(const config::LensDistortion& lens) {
-  constexpr double kStep = 0.005;
-  // 87 degrees off the axis, wider than any pinhole image.
-  constexpr double kMaxTangent = 20.0;
-  for (double r = kStep; r < kMaxTangent; r += kStep) {
-    const double r2 = r * r;
-    if (!(1 + r2 * (3 * lens.k1 + r2 * (5 * lens.k2 + r2 * 7 * lens.k3)) > 0)) return r - kStep;
-  }
-  return std::numeric_limits<double>::infinity();
-}
 
 Undistortion::Undistortion(const config::RigCamera& camera)
     : identity_(camera.distortion.none() && camera.source == camera.published),
@@ -54,7 +14,7 @@ Undistortion::Undistortion(const config::RigCamera& camera)
       height_px_(camera.published.height_px) {
   if (identity_) return;
   const geometry::Pinhole &from = camera.source, &to = camera.published;
-  const double radius = monotonic_radius(camera.distortion);
+  const double radius = geometry::monotonic_radius(camera.distortion);
   const int words = (width_px_ + 63) / 64, source_row_bits = (source_width_px_ + 63) / 64 * 64;
   source_index_.assign(std::size_t(width_px_) * height_px_, kUnseen);
   source_rects_.assign(std::size_t(words) * height_px_,
@@ -64,7 +24,7 @@ Undistortion::Undistortion(const config::RigCamera& camera)
     for (int u = 0; u < width_px_; ++u) {
       const Eigen::Vector2d xy((u - to.cx_px) / to.fx_px, (v - to.cy_px) / to.fy_px);
       if (xy.norm() >= radius) continue;
-      const Eigen::Vector2d lens = distorted(camera.distortion, xy);
+      const Eigen::Vector2d lens = geometry::distorted(camera.distortion, xy);
       const double su = lens.x() * from.fx_px + from.cx_px, sv = lens.y() * from.fy_px + from.cy_px;
       if (!(su >= -0.5 && sv >= -0.5 && su < source_width_px_ - 0.5 &&
             sv < source_height_px_ - 0.5))
@@ -77,6 +37,27 @@ Undistortion::Undistortion(const config::RigCamera& camera)
       map.at<cv::Vec2f>(v, u) = {float(su), float(sv)};
     }
   cv::convertMaps(map, cv::noArray(), position_, fraction_, CV_16SC2);
+}
+
+hull::ObjectPixels outside_published(const config::RigCamera& camera) {
+  const geometry::Pinhole &from = camera.source, &to = camera.published;
+  hull::ObjectPixels outside(from.width_px, from.height_px);
+  if (camera.distortion.none() && from == to) return outside;
+  constexpr double kConverged_px = 0.5;
+  const double radius = geometry::monotonic_radius(camera.distortion);
+  for (int v = 0; v < from.height_px; ++v)
+    for (int u = 0; u < from.width_px; ++u) {
+      const Eigen::Vector2d xy = geometry::undistorted(from, camera.distortion, {u, v}),
+                            back = geometry::distorted(camera.distortion, xy);
+      const Eigen::Vector2d error_px(back.x() * from.fx_px + from.cx_px - u,
+                                     back.y() * from.fy_px + from.cy_px - v);
+      if (!(xy.norm() < radius && error_px.norm() < kConverged_px)) continue;
+      const double to_u = xy.x() * to.fx_px + to.cx_px, to_v = xy.y() * to.fy_px + to.cy_px;
+      outside.set(
+          u, v,
+          !(to_u >= -0.5 && to_v >= -0.5 && to_u < to.width_px - 0.5 && to_v < to.height_px - 0.5));
+    }
+  return outside;
 }
 
 bool Undistortion::sees(int u_px, int v_px) const {

@@ -43,16 +43,8 @@ class Undistortion {
   static constexpr std::int32_t kUnseen = -1;
 };
 
-// Returns the normalised radius up to which the distorted radius increases with the undistorted
-// one. Beyond it the radial model folds back, and its pixels do not show what the lens sees.
-// Infinite if the model never folds.
-double monotonic_radius(const config::LensDistortion& lens);
-
-// OpenCV's lens model: maps normalised undistorted to normalised distorted coordinates.
-Eigen::Vector2d distorted(const config::LensDistortion& lens, const Eigen::Vector2d& xy);
-
-// Returns the normalised undistorted coordinates of a captured pixel, by fixed-point iteration on
-// the lens model.
-Eigen::Vector2d undistorted(const config::RigCamera& camera, const Eigen::Vector2d& uv_px);
+// Returns the captured pixels whose directions are outside the published image. Pixels beyond
+// monotonic_radius() have no direction and are not set.
+hull::ObjectPixels outside_published(const config::RigCamera& camera);
 
 }  // namespace fivepipe::capture

@@ -20,11 +20,15 @@ class Segmenter {
   Segmenter(const config::RigCamera& camera, const ReferenceImage& reference,
             const config::SegmentationConfig& config);
 
-  // Returns the object pixels in the published geometry, or nullopt unless the image is 8-bit BGR
-  // of the captured size.
+  // Returns the object pixels in the geometry of the captured image, or nullopt unless the image is
+  // 8-bit BGR of the captured size.
+  std::optional<hull::ObjectPixels> segment_captured(const cv::Mat& source_bgr) const;
+  // The same in the published geometry.
   std::optional<hull::ObjectPixels> segment(const cv::Mat& source_bgr) const;
 
   const Undistortion& undistortion() const { return undistortion_; }
+  // Returns the number of these captured object pixels that are outside the published image.
+  std::size_t count_outside_published(const hull::ObjectPixels& captured) const;
 
  private:
   void remove_shadow(const cv::Mat& source_bgr, Difference& difference) const;
@@ -33,6 +37,7 @@ class Segmenter {
   DifferenceTables tables_;
   cv::Mat reference_bgr_;  // the mean, rounded
   Undistortion undistortion_;
+  hull::ObjectPixels outside_published_;  // captured pixels
 };
 
 // Shadow preserves a surface's colour and reduces its brightness. With the pixel x and the
@@ -46,8 +51,10 @@ inline constexpr float kShadowColour_levels = 8.0f;
 // Indirect light from the walls has another tint than the blocked light: 3.4 degrees.
 inline constexpr float kShadowColourFraction = 0.06f;
 
-// Returns diagnostics of one camera's object pixels for the user; empty if they are plausible.
-std::vector<std::string> segmentation_diagnostics(const hull::ObjectPixels& pixels);
+// Returns diagnostics of one camera's published object pixels for the user; empty if they are
+// plausible. outside_published: number of object pixels that the published image does not contain.
+std::vector<std::string> segmentation_diagnostics(const hull::ObjectPixels& pixels,
+                                                  std::size_t outside_published = 0);
 // Objects fill a smaller fraction of an image in every rig: a larger one means that exposure or
 // light has changed, or that the camera has moved.
 inline constexpr double kMaxPlausibleFraction = 0.6;

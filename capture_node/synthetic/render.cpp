@@ -75,7 +75,7 @@ SyntheticCamera::SyntheticCamera(const config::SyntheticWorld& world,
   xy_.resize(pixels);
   for (int v = 0; v < height; ++v)
     for (int u = 0; u < width; ++u) {
-      const Vector2d xy = undistorted(camera, {u, v});
+      const Vector2d xy = geometry::undistorted(camera.source, camera.distortion, {u, v});
       seen_xy_.extend(xy);
       xy_[std::size_t(v) * width + u] = xy.cast<float>();
     }
@@ -173,7 +173,7 @@ hull::PixelRect SyntheticCamera::image_bounds_of(std::span<const Vector3d> cente
       const double fraction = double(i) / kSteps;
       const Vector2d at(side < 2 ? fraction : side - 2.0, side < 2 ? double(side) : fraction);
       const Vector2d xy =
-          distorted(camera_.distortion, visible.min() + at.cwiseProduct(visible.sizes()));
+          geometry::distorted(camera_.distortion, visible.min() + at.cwiseProduct(visible.sizes()));
       pixels.extend(Vector2d(xy.x() * k.fx_px + k.cx_px, xy.y() * k.fy_px + k.cy_px));
     }
   constexpr double kMargin_px = 2;

@@ -39,8 +39,8 @@ geometry::Pinhole read_pinhole(YamlMap& map) {
           map.number("cy_px", kAny)};
 }
 
-LensDistortion read_distortion(YamlMap map) {
-  LensDistortion d;
+geometry::LensDistortion read_distortion(YamlMap map) {
+  geometry::LensDistortion d;
   d.k1 = map.number("k1", kAny);
   d.k2 = map.number("k2", kAny);
   d.p1 = map.number("p1", kAny);
@@ -101,6 +101,17 @@ void check_usable(const YamlMap& map, RigCamera& camera) {
   camera.camera_from_mount.linear() = geometry::nearest_rotation(camera.camera_from_mount.linear());
 }
 
+// Returns the pinhole of all that the captured image shows.
+geometry::Pinhole whole_published(const YamlMap& map, const RigCamera& camera) {
+  const geometry::Pinhole whole = geometry::whole_pinhole(camera.source, camera.distortion);
+  if (whole.width_px <= kMaxImageSize_px && whole.height_px <= kMaxImageSize_px) return whole;
+  map.problem(fmt::format(
+      "camera {}: without its distortion, the image would have {} x {} pixels, more than {}: set "
+      "published to a smaller one, or correct the distortion",
+      camera.name, whole.width_px, whole.height_px, kMaxImageSize_px));
+  return camera.source;
+}
+
 RigCamera read_camera(YamlMap map, const Eigen::AlignedBox3d& volume_m) {
   const std::size_t problems_before = map.problem_count();
   RigCamera camera;
@@ -112,11 +123,13 @@ RigCamera read_camera(YamlMap map, const Eigen::AlignedBox3d& volume_m) {
   camera.gives_colour = map.flag("gives_colour", true);
   camera.source = read_pinhole(map);
   if (map.has("distortion")) camera.distortion = read_distortion(map.map("distortion"));
-  camera.published = camera.source;
+  const bool is_readable = map.problem_count() == problems_before;
   if (map.has("published")) {
     YamlMap published = map.map("published");
     camera.published = read_pinhole(published);
     published.finish();
+  } else if (is_readable) {
+    camera.published = whole_published(map, camera);
   }
   camera.camera_from_mount = read_camera_from_mount(map, camera.mount);
   if (camera.gives_shape && !is_world)

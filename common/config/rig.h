@@ -5,23 +5,18 @@
 #include <vector>
 
 #include "common/geometry/camera.h"
+#include "common/geometry/lens.h"
 
 namespace fivepipe::config {
-
-// OpenCV's five-coefficient lens model of the captured image.
-struct LensDistortion {
-  double k1 = 0, k2 = 0, p1 = 0, p2 = 0, k3 = 0;
-  bool none() const { return k1 == 0 && k2 == 0 && p1 == 0 && p2 == 0 && k3 == 0; }
-};
 
 // Where a camera is mounted: fixed in the world, or on the viewer's head.
 enum class Mount { world, viewer };
 
 struct RigCamera {
-  std::string name;           // unique in the rig, [a-z0-9_]+
-  geometry::Pinhole source;   // intrinsics of the captured image
-  LensDistortion distortion;  // of the captured image
-  // Undistorted pinhole of the published maps and colours; by default that of `source`.
+  std::string name;                     // unique in the rig, [a-z0-9_]+
+  geometry::Pinhole source;             // intrinsics of the captured image
+  geometry::LensDistortion distortion;  // of the captured image
+  // Undistorted pinhole of the published maps and colours; by default geometry::whole_pinhole().
   geometry::Pinhole published;
   Mount mount = Mount::world;
   // From the world frame, or from the viewer's eye (a camera frame).
@@ -34,6 +29,8 @@ struct Rig {
   std::string name;
   Eigen::AlignedBox3d volume_m;  // world box that contains the real objects
   std::vector<RigCamera> cameras;
+  // Names of the rig file's cameras that the deployment leaves out; they are not in `cameras`.
+  std::vector<std::string> left_out = {};
 };
 
 // Returns the published pinhole at the camera's pose. Only cameras on the viewer use

@@ -425,6 +425,12 @@ TEST(Segmentation, DiagnosticsNameTheFractionOfTheImage) {
     return found.empty() ? "" : found.at(0);
   };
   EXPECT_EQ(diagnostics(0), "no object pixels: the hull is empty");
+  hull::ObjectPixels some(50, 20);
+  some.set(3, 4);
+  EXPECT_EQ(
+      segmentation_diagnostics(some, 1),
+      std::vector<std::string>{"object pixels are outside the published image, so the hull is "
+                               "cut: in the rig, enlarge or remove `published` of the camera"});
   EXPECT_EQ(diagnostics(1), "");
   EXPECT_EQ(diagnostics(600), "");
   const std::string rest =

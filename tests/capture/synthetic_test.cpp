@@ -227,7 +227,8 @@ TEST(SyntheticImage, EqualsARenderingWithoutBounds) {
     }
     for (int v = 0; v < image.rows; ++v)
       for (int u = 0; u < image.cols; ++u) {
-        const Eigen::Vector2f xy = undistorted(camera, {u, v}).cast<float>();
+        const Eigen::Vector2f xy =
+            geometry::undistorted(camera.source, camera.distortion, {u, v}).cast<float>();
         const geometry::Ray ray{
             world_from_camera.translation(),
             world_from_camera.linear() * Eigen::Vector3d(double(xy.x()), double(xy.y()), 1)};

@@ -188,13 +188,13 @@ TEST(Undistortion, SmallObjectsAreMappedLikeTheWholeImage) {
 // undistorted() is the inverse of OpenCV's lens model.
 TEST(Undistortion, PointsReturnToTheirPixel) {
   config::RigCamera camera = lens_camera();
-  for (const config::LensDistortion& lens :
-       {camera.distortion, config::LensDistortion{0.2, -0.1, 0.01, 0.02, 0.03},
-        config::LensDistortion{}}) {
+  for (const geometry::LensDistortion& lens :
+       {camera.distortion, geometry::LensDistortion{0.2, -0.1, 0.01, 0.02, 0.03},
+        geometry::LensDistortion{}}) {
     camera.distortion = lens;
     for (int v = 0; v < 486; v += 15)
       for (int u = 0; u < 645; u += 15) {
-        const Eigen::Vector2d xy = undistorted(camera, {u, v});
+        const Eigen::Vector2d xy = geometry::undistorted(camera.source, camera.distortion, {u, v});
         const Eigen::Vector2d back =
             captured_uv(camera, std::vector<cv::Point3d>{{xy.x(), xy.y(), 1}})[0];
         ASSERT_LT((back - Eigen::Vector2d(u, v)).norm(), 2e-6) << u << ' ' << v;
@@ -208,7 +208,11 @@ TEST(Undistortion, PointsReturnToTheirPixelIfTheIterationConvergesSlowly) {
   camera.source = {2000, 2000, 1000, 1000, 999.5, 999.5};
   camera.distortion = {-0.25, 0, 0, 0, 0};
   for (const Eigen::Vector2d& xy : {Eigen::Vector2d(1, 0), {0, -1}, {-0.6, 0.8}})
-    EXPECT_LT((undistorted(camera, Eigen::Vector2d(999.5, 999.5) + 750 * xy) - xy).norm(), 1e-8);
+    EXPECT_LT((geometry::undistorted(camera.source, camera.distortion,
+                                     Eigen::Vector2d(999.5, 999.5) + 750 * xy) -
+               xy)
+                  .norm(),
+              1e-8);
 }
 
 TEST(Undistortion, ColoursOutsideTheCapturedImageAreBlack) {
@@ -252,7 +256,7 @@ TEST(Undistortion, KeepsStraightEdgesStraight) {
   const Eigen::Isometry3d world_from_camera = camera.camera_from_mount.inverse();
   for (int v = 0; v < 486; ++v)
     for (int u = 0; u < 645; ++u) {
-      const Eigen::Vector2d xy = undistorted(camera, {u, v});
+      const Eigen::Vector2d xy = geometry::undistorted(camera.source, camera.distortion, {u, v});
       const Eigen::Vector3d d = world_from_camera.linear() * Eigen::Vector3d(xy.x(), xy.y(), 1),
                             eye = world_from_camera.translation();
       if (d.z() < 0 && (eye - eye.z() / d.z() * d).x() < 0.3) captured.set(u, v);
@@ -301,25 +305,26 @@ TEST(Undistortion, ExcludesRadiiBeyondTheFold) {
   config::RigCamera camera = test::table_camera("fold", {0, -1, 1}, 200, 160);
   camera.distortion = {-0.4, 0, 0, 0, 0};  // folds at r = sqrt(1 / 1.2) = 0.913
   camera.published = geometry::pinhole_from_fov(200, 160, 2.4);
-  EXPECT_NEAR(monotonic_radius(camera.distortion), std::sqrt(1 / 1.2), 0.006);
-  EXPECT_TRUE(std::isinf(monotonic_radius({})));
+  EXPECT_NEAR(geometry::monotonic_radius(camera.distortion), std::sqrt(1 / 1.2), 0.006);
+  EXPECT_TRUE(std::isinf(geometry::monotonic_radius({})));
   // The derivative of r (1 + k1 r^2 + k2 r^4 + k3 r^6) is negative beyond the radius.
-  EXPECT_NEAR(monotonic_radius({0, -0.2, 0, 0, 0}), 1, 0.006);        // 1 = 5 * 0.2 r^4
-  EXPECT_NEAR(monotonic_radius({0, 0, 0, 0, -1 / 7.0}), 1, 0.006);    // 1 = r^6
-  EXPECT_TRUE(std::isinf(monotonic_radius({0.1, -0.2, 0, 0, 0.1})));  // never negative
-  EXPECT_NEAR(monotonic_radius({-1e-3, 0, 0, 0, 0}), std::sqrt(1 / 3e-3), 0.006);
-  EXPECT_TRUE(std::isinf(monotonic_radius({-8e-4, 0, 0, 0, 0}))) << "at 20.4, beyond any image";
-  for (const config::LensDistortion& lens : {config::LensDistortion{0.2, -0.3, 0, 0, 0.05},
-                                             {-0.5, 0.3, 0, 0, -0.1},
-                                             {-0.3, 0.1, 0, 0, -0.02},
-                                             {0.3, -0.1, 0, 0, -0.02}}) {
+  EXPECT_NEAR(geometry::monotonic_radius({0, -0.2, 0, 0, 0}), 1, 0.006);        // 1 = 5 * 0.2 r^4
+  EXPECT_NEAR(geometry::monotonic_radius({0, 0, 0, 0, -1 / 7.0}), 1, 0.006);    // 1 = r^6
+  EXPECT_TRUE(std::isinf(geometry::monotonic_radius({0.1, -0.2, 0, 0, 0.1})));  // never negative
+  EXPECT_NEAR(geometry::monotonic_radius({-1e-3, 0, 0, 0, 0}), std::sqrt(1 / 3e-3), 0.006);
+  EXPECT_TRUE(std::isinf(geometry::monotonic_radius({-8e-4, 0, 0, 0, 0})))
+      << "at 20.4, beyond any image";
+  for (const geometry::LensDistortion& lens : {geometry::LensDistortion{0.2, -0.3, 0, 0, 0.05},
+                                               {-0.5, 0.3, 0, 0, -0.1},
+                                               {-0.3, 0.1, 0, 0, -0.02},
+                                               {0.3, -0.1, 0, 0, -0.02}}) {
     const auto radius = [&](double r) {
       const double r2 = r * r;
       return r * (1 + r2 * (lens.k1 + r2 * (lens.k2 + r2 * lens.k3)));
     };
     double fold = 0;
     while (radius(fold + 1e-4) > radius(fold)) fold += 1e-4;
-    const double found = monotonic_radius(lens);
+    const double found = geometry::monotonic_radius(lens);
     EXPECT_LE(found, fold + 1e-3);
     EXPECT_GE(found, fold - 0.006);
   }
@@ -330,6 +335,39 @@ TEST(Undistortion, ExcludesRadiiBeyondTheFold) {
                                   (v - camera.published.cy_px) / camera.published.fy_px);
       ASSERT_FALSE(r > 0.92 && undistortion.sees(u, v)) << u << " " << v;
     }
+}
+
+// By default the published image contains all that the captured one shows.
+TEST(OutsidePublished, IsWhatThePublishedImageDoesNotContain) {
+  config::RigCamera camera = test::table_camera("wide", {0, -1, 1}, 320, 240);
+  camera.distortion = {-0.25, 0.05, 0, 0, 0};
+  camera.published = geometry::whole_pinhole(camera.source, camera.distortion);
+  EXPECT_EQ(outside_published(camera).count(), 0u);
+  camera.published = camera.source;
+  const hull::ObjectPixels outside = outside_published(camera);
+  for (int v = 0; v < 240; ++v)
+    for (int u = 0; u < 320; ++u) {
+      const Eigen::Vector2d xy =
+          geometry::undistorted(camera.source, camera.distortion, Eigen::Vector2d(u, v));
+      const double to_u = xy.x() * camera.source.fx_px + camera.source.cx_px,
+                   to_v = xy.y() * camera.source.fy_px + camera.source.cy_px;
+      ASSERT_EQ(outside.contains(u, v), std::round(to_u) < 0 || std::round(to_u) >= 320 ||
+                                            std::round(to_v) < 0 || std::round(to_v) >= 240)
+          << u << ' ' << v;
+    }
+  EXPECT_GT(outside.count(), 1000u);
+  EXPECT_FALSE(outside.contains(160, 120));
+  const config::RigCamera plain = test::table_camera("plain", {0, -1, 1}, 320, 240);
+  EXPECT_EQ(outside_published(plain).count(), 0u);
+}
+
+// The user could not enlarge the image so that it contains them.
+TEST(OutsidePublished, HasNoPixelBeyondTheFoldOfTheLensModel) {
+  config::RigCamera camera = test::table_camera("fold", {0, -1, 1}, 400, 400);
+  camera.source = {400, 400, 150, 150, 199.5, 199.5};
+  camera.distortion = {-0.4, 0, 0, 0, 0};
+  camera.published = geometry::whole_pinhole(camera.source, camera.distortion);
+  EXPECT_EQ(outside_published(camera).count(), 0u);
 }
 
 }  // namespace

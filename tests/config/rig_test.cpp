@@ -83,14 +83,36 @@ cameras:
 }
 
 TEST(LensDistortion, IsNoneOnlyWithoutAnyCoefficient) {
-  EXPECT_TRUE(LensDistortion{}.none());
-  for (double LensDistortion::*coefficient :
-       {&LensDistortion::k1, &LensDistortion::k2, &LensDistortion::p1, &LensDistortion::p2,
-        &LensDistortion::k3}) {
-    LensDistortion distortion;
+  EXPECT_TRUE(geometry::LensDistortion{}.none());
+  for (double geometry::LensDistortion::*coefficient :
+       {&geometry::LensDistortion::k1, &geometry::LensDistortion::k2, &geometry::LensDistortion::p1,
+        &geometry::LensDistortion::p2, &geometry::LensDistortion::k3}) {
+    geometry::LensDistortion distortion;
     distortion.*coefficient = -1e-9;
     EXPECT_FALSE(distortion.none());
   }
+}
+
+TEST_F(RigFile, ByDefaultTheWholeCapturedImageIsPublished) {
+  const std::string pose = "    look_at: {eye_m: [2, 0, 0.5], target_m: [0, 0, 0.5]}\n";
+  const auto with = [&](const std::string& k1) {
+    return rig_with(pose + "    distortion: {k1: " + k1 + ", k2: 0, p1: 0, p2: 0, k3: 0}\n");
+  };
+  const RigCamera barrel = load(with("-0.1")).cameras[0], plain = load(with("0")).cameras[0];
+  EXPECT_EQ(plain.published, plain.source);
+  EXPECT_EQ(barrel.published, geometry::whole_pinhole(barrel.source, barrel.distortion));
+  EXPECT_GT(barrel.published.width_px, barrel.source.width_px);
+  const std::string large =
+      "name: one\nvolume_m: {min: [-1, -1, 0], max: [1, 1, 1]}\ncameras:\n  - name: cam\n    "
+      "image_size_px: [16000, 12000]\n    fx_px: 8000\n    fy_px: 8000\n    cx_px: 8000\n    "
+      "cy_px: 6000\n" +
+      pose + "    distortion: {k1: -0.3, k2: 0, p1: 0, p2: 0, k3: 0}\n";
+  EXPECT_THAT(problems(large),
+              testing::ElementsAre(testing::HasSubstr(
+                  "more than 16384: set published to a smaller one, or correct the distortion")));
+  EXPECT_TRUE(problems(large + "    published: {image_size_px: [16000, 12000], fx_px: 8000, fy_px: "
+                               "8000, cx_px: 8000, cy_px: 6000}\n")
+                  .empty());
 }
 
 TEST_F(RigFile, FieldOfViewIsFromAHundredthTo170Degrees) {

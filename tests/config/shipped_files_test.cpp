@@ -239,7 +239,7 @@ TEST(Seated4cam, RigEqualsTheCalibrationExactly) {
               (geometry::Pinhole{figures["width"].as<int>(), figures["height"].as<int>(),
                                  k[0][0].as<double>(), k[1][1].as<double>(), k[0][2].as<double>(),
                                  k[1][2].as<double>()}));
-    const LensDistortion& lens = camera.distortion;
+    const geometry::LensDistortion& lens = camera.distortion;
     const double read[5] = {lens.k1, lens.k2, lens.p1, lens.p2, lens.k3};
     for (int i = 0; i < 5; ++i) EXPECT_EQ(read[i], d[i].as<double>());
     for (int i = 0; i < 3; ++i) {

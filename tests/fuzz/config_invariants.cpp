@@ -43,7 +43,7 @@ std::string broken_camera(const RigCamera& camera, const Eigen::AlignedBox3d& vo
       return "the image size";
   }
   if (!is_rigid(camera.camera_from_mount)) return "the pose is not rigid";
-  const LensDistortion& d = camera.distortion;
+  const geometry::LensDistortion& d = camera.distortion;
   for (const double k : {d.k1, d.k2, d.p1, d.p2, d.k3})
     if (!std::isfinite(k)) return "the distortion is not finite";
   if (camera.gives_shape && camera.mount != Mount::world) return "a moving camera gives shape";
@@ -285,7 +285,7 @@ std::string broken_invariant(const Scene& scene) {
     if (std::string broken = broken_particles(source); !broken.empty()) return broken;
   if (scene.shadows)
     if (std::string broken = broken_shadows(scene); !broken.empty()) return broken;
-  mesh_size_warnings(scene);
+  mesh_warnings(scene);
   return "";
 }
 
