@@ -10,6 +10,7 @@
 #include "common/pipeline/node/replay_monitor.h"
 #include "sim_node/messages.h"
 #include "sim_node/messages_collision.h"
+#include "sim_node/objects/joint_clearance.h"
 
 namespace fivepipe::sim {
 namespace {
@@ -208,6 +209,9 @@ class SimulationPipe {
 
 }  // namespace
 
-void run_simulation_pipe(node::NodeContext& node) { SimulationPipe(node).run(); }
+void run_simulation_pipe(node::NodeContext& node) {
+  check_joint_clearance(node.deployment.scene);
+  SimulationPipe(node).run();
+}
 
 }  // namespace fivepipe::sim

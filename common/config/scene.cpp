@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 
 #include "common/config/collision_requests_reader.h"
@@ -14,6 +15,7 @@
 #include "common/config/objects/particle_source_reader.h"
 #include "common/config/read_files.h"
 #include "common/config/yaml/yaml_reader.h"
+#include "common/geometry/closed_mesh.h"
 #include "common/geometry/oriented_box.h"
 
 namespace fivepipe::config {
@@ -117,6 +119,25 @@ ClothSettings read_cloth_of(YamlMap& map, const SceneObject& object, bool has_sh
   return map.has("cloth") ? read_cloth(map.map("cloth"), mesh) : ClothSettings();
 }
 
+// A rigid body of this mesh touches the hull at its outside.
+const geometry::Mesh* mesh_in_contact(const SceneObject& object) {
+  const auto* shape = std::get_if<MeshShape>(&object.shape);
+  return shape && object.reaction == Reaction::contact ? &shape->mesh : nullptr;
+}
+
+void check_outside(YamlMap& map, const SceneObject& object) {
+  const geometry::Mesh* const mesh = mesh_in_contact(object);
+  // Rounding gives a sheet of two equal sides a volume of either sign.
+  constexpr double kNoVolume = 1e-9;  // of the cube of the diagonal
+  if (mesh &&
+      geometry::enclosed_volume_m3(*mesh) <
+          -kNoVolume * std::pow(geometry::bounds_m(*mesh).diagonal().norm(), 3) &&
+      geometry::open_edges(*mesh) == 0)
+    map.problem_at("mesh",
+                   "the mesh is inside out, and reaction contact needs its outside: flip its "
+                   "triangles, so that each is counter-clockwise seen from outside");
+}
+
 // Rejects keys without effect, and combinations that cannot work.
 void check_behaviour(YamlMap& map, const SceneObject& object) {
   const bool is_curtain = std::holds_alternative<CurtainShape>(object.shape),
@@ -154,6 +175,7 @@ void check_behaviour(YamlMap& map, const SceneObject& object) {
 SceneObject read_object(YamlMap map) {
   SceneObject object;
   object.name = map.name("name", {}, kMaxObjectNameLength);
+  object.location = map.location();
   const std::size_t problems_before_shape = map.problem_count();
   object.shape = read_shape(map);
   const bool has_shape = map.problem_count() == problems_before_shape;
@@ -182,6 +204,7 @@ SceneObject read_object(YamlMap map) {
   if (map.has("report")) object.requests = read_collision_requests(map.map("report"));
   if (map.has("warmth")) object.warming = read_warming(map.map("warmth"));
   check_behaviour(map, object);
+  check_outside(map, object);
   map.finish();
   return object;
 }
@@ -193,7 +216,8 @@ std::optional<geometry::OrientedBox> box_of(const SceneObject& object) {
 }
 
 // Reports each jointed box that overlaps a fixed box of the scene at the start, at its joint's key:
-// it could not move. `maps`: the mappings of the scene's objects, in their order.
+// it could not move. sim_node checks the other shapes. `maps`: the mappings of the scene's objects,
+// in their order.
 void check_clearance(const Scene& scene, const std::vector<YamlMap>& maps) {
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const SceneObject& moving = scene.objects[i];
@@ -235,6 +259,7 @@ Scene read_scene(const std::filesystem::path& file, Problems& problems) {
   Scene scene;
   if (map.is_void()) return scene;
   scene.name = map.name("name");
+  scene.file = file;
   scene.gravity_m_s2 = map.number("gravity_m_s2", {0, 1000}, scene.gravity_m_s2);
   scene.light_world_m = map.vector3("light_m", kAny, scene.light_world_m);
   scene.lights_real_objects = map.flag("lights_real_objects", false);
@@ -282,18 +307,23 @@ bool reports(const SceneObject& object, Overlay overlay) {
   return false;
 }
 
-std::vector<std::string> mesh_size_warnings(const Scene& scene) {
+std::vector<std::string> mesh_warnings(const Scene& scene) {
   constexpr double kCmPerM = 100;
   std::vector<std::string> warnings;
   for (const SceneObject& object : scene.objects) {
     const auto* shape = std::get_if<MeshShape>(&object.shape);
     if (shape == nullptr) continue;
     const Eigen::Vector3d size_m = geometry::bounds_m(shape->mesh).sizes();
-    if (size_m.maxCoeff() >= kMinPlausibleSize_m && size_m.maxCoeff() <= kMaxPlausibleSize_m)
-      continue;
-    warnings.push_back(fmt::format("object {} is {:.6g} x {:.6g} x {:.6g} cm: check the unit of {}",
-                                   object.name, kCmPerM * size_m.x(), kCmPerM * size_m.y(),
-                                   kCmPerM * size_m.z(), shape->file.string()));
+    if (!(size_m.maxCoeff() >= kMinPlausibleSize_m && size_m.maxCoeff() <= kMaxPlausibleSize_m))
+      warnings.push_back(fmt::format(
+          "object {} is {:.6g} x {:.6g} x {:.6g} cm: check the unit of {}", object.name,
+          kCmPerM * size_m.x(), kCmPerM * size_m.y(), kCmPerM * size_m.z(), shape->file.string()));
+    const geometry::Mesh* const mesh = mesh_in_contact(object);
+    if (const std::size_t open = mesh ? geometry::open_edges(*mesh) : 0; open > 0)
+      warnings.push_back(fmt::format(
+          "object {}: mesh {} is not closed ({} open edges); reaction contact treats the "
+          "counter-clockwise side of each triangle as outside: close the mesh",
+          object.name, shape->file.string(), open));
   }
   return warnings;
 }

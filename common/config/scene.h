@@ -17,6 +17,7 @@
 #include "common/config/objects/lighting.h"
 #include "common/config/objects/overlay.h"
 #include "common/config/objects/particle_source.h"
+#include "common/config/yaml/problems.h"
 #include "common/geometry/mesh.h"
 
 namespace fivepipe::config {
@@ -55,7 +56,8 @@ enum class Reaction { none, highlight, bounce, contact, yield };
 enum class Pattern { plain, checker };
 
 struct SceneObject {
-  std::string name;  // unique in the scene
+  std::string name;              // unique in the scene
+  SourceLocation location = {};  // in the scene file
   Shape shape;
   Eigen::Isometry3d world_from_object = Eigen::Isometry3d::Identity();  // initial pose
   Motion motion = Motion::fixed;
@@ -76,6 +78,7 @@ struct SceneObject {
 
 struct Scene {
   std::string name;
+  std::filesystem::path file;
   double gravity_m_s2 = 9.80665;  // along -z
   Eigen::Vector3d light_world_m = {0, 0, 3};
   // Whether the light lights real objects. Otherwise they have the colours of their images.
@@ -99,15 +102,16 @@ geometry::Mesh mesh_of(const SceneObject& object);
 // Returns true if the scene has a dynamic object, a cloth or particles.
 bool moves_objects(const Scene& scene);
 
-// Returns one line, with the size in cm, for each mesh that is larger than kMaxPlausibleSize_m or
-// smaller than kMinPlausibleSize_m: the stated unit is probably wrong. Such a mesh is not an error.
-std::vector<std::string> mesh_size_warnings(const Scene& scene);
+// Returns one line for each mesh that is usable but probably wrong: larger than kMaxPlausibleSize_m
+// or smaller than kMinPlausibleSize_m, as with another unit; or with reaction contact and not
+// closed.
+std::vector<std::string> mesh_warnings(const Scene& scene);
 // Returns one line for each part of a mesh's materials that is drawn in another way than its file
 // states (MeshMaterials::notes).
 std::vector<std::string> material_warnings(const Scene& scene);
-// The size of a hall, and of a 5 cm part whose millimetres were read as metres.
-inline constexpr double kMaxPlausibleSize_m = 50.0;
-// Below a camera's resolution, and the size of a 0.5 m part whose metres were read as millimetres.
-inline constexpr double kMinPlausibleSize_m = 0.0005;
+// The size of a hall, and of a 2 cm part whose millimetres were read as metres.
+inline constexpr double kMaxPlausibleSize_m = 20.0;
+// About two pixels of a camera, and the size of a 5 m part whose metres were read as millimetres.
+inline constexpr double kMinPlausibleSize_m = 0.005;
 
 }  // namespace fivepipe::config

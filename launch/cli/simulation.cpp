@@ -30,8 +30,9 @@ int run_simulation(const SimulationOptions& options) {
   const auto deadline = std::chrono::steady_clock::now() + kSimulationTimeout;
   while (commands.readers() == 0) {
     if (std::chrono::steady_clock::now() > deadline) {
-      std::cerr << "no sim_node listens in domain " << options.domain << "; `fivepipe top --domain "
-                << options.domain << "` lists the running nodes\n";
+      std::cerr << "no sim_node listens in domain " << options.domain
+                << "; --domain selects another one, and `fivepipe top --domain " << options.domain
+                << "` lists the running nodes\n";
       return 3;
     }
     bus.wait(20ms);

@@ -44,7 +44,8 @@ int run_top(const TopOptions& options) {
     const bool is_silent = registry.processes().empty();
     if (on_terminal) std::cout << "\x1b[H\x1b[2J";  // cursor to the top left corner, clear
     if (is_silent)
-      std::cout << "no node publishes a status in domain " << options.network.domain << "\n";
+      std::cout << "no node publishes a status in domain " << options.network.domain
+                << "; --domain selects another one\n";
     else
       std::cout << nodes_table(registry, arrival_clock_ns()) << node_messages(registry)
                 << simulations_table(simulations, registry, arrival_clock_ns())

@@ -77,7 +77,7 @@ int echo_bus(const EchoRequest& request, const std::function<bool()>& interrupte
     reader.take(show);
     if (!reported_waiting && reader.writers() == 0 && Clock::now() - started > kWriterTimeout) {
       std::cerr << "waiting: no node writes " << topic.name << " in domain " << request.domain
-                << "; `fivepipe ls` lists the nodes, Ctrl-C quits\n";
+                << "; --domain selects another one, `fivepipe ls` lists the nodes, Ctrl-C quits\n";
       reported_waiting = true;
     }
   }

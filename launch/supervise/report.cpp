@@ -264,9 +264,10 @@ std::string events_of(const json& report) {
   return lines + latency_line(report["latency_ms"]) +
          lines_of(report["collisions"], "collided",
                   [](const std::string& object, const json& count) {
-                    return fmt::format("{}, {} frames, {} points", object,
-                                       count["frames"].get<std::uint64_t>(),
-                                       count["points"].get<std::uint64_t>());
+                    return fmt::format(
+                        "{}, {}, {}", object,
+                        base::counted(count["frames"].get<std::uint64_t>(), "frame"),
+                        base::counted(count["points"].get<std::uint64_t>(), "point"));
                   }) +
          lines_of(report["empty_cameras"], "hull empty", [](const auto&, const json& camera) {
            return fmt::format("camera {} saw no object pixel", camera.get<std::string>());

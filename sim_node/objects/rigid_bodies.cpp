@@ -262,7 +262,6 @@ RigidBodies::RigidBodies(const config::Scene& scene) : world_(std::make_unique<W
   btContactSolverInfo& solver = world_->dynamics.getSolverInfo();
   // Friction in all directions; by default only along the velocity, so that a body at rest creeps.
   solver.m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
-
   solver.m_restitutionVelocityThreshold = kMinBounce_m_s;
   // With Bullet's default of 10, a stack of five blocks creeps twice as far.
   solver.m_numIterations = kSolverIterations;
@@ -336,6 +335,26 @@ BodyContacts RigidBodies::contacts() const {
     }
   }
   return {pairs.size(), deepest_m};
+}
+
+double RigidBodies::overlap_m(std::size_t a, std::size_t b) const {
+  struct Deepest : btCollisionWorld::ContactResultCallback {
+    double depth_m = 0;
+    btScalar addSingleResult(btManifoldPoint& point, const btCollisionObjectWrapper*, int, int,
+                             const btCollisionObjectWrapper*, int, int) override {
+      depth_m = std::max(depth_m, -point.getDistance());
+      return 0;  // without a meaning
+    }
+  };
+  Deepest deepest;
+  const auto thickness_m = [&](std::size_t object) {
+    const btCollisionShape& shape = *world_->bodies[object].shape;
+    return shape.isConcave() || shape.getShapeType() == CONVEX_HULL_SHAPE_PROXYTYPE ? kMeshMargin_m
+                                                                                    : 0.0;
+  };
+  world_->dynamics.contactPairTest(world_->bodies[a].body.get(), world_->bodies[b].body.get(),
+                                   deepest);
+  return std::max(0.0, deepest.depth_m - thickness_m(a) - thickness_m(b));
 }
 
 void RigidBodies::set_velocity_m_s(std::size_t object, const Eigen::Vector3d& velocity_world_m_s) {

@@ -68,6 +68,9 @@ class RigidBodies {
   // Returns the kinetic energy of translation and rotation [J]; 0 if the object is not dynamic.
   double kinetic_energy_j(std::size_t object) const;
   BodyContacts contacts() const;
+  // Returns the depth by which the shapes of two objects overlap [m], without the thickness of
+  // meshes; 0 if they do not.
+  double overlap_m(std::size_t a, std::size_t b) const;
 
   // The functions below require a dynamic object.
   void set_velocity_m_s(std::size_t object, const Eigen::Vector3d& velocity_world_m_s);

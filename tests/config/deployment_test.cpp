@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "tests/support/deployment_files.h"
+#include "tests/support/text.h"
 
 namespace fivepipe::config {
 namespace {
@@ -33,6 +34,28 @@ TEST_F(DeploymentFile, AcceptsTheDomainsThatNodesAccept) {
                 ElementsAre(testing::ContainsRegex("deployment.yaml:[0-9]+:9: domain .*" +
                                                    std::string(domain))))
         << domain;
+}
+
+TEST_F(DeploymentFile, LeavesOutCamerasOfTheRig) {
+  const Deployment d = load(test::kGoodDeployment + "without_cameras: [left]\n");
+  ASSERT_EQ(d.rig.cameras.size(), 1u);
+  EXPECT_EQ(d.rig.cameras[0].name, "right");
+  EXPECT_EQ(std::get<CaptureConfig>(d.nodes[0].config).sources.size(), 1u);
+  // Its source may stay in the file, and need not exist.
+  const std::string sources =
+      "sources: {left: {video: none.avi, background: none.avi}, right: synthetic}";
+  const Deployment named =
+      load(test::replaced(test::kGoodDeployment, "sources: synthetic", sources) +
+           "without_cameras: [left]\n");
+  EXPECT_EQ(std::get<CaptureConfig>(named.nodes[0].config).sources.count("left"), 0u);
+  EXPECT_THAT(
+      problems(test::kGoodDeployment + "without_cameras: [far, left, left]\n"),
+      ElementsAre(
+          "deployment.yaml:13:19: without_cameras[0] must be one of left, right; is \"far\"",
+          "deployment.yaml:13:30: without_cameras[2] repeats left: remove it"));
+  EXPECT_THAT(
+      problems(test::kGoodDeployment + "without_cameras: [left, right]\n"),
+      ElementsAre("deployment.yaml:13:18: without_cameras leaves no camera that gives shape"));
 }
 
 TEST_F(DeploymentFile, UsesDefaultsForMissingKeys) {

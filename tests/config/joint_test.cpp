@@ -87,10 +87,10 @@ objects:
       ElementsAre(
           "scene.yaml:7:12: point_m is missing in hinge",
           "scene.yaml:7:19: axis must not be zero: it is a direction",
-          "scene.yaml:7:40: from_deg must be from -170 to 0, is -171",
+          "scene.yaml:7:40: from_deg must be from -170 to 170, is -171",
           "scene.yaml:12:13: axis is missing in slider",
-          "scene.yaml:12:22: from_m must be from -100 to 0, is 1",
-          "scene.yaml:12:31: to_m must be from 0 to 100, is -1",
+          "scene.yaml:12:22: from_m must be at most 0, where the object starts, is 1",
+          "scene.yaml:12:31: to_m must be at least 0, where the object starts, is -1",
           "scene.yaml:12:35: unknown key point_m; known keys: axis, from_m, to_m, damping_1_s",
           "scene.yaml:17:12: the joint cannot move: set from_deg, to_deg or both",
           "scene.yaml:18:13: hinge and slider are both set: an object has one joint",

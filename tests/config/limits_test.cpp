@@ -418,9 +418,9 @@ TEST_F(Limits, AHistoryHasAtMost2To27Cells) {
                           "or reduce volume_m"));
 }
 
-TEST_F(Limits, MeshesFromHalfAMillimetreTo50MetresArePlausible) {
+TEST_F(Limits, MeshesFrom5MillimetresTo20MetresArePlausible) {
   for (const auto& [size, is_plausible] :
-       {std::pair{"0.5", true}, {"0.4999", false}, {"50000", true}, {"50001", false}}) {
+       {std::pair{"5", true}, {"4.999", false}, {"20000", true}, {"20001", false}}) {
     const std::string s = size;
     write("part.ply",
           "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty "
@@ -429,7 +429,7 @@ TEST_F(Limits, MeshesFromHalfAMillimetreTo50MetresArePlausible) {
     const Scene loaded = scene(
         "name: m\nobjects:\n  - name: part\n    position_m: [0, 0, 0]\n    mesh: {file: part.ply, "
         "unit: mm}\n");
-    EXPECT_EQ(mesh_size_warnings(loaded).empty(), is_plausible) << size;
+    EXPECT_EQ(mesh_warnings(loaded).empty(), is_plausible) << size;
   }
 }
 

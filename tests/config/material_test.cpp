@@ -142,7 +142,7 @@ TEST_F(MeshMaterial, AMissingMaterialFileIsReported) {
   ASSERT_TRUE(materials);
   EXPECT_TRUE(materials->runs.empty());
   ASSERT_FALSE(materials->notes.empty());
-  EXPECT_THAT(materials->notes, ::testing::Contains(HasSubstr("no.mtl cannot be read")));
+  EXPECT_THAT(materials->notes, ::testing::ElementsAre(HasSubstr("no.mtl cannot be read")));
 }
 
 TEST_F(MeshMaterial, TransparencyIsReported) {

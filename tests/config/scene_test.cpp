@@ -17,8 +17,8 @@ using ::testing::ElementsAre;
 
 // A tetrahedron with a corner at the origin and edges of length 1 (in the file's unit) along the
 // axes.
-const std::string kTetrahedronObj =
-    "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+const std::string kTetrahedronVertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
+const std::string kTetrahedronObj = kTetrahedronVertices + "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
 const std::string kTetrahedronPly =
     "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float "
     "z\nelement face 4\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n0 "
@@ -262,14 +262,42 @@ TEST_F(SceneFile, MeshWindingIsPreserved) {
 
 TEST_F(SceneFile, WarnsOfImplausibleMeshSizes) {
   write("part.obj", "v 0 0 0\nv 120 0 0\nv 0 80 0\nv 0 0 60\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
-  EXPECT_TRUE(mesh_size_warnings(load(mesh_scene("file: part.obj, unit: mm"))).empty()) << "12 cm";
-  EXPECT_EQ(mesh_size_warnings(load(mesh_scene("file: part.obj, unit: m"))),
+  EXPECT_TRUE(mesh_warnings(load(mesh_scene("file: part.obj, unit: mm"))).empty()) << "12 cm";
+  EXPECT_EQ(mesh_warnings(load(mesh_scene("file: part.obj, unit: m"))),
             std::vector<std::string>{"object part is 12000 x 8000 x 6000 cm: check the unit of " +
                                      (folder() / "part.obj").string()});
   write("part.obj",
         "v 0 0 0\nv 0.12 0 0\nv 0 0.08 0\nv 0 0 0.06\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
-  EXPECT_EQ(mesh_size_warnings(load(mesh_scene("file: part.obj, unit: mm"))).size(), 1u)
-      << "0.12 mm";
+  EXPECT_EQ(mesh_warnings(load(mesh_scene("file: part.obj, unit: mm"))).size(), 1u) << "0.12 mm";
+}
+
+TEST_F(SceneFile, MeshesInContactNeedTheirOutside) {
+  const auto scene = [](const std::string& reaction) {
+    return mesh_scene("file: part.obj, unit: m") +
+           "    motion: dynamic\n    reaction: " + reaction + "\n";
+  };
+  write("part.obj", kTetrahedronObj);
+  EXPECT_TRUE(mesh_warnings(load(scene("contact"))).empty());
+  write("part.obj", kTetrahedronVertices + "f 1 2 3\nf 1 4 2\nf 1 3 4\nf 2 4 3\n");
+  EXPECT_THAT(
+      problems(scene("contact")),
+      ElementsAre("scene.yaml:5:11: the mesh is inside out, and reaction contact needs its "
+                  "outside: flip its triangles, so that each is counter-clockwise seen from "
+                  "outside"));
+  EXPECT_THAT(problems(scene("none")), ElementsAre());
+  write("part.obj", kTetrahedronVertices + "f 1 2 4\nf 1 4 3\nf 2 3 4\n");
+  EXPECT_THAT(
+      mesh_warnings(load(scene("contact"))),
+      ElementsAre("object part: mesh " + (folder() / "part.obj").string() +
+                  " is not closed (3 open edges); reaction contact treats the counter-clockwise "
+                  "side of each triangle as outside: close the mesh"));
+  EXPECT_TRUE(mesh_warnings(load(scene("none"))).empty());
+  // A tilted sheet of two sides has no inside.
+  for (const std::string faces :
+       {"f 1 2 3\nf 1 3 2\n", "f 1 3 2\nf 1 2 3\n", "f 2 1 3\nf 3 1 2\n"}) {
+    write("part.obj", "v 0.1 0.7 0.3\nv 1.3 0.2 0.9\nv 0.4 1.1 0.77\n" + faces);
+    EXPECT_THAT(problems(scene("contact")), ElementsAre());
+  }
 }
 
 const std::string kRequests = R"(
@@ -408,7 +436,9 @@ TEST_F(SceneFile, RejectsUnusableMeshes) {
   write("part.step", kTetrahedronObj);
   std::filesystem::create_directory(folder() / "folder.obj");
   const auto problem = [&](const std::string& mesh) { return problems(mesh_scene(mesh)); };
-  EXPECT_THAT(problem("file: part.obj"), ElementsAre("scene.yaml:5:11: unit is missing in mesh"));
+  EXPECT_THAT(
+      problem("file: part.obj"),
+      ElementsAre("scene.yaml:5:11: unit is missing in mesh: set it to one of m, cm, mm, in"));
   EXPECT_TRUE(test::contains(problem("file: part.obj, unit: parsec"),
                              "scene.yaml:5:34: unit must be one of m, cm, mm, in; is \"parsec\""));
   EXPECT_TRUE(test::contains(

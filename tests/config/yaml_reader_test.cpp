@@ -118,7 +118,8 @@ TEST_F(YamlReader, AMissingKeyWithoutADefaultIsAProblemAndReadsAsZero) {
   EXPECT_THAT(
       problems(),
       ElementsAre(
-          "a.yaml:1:1: flag is missing in the file", "a.yaml:1:1: fruit is missing in the file",
+          "a.yaml:1:1: flag is missing in the file",
+          "a.yaml:1:1: fruit is missing in the file: set it to one of apple, pear",
           "a.yaml:1:1: integer is missing in the file", "a.yaml:1:1: label is missing in the file",
           "a.yaml:1:1: large is missing in the file", "a.yaml:1:1: map is missing in the file",
           "a.yaml:1:1: maps is missing in the file", "a.yaml:1:1: matrix is missing in the file",
@@ -256,6 +257,10 @@ TEST_F(YamlReader, FilesThatAreNoMappingsAreVoid) {
             "b.yaml:2:1: the file contains a second YAML document: remove it");
   EXPECT_EQ(problem("a: [1\n").substr(0, 21), "b.yaml:2:1: not YAML:");
   EXPECT_EQ(problem(",\n"), "b.yaml:1:1: not YAML: a value cannot start with a comma");
+  EXPECT_EQ(problem("a:\n  b: 1\n \tc: 2\n"),
+            "b.yaml:3:2: not YAML: a tab cannot indent a line, use spaces");
+  EXPECT_EQ(problem("a: [1,\n\t2]\nb: 1\nc: 2\nd: [3\n").find("a tab"), std::string::npos)
+      << "the error is elsewhere";
 }
 
 // A mapping that is missing or has another type is one problem, whatever is read from it.

@@ -1,4 +1,8 @@
 // Objects that turn on a hinge or move along a slider.
+#include <gmock/gmock.h>
+
+#include "common/config/yaml/config_error.h"
+#include "sim_node/objects/joint_clearance.h"
 #include "tests/support/sim_contact.h"
 
 namespace fivepipe::test {
@@ -190,6 +194,88 @@ TEST(Door, PushedFurtherAtItsStopItStays) {
       EXPECT_NEAR(angle, 20 * kDegree_rad, 2 * kDegree_rad) << y_m;
     }
   }
+}
+
+// A frame of one mesh around the door: two posts, whose box contains the door.
+config::SceneObject frame(double gap_m) {
+  config::SceneObject frame = virtual_box("frame", kOrigin, {1, 1, 1}, config::Reaction::none);
+  config::MeshShape shape;
+  for (const double side : {-1.0, 1.0}) {
+    const geometry::Mesh post = geometry::box_mesh({0.1, 0.1, 1});
+    const auto first = std::uint32_t(shape.mesh.vertices_m.size());
+    for (const Vector3d& vertex_m : post.vertices_m)
+      shape.mesh.vertices_m.push_back(vertex_m + Vector3d(side * (0.45 + gap_m), 0, 0));
+    for (const auto& [a, b, c] : post.triangles)
+      shape.mesh.triangles.push_back({first + a, first + b, first + c});
+  }
+  frame.shape = shape;
+  return frame;
+}
+
+config::SceneObject with_mesh(config::SceneObject object) {
+  config::MeshShape shape;
+  shape.mesh = mesh_of(object);
+  object.shape = shape;
+  return object;
+}
+
+TEST(JointClearance, AMeshMayBeNextToAFixedObject) {
+  const config::SceneObject leaf = door(), mesh_leaf = with_mesh(door());
+  for (const double gap_m : {0.02, 0.001, 0.0})
+    for (const config::SceneObject& object : {leaf, mesh_leaf})
+      EXPECT_NO_THROW(sim::check_joint_clearance(scene_of({frame(gap_m), object}))) << gap_m;
+  EXPECT_NO_THROW(sim::check_joint_clearance(scene_of({frame(-0.01)}))) << "nothing is jointed";
+}
+
+// Rounding must not look like an overlap: turned, large, and far from the origin.
+TEST(JointClearance, TouchingObjectsAreAllowedInAnyPose) {
+  for (const double scale : {0.1, 1.0, 10.0})
+    for (int turn = 0; turn < 12; ++turn) {
+      const Eigen::Isometry3d pose =
+          Eigen::Translation3d(5, -3, 2) *
+          Eigen::AngleAxisd(0.4 * turn, Vector3d(1, 0.3 * turn, -0.7).normalized()) *
+          Eigen::Isometry3d::Identity();
+      config::SceneObject leaf =
+          virtual_box("leaf", kOrigin, scale * Vector3d(0.8, 0.04, 1), config::Reaction::contact);
+      leaf.motion = config::Motion::dynamic;
+      leaf.joint = config::Joint{.kind = config::JointKind::slider,
+                                 .axis = {0, 0, 1},
+                                 .lowest = 0,
+                                 .highest = 1,
+                                 .damping_1_s = 0};
+      leaf = with_mesh(leaf);
+      config::SceneObject wall =
+          with_mesh(virtual_box("wall", kOrigin, scale * Vector3d(0.2, 1, 1)));
+      leaf.world_from_object = pose;
+      wall.world_from_object = pose * Eigen::Translation3d(scale * 0.5, 0, 0);
+      EXPECT_NO_THROW(sim::check_joint_clearance(scene_of({wall, leaf}))) << scale << ' ' << turn;
+    }
+}
+
+TEST(JointClearance, AnOverlapWithAMeshIsRefused) {
+  config::SceneObject leaf = with_mesh(door());
+  leaf.location = {12, 5};
+  config::Scene scene = scene_of({frame(-0.01), leaf});
+  scene.file = "scene.yaml";
+  const auto text_of_refusal = [](const config::Scene& refused) -> std::string {
+    try {
+      sim::check_joint_clearance(refused);
+    } catch (const config::ConfigError& error) {
+      return error.what();
+    }
+    return "none";
+  };
+  EXPECT_EQ(text_of_refusal(scene),
+            "scene.yaml:12:5: the convex hull of door overlaps frame by 0.01 m at the start and "
+            "could not move: leave a clearance between them");
+  scene.objects[1] = door();
+  EXPECT_THAT(text_of_refusal(scene), testing::HasSubstr(": door overlaps frame by 0.01 m"));
+  scene.objects[0] = virtual_ball({0.45, 0, 0}, 0);
+  scene.objects[0].name = "knob";
+  scene.objects[0].motion = config::Motion::fixed;
+  EXPECT_THAT(text_of_refusal(scene), testing::HasSubstr(": door overlaps knob by "));
+  scene.objects[0].motion = config::Motion::dynamic;
+  EXPECT_EQ(text_of_refusal(scene), "none") << "the joint pushes it away";
 }
 
 }  // namespace

@@ -51,7 +51,7 @@ class RegularFiles : public Assimp::DefaultIOSystem {
     std::error_code error;  // file_size() fails if the file is not a regular one
     const std::uintmax_t file_bytes = std::filesystem::file_size(file, error);
     if (error || !is_within_limits(file, file_bytes)) {
-      refused_.insert(file);
+      if (!first_refused_) first_refused_ = file;
       return nullptr;
     }
     auto content = std::make_unique<std::uint8_t[]>(file_bytes);
@@ -61,9 +61,9 @@ class RegularFiles : public Assimp::DefaultIOSystem {
     return new Assimp::MemoryIOStream(content.release(), file_bytes, true);  // Close() deletes it
   }
 
-  // If only the mesh file could be opened, returns the files that could not; else none.
-  std::set<std::string> all_refused() const {
-    return opened_.size() == 1 ? refused_ : std::set<std::string>();
+  // If only the mesh file could be opened, returns the first one that could not.
+  std::optional<std::string> first_refused() const {
+    return opened_.size() == 1 ? first_refused_ : std::nullopt;
   }
 
   // The files that were opened, without this one.
@@ -84,7 +84,8 @@ class RegularFiles : public Assimp::DefaultIOSystem {
     return true;
   }
 
-  std::set<std::string> opened_, refused_;
+  std::set<std::string> opened_;
+  std::optional<std::string> first_refused_;
   std::uintmax_t opened_bytes_ = 0;  // at most kMaxFileBytes
 };
 
@@ -181,12 +182,12 @@ std::optional<std::string> why_unsupported_gltf(const std::filesystem::path& fil
   return why_unsupported(gltf_json(file), materials == Materials::with);
 }
 
-// An OBJ file without its material file is drawn in one colour, as if it named none.
+// An OBJ file without its material file is drawn in one colour, as if it named none. Assimp tries
+// the file that the OBJ file names, then one with the OBJ file's name.
 std::vector<std::string> notes_of(const RegularFiles& files) {
-  std::vector<std::string> notes;
-  for (const std::string& file : files.all_refused())
-    notes.push_back("its material file " + file + " cannot be read; colour_rgb gives the colour");
-  return notes;
+  const std::optional<std::string> refused = files.first_refused();
+  if (!refused) return {};
+  return {"its material file " + *refused + " cannot be read; colour_rgb gives the colour"};
 }
 
 // Returns the mesh of a scene that has been simplified.

@@ -23,8 +23,14 @@ Joint read_joint_of(YamlMap map, JointKind kind) {
     map.vector3("axis", kAny);  // reports that it is missing
   }
   const std::size_t problems_before = map.problem_count();
-  const double from = map.number(from_key, {-largest, 0}, 0),
-               to = map.number(to_key, {0, largest}, 0);
+  const double from = map.number(from_key, {-largest, largest}, 0),
+               to = map.number(to_key, {-largest, largest}, 0);
+  if (from > 0)
+    map.problem_at(from_key, fmt::format("{} must be at most 0, where the object starts, is {:g}",
+                                         from_key, from));
+  if (to < 0)
+    map.problem_at(
+        to_key, fmt::format("{} must be at least 0, where the object starts, is {:g}", to_key, to));
   joint.lowest = scale * from;
   joint.highest = scale * to;
   joint.damping_1_s = map.number("damping_1_s", kDamping_1_s, joint.damping_1_s);

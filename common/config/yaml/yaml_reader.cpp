@@ -61,6 +61,18 @@ std::vector<YAML::Mark> first_document_starts(const std::string& text) {
   return starts.marks();
 }
 
+// Returns the location of the first tab among the blanks at the start of a line.
+std::optional<SourceLocation> first_indenting_tab(const std::string& text) {
+  SourceLocation at{1, 1};
+  bool is_indentation = true;
+  for (const char c : text) {
+    if (c == '\t' && is_indentation) return at;
+    is_indentation = c == '\n' || (is_indentation && c == ' ');
+    at = c == '\n' ? SourceLocation{at.line + 1, 1} : SourceLocation{at.line, at.column + 1};
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 YamlMap YamlMap::load(const std::filesystem::path& file, Problems& problems) {
@@ -70,9 +82,9 @@ YamlMap YamlMap::load(const std::filesystem::path& file, Problems& problems) {
     nothing.report({}, *why);
     return nothing;
   }
+  std::ifstream in(file);
+  const std::string text((std::istreambuf_iterator<char>(in)), {});
   try {
-    std::ifstream in(file);
-    const std::string text((std::istreambuf_iterator<char>(in)), {});
     const std::vector<YAML::Mark> starts = first_document_starts(text);
     if (starts.size() > 1) {
       const bool is_comma = starts[1].pos == starts[0].pos;
@@ -85,7 +97,13 @@ YamlMap YamlMap::load(const std::filesystem::path& file, Problems& problems) {
     if (document.IsMap()) return YamlMap(context, document, "the file");
     nothing.report({1, 1}, "the file must contain a mapping of keys to values");
   } catch (const YAML::Exception& error) {
-    nothing.report(location_of_mark(error.mark), "not YAML: " + error.msg);
+    const SourceLocation at = location_of_mark(error.mark);
+    // The error may show in the line after the tab.
+    if (const auto tab = first_indenting_tab(text);
+        tab && (tab->line == at.line || tab->line + 1 == at.line))
+      nothing.report(*tab, "not YAML: a tab cannot indent a line, use spaces");
+    else
+      nothing.report(at, "not YAML: " + error.msg);
   }
   return nothing;
 }
@@ -144,7 +162,7 @@ YAML::Node YamlMap::value_of(const std::string& key, bool required) {
       report(location_of_mark(entry.first.Mark()), key + " has no value");
       return YAML::Node(YAML::NodeType::Undefined);
     }
-  if (required) missing_.insert(key);
+  if (required) missing_.try_emplace(key);
   return YAML::Node(YAML::NodeType::Undefined);
 }
 
@@ -205,7 +223,8 @@ void YamlMap::finish() {
 }
 
 void YamlMap::report_missing() {
-  for (const std::string& key : missing_) report(location(), key + " is missing in " + what_);
+  for (const auto& [key, hint] : missing_)
+    report(location(), key + " is missing in " + what_ + (hint.empty() ? "" : ": " + hint));
   missing_.clear();
 }
 

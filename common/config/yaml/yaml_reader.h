@@ -7,9 +7,9 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -24,6 +24,9 @@ namespace fivepipe::config {
 SourceLocation location_of_mark(const YAML::Mark& mark);
 // Describes a node's content for messages.
 std::string kind_of(const YAML::Node& node);
+
+// Common limit of GL textures.
+inline constexpr int kMaxImageSize_px = 16384;
 
 // One mapping of a YAML file. The keys that the caller queries become the known keys; finish()
 // reports all others.
@@ -149,7 +152,8 @@ class YamlMap {
   YAML::Node node_;
   std::string what_;  // name of this mapping in messages
   std::vector<std::string> known_;
-  std::set<std::string> missing_;
+  // Missing required keys, each with a hint for the message, which may be empty.
+  std::map<std::string, std::string> missing_;
 };
 
 }  // namespace fivepipe::config

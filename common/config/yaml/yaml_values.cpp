@@ -4,16 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 
 #include "common/config/yaml/yaml_reader.h"
 
 namespace fivepipe::config {
-
-namespace {
-
-constexpr int kMaxImageSize_px = 16384;  // common limit of GL textures
-
-}  // namespace
 
 std::optional<Settings::Expanded> YamlMap::scalar(const YAML::Node& node, const std::string& what) {
   if (!node.IsDefined()) return std::nullopt;
@@ -204,7 +199,10 @@ std::filesystem::path YamlMap::path(const std::string& key) {
 std::optional<std::size_t> YamlMap::choice_index(const std::string& key,
                                                  const std::vector<std::string>& names,
                                                  bool required) {
-  return index_of_name(value_of(key, required), key, names);
+  const YAML::Node node = value_of(key, required);
+  if (const auto missing = missing_.find(key); missing != missing_.end())
+    missing->second = fmt::format("set it to one of {}", fmt::join(names, ", "));
+  return index_of_name(node, key, names);
 }
 
 std::optional<std::size_t> YamlMap::index_of_name(const YAML::Node& node, const std::string& what,

@@ -38,7 +38,7 @@ bool is_active(const NodeActivity& activity) {
 }
 
 std::string state_of(const NodeActivity& activity) {
-  if (is_active(activity)) return "";
+  if (is_active(activity)) return "running";
   return activity.ended ? "ended" : fmt::format("silent {:.0f} s", activity.silent_s);
 }
 

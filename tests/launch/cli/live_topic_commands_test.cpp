@@ -115,7 +115,8 @@ TEST(RecordingCommandsLive, SimulationCommandsReachTheirNode) {
   expect_sleep(domain, 1, [&] { alone = fivepipe("simulation pause" + in_domain); });  // for 3 s
   EXPECT_EQ(alone.exit_code, 3);
   EXPECT_EQ(alone.text, "no sim_node listens in domain " + std::to_string(domain) +
-                            "; `fivepipe top" + in_domain + "` lists the running nodes\n");
+                            "; --domain selects another one, and `fivepipe top" + in_domain +
+                            "` lists the running nodes\n");
   bus::Bus bus({domain});
   auto commands = bus.reader<bus::topics::Command>();
   const Answer too_long = fivepipe("simulation pause --node " + longest + "n" + in_domain);
@@ -154,7 +155,7 @@ TEST(RecordingCommandsLive, TopPrintsOneTableOfTheNodes) {
   const Answer top = fivepipe("top --once --domain " + std::to_string(domain));
   EXPECT_EQ(top.exit_code, 0) << top.text;
   EXPECT_TRUE(top.text.starts_with("node            state            frame ")) << top.text;
-  EXPECT_TRUE(holds(top, "\nsim                                  7     0.0 ")) << top.text;
+  EXPECT_TRUE(holds(top, "\nsim             running              7     0.0 ")) << top.text;
   EXPECT_EQ(std::count(top.text.begin(), top.text.end(), '\n'), 3) << top.text;
   EXPECT_FALSE(holds(top, "kinetic J")) << "nothing is simulated: " << top.text;
   // A status names a frame but belongs to none.
@@ -214,7 +215,8 @@ TEST(RecordingCommandsLive, EchoReportsThatItWaitsForAWriter) {
   const std::uint32_t domain_id = test::own_domain();
   const std::string domain = std::to_string(domain_id);
   const std::string waiting = "waiting: no node writes " + kHeadTopic + " in domain " + domain +
-                              "; `fivepipe ls` lists the nodes, Ctrl-C quits\n";
+                              "; --domain selects another one, `fivepipe ls` lists the nodes, "
+                              "Ctrl-C quits\n";
   Answer without_count;
   expect_sleep(domain_id, 2, [&] {
     without_count = interrupted({"echo", "HeadPose", "--domain", domain}, 1, [&] {
@@ -232,7 +234,8 @@ TEST(RecordingCommandsLive, TopPrintsATableEachSecond) {
   const std::string domain = std::to_string(domain_id);
   Answer top;
   expect_sleep(domain_id, 1, [&] { top = interrupted({"top", "--domain", domain}, 2); });
-  const std::string line = "no node publishes a status in domain " + domain + "\n";
+  const std::string line =
+      "no node publishes a status in domain " + domain + "; --domain selects another one\n";
   EXPECT_TRUE(top.text.starts_with(line + line)) << top.text;
   EXPECT_LT(std::count(top.text.begin(), top.text.end(), '\n'), 60) << "one per second";
   EXPECT_EQ(shell("timeout 60 " + program + "top --domain " + domain + " >/dev/full").exit_code, 1);

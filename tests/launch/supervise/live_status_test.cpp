@@ -47,7 +47,7 @@ TEST(NodesTable, ShowsANodePerLineInColumns) {
             "node            state            frame      Hz   CPU %  memory MB    drops  "
             "latencies p50/p99 ms\n"
             "recon           silent 2 s           0       -       -          0        0\n"
-            "render                             240    20.0      51        124       43  "
+            "render          running            240    20.0      51        124       43  "
             "capture_to_composite 12.3/31.1, draw 1.0/3.0\n"
             "sim             ended                7       -       -          0        0\n");
 }
