@@ -176,7 +176,7 @@ struct Capture::RawCapture {
 };
 
 Capture::RawCapture Capture::raw_capture(Channel& channel, std::int64_t frame, std::int64_t index,
-                                         bool want_colour) const {
+                                         std::int64_t now_ns, bool want_colour) const {
   const config::RigCamera& camera = *channel.camera;
   RawCapture raw_capture;
   CapturedCamera& result = raw_capture.result;
@@ -185,7 +185,8 @@ Capture::RawCapture Capture::raw_capture(Channel& channel, std::int64_t frame, s
   const auto start = std::chrono::steady_clock::now();
   const ReadStatus status = channel.source->read(index, raw_capture.image);
   result.read_s = base::seconds_since(start);
-  result.image_stamp_ns = base::now_realtime_ns();
+  const std::int64_t taken_ns = status == ReadStatus::image ? channel.source->stamp_ns() : 0;
+  result.image_stamp_ns = taken_ns ? taken_ns : now_ns;
   if (status != ReadStatus::image) {
     result.status = status == ReadStatus::end ? CaptureStatus::ended : CaptureStatus::missing;
     result.reason = status == ReadStatus::end ? "its file has ended" : channel.source->last_error();
@@ -195,15 +196,18 @@ Capture::RawCapture Capture::raw_capture(Channel& channel, std::int64_t frame, s
       camera, config::eye_from_world_at(viewer_, double(frame) / frame_rate_hz_));
   if (!channel.segmenter) return raw_capture;
   const auto segment_start = std::chrono::steady_clock::now();
-  result.pixels = channel.segmenter->segment(raw_capture.image);
+  const Undistortion& undistortion = channel.segmenter->undistortion();
+  const auto captured = channel.segmenter->segment_captured(raw_capture.image);
+  if (captured) result.pixels = undistortion.published(*captured);
   result.segment_s = base::seconds_since(segment_start);
-  if (!result.pixels) {
+  if (!captured) {
     result.status = CaptureStatus::missing;
     result.reason = "the image is not 8-bit BGR of the size image_size_px";
     raw_capture.image.release();
     return raw_capture;
   }
-  result.diagnostics = segmentation_diagnostics(*result.pixels);
+  result.diagnostics = segmentation_diagnostics(
+      *result.pixels, channel.segmenter->count_outside_published(*captured));
   return raw_capture;
 }
 
@@ -241,9 +245,11 @@ void Capture::add_colours(std::int64_t frame, std::vector<RawCapture>& raw_captu
 std::vector<CapturedCamera> Capture::capture_live(std::int64_t frame, bool want_colour) {
   if (frame < round_start_) round_start_ = 0;
   std::vector<RawCapture> raw_captures(channels_.size());
+  const std::int64_t now_ns = base::now_realtime_ns();
   const auto capture_all = [&] {
     in_parallel(pool_, channels_.size(), [&](std::size_t i) {
-      raw_captures[i] = raw_capture(*channels_[i], frame, frame - round_start_, want_colour);
+      raw_captures[i] =
+          raw_capture(*channels_[i], frame, frame - round_start_, now_ns, want_colour);
     });
     return std::any_of(raw_captures.begin(), raw_captures.end(), [](const RawCapture& raw_capture) {
       return raw_capture.result.status == CaptureStatus::ended;
@@ -265,10 +271,11 @@ std::vector<CapturedCamera> Capture::capture_live(std::int64_t frame, bool want_
 std::vector<CapturedCamera> Capture::capture(std::int64_t frame, bool want_colour) {
   if (precomputed_.empty()) return capture_live(frame, want_colour);
   std::vector<CapturedCamera> result = precomputed_[std::size_t(frame) % precomputed_.size()];
+  const std::int64_t now_ns = base::now_realtime_ns();
   for (CapturedCamera& camera : result) {
     if (!want_colour) camera.colour.reset();
     camera.read_s = camera.segment_s = 0;
-    camera.image_stamp_ns = base::now_realtime_ns();
+    camera.image_stamp_ns = now_ns;
   }
   return result;
 }

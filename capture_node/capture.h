@@ -37,7 +37,8 @@ struct CapturedCamera {
   // the hull that the viewer can see. Absent in all cameras if one camera sees no object pixels,
   // because the hull is then empty.
   std::optional<hull::ColourRegion> colour;
-  // CLOCK_REALTIME when the image arrived; for precomputed frames: when capture() returned them.
+  // CLOCK_REALTIME at which the camera took the image. All sources without a clock of their own
+  // (files, synthetic cameras, precomputed frames) have the time of the call of capture().
   std::int64_t image_stamp_ns = 0;
   // Diagnostics of this camera's object pixels, for the user.
   std::vector<std::string> diagnostics;
@@ -71,9 +72,10 @@ class Capture {
  private:
   struct Channel;
   struct RawCapture;
-  // `index` selects the image in its source, `frame` the time of the head pose.
+  // `index` selects the image in its source, `frame` the time of the head pose. now_ns: stamp of
+  // images whose source has no clock.
   RawCapture raw_capture(Channel& channel, std::int64_t frame, std::int64_t index,
-                         bool want_colour) const;
+                         std::int64_t now_ns, bool want_colour) const;
   void add_colours(std::int64_t frame, std::vector<RawCapture>& raw_captures);
   std::vector<CapturedCamera> capture_live(std::int64_t frame, bool want_colour);
   void open_channels(const Progress& progress);

@@ -6,12 +6,17 @@
 
 namespace fivepipe::recon {
 
-void FrameInputs::add(messages::FramePose pose) {
-  if (restart_detector_.is_restart(pose.frame, pose.capture_stamp_ns)) {
+bool FrameInputs::add(messages::FramePose pose, std::uint64_t writer) {
+  constexpr std::size_t kHead = 0;  // the only source of poses
+  const frames::CameraWriters::Verdict verdict = writers_.judge(kHead, writer);
+  if (!verdict.is_current) return false;
+  if (verdict.replaced) restart_detector_ = frames::RestartDetector(frames::RestartBy::writer);
+  if (restart_detector_.is_restart(pose.frame, pose.capture_stamp_ns) || verdict.replaced) {
     poses_.clear();
     colours_.clear();
   }
   poses_.get_or_add(pose.frame).value = std::move(pose);
+  return true;
 }
 
 bool FrameInputs::add(messages::CameraColour colour) {
@@ -35,7 +40,8 @@ std::vector<hull::ColourRegion> FrameInputs::take_colours(std::uint64_t frame,
 void FrameInputs::reset() {
   poses_.clear();
   colours_.clear();
-  restart_detector_ = {};
+  restart_detector_ = frames::RestartDetector(frames::RestartBy::writer);
+  writers_ = {};
 }
 
 }  // namespace fivepipe::recon

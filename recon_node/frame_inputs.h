@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/hull/colour_region.h"
+#include "common/pipeline/frames/camera_writers.h"
 #include "common/pipeline/frames/recent_frames.h"
 #include "common/pipeline/frames/restart_detector.h"
 #include "common/pipeline/messages/camera_messages.h"
@@ -18,8 +19,9 @@ class FrameInputs {
   // The poses and colours of this many frames are kept, more than can be in flight.
   static constexpr std::size_t kMaxFrames = 16;
 
-  // Adds a pose. Drops all earlier poses and colours if capture_node has restarted.
-  void add(messages::FramePose pose);
+  // Adds a pose from a writer (bus::Sample::writer()). Drops all earlier poses and colours if
+  // capture_node has restarted. Ignores a pose of another process and returns false.
+  bool add(messages::FramePose pose, std::uint64_t writer);
   // Adds a camera's colour. Returns false if it replaces an earlier one of the same camera and
   // frame: the table keeps one per camera.
   bool add(messages::CameraColour colour);
@@ -36,7 +38,8 @@ class FrameInputs {
 
  private:
   using ColourOfCamera = std::map<std::size_t, messages::CameraColour>;
-  frames::RestartDetector restart_detector_;
+  frames::CameraWriters writers_;  // of poses
+  frames::RestartDetector restart_detector_{frames::RestartBy::writer};
   frames::RecentFrames<messages::FramePose> poses_{kMaxFrames};
   frames::RecentFrames<ColourOfCamera> colours_{kMaxFrames};
 };

@@ -69,8 +69,8 @@ class ReconstructionPipe {
       if (const auto pose = messages::head_pose_from(*sample);
           const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&pose))
         node_.status.drop_from(poses_.process(sample), *bad);
-      else
-        inputs_.add(std::get<messages::FramePose>(pose));
+      else if (!inputs_.add(std::get<messages::FramePose>(pose), sample.writer()))
+        node_.status.drop({"other_writer", sample->viewer, ""});
     }
   }
 

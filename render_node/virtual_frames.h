@@ -41,7 +41,7 @@ class VirtualFrames {
 
  private:
   VirtualFrame* at(std::uint64_t frame, std::int64_t capture_stamp_ns);
-  frames::RestartDetector restart_detector_;
+  frames::RestartDetector restart_detector_{frames::RestartBy::stamp};
   frames::RecentFrames<VirtualFrame> frames_{kMaxFrames};
 };
 

@@ -32,6 +32,9 @@ class ImageSource {
   // read; increasing frames are cheap, a smaller one reopens the file. Devices: waits a bounded
   // time for the newest image not yet read, and ignores `frame`.
   virtual ReadStatus read(std::int64_t frame, cv::Mat& bgr) = 0;
+  // Returns the time at which the camera took the last image (CLOCK_REALTIME) [ns]; 0 if the source
+  // does not know it, as a file.
+  virtual std::int64_t stamp_ns() const { return 0; }
   // Returns the reason for the last `missing`, for the user; empty if there is none.
   virtual std::string last_error() const { return {}; }
 };

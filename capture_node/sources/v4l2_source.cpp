@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "capture_node/sources/image_source.h"
+#include "common/base/realtime.h"
 
 namespace fivepipe::capture {
 namespace {
@@ -49,10 +50,23 @@ struct Stream {
   std::mutex mutex;
   std::condition_variable changed;
   cv::Mat newest;
-  std::uint64_t images = 0;  // number of images read so far
+  std::int64_t newest_ns = 0;  // CLOCK_REALTIME at which it was taken
+  std::uint64_t images = 0;    // number of images read so far
   int error = 0;
   bool stop = false, ended = false;
 };
+
+// Returns the time at which the image was taken (CLOCK_REALTIME): the kernel's stamp of the buffer,
+// which is of CLOCK_MONOTONIC, if the driver sets it; otherwise the present time.
+std::int64_t taken_ns(cv::VideoCapture& video) {
+  constexpr double kNsPerMs = 1e6, kMaxAge_ns = 1e9;
+  const std::int64_t now_ns = base::now_realtime_ns();
+  const double age_ns =
+      std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now().time_since_epoch())
+          .count() -
+      kNsPerMs * video.get(cv::CAP_PROP_POS_MSEC);
+  return age_ns >= 0 && age_ns <= kMaxAge_ns ? now_ns - std::int64_t(age_ns) : now_ns;
+}
 
 void reader_loop(const std::shared_ptr<Stream>& stream) {
   for (;;) {
@@ -60,9 +74,11 @@ void reader_loop(const std::shared_ptr<Stream>& stream) {
     errno = 0;
     const bool got = stream->video.read(image) && !image.empty();
     const int error = errno;
+    const std::int64_t image_ns = got ? taken_ns(stream->video) : 0;
     const std::lock_guard lock(stream->mutex);
     if (got) {
       stream->newest = image;
+      stream->newest_ns = image_ns;
       ++stream->images;
     } else {
       stream->error = error;
@@ -129,6 +145,7 @@ class V4l2ImageSource final : public ImageSource {
     bgr = image;
     return ReadStatus::image;
   }
+  std::int64_t stamp_ns() const override { return stamp_ns_; }
   std::string last_error() const override { return last_error_; }
 
  private:
@@ -141,6 +158,7 @@ class V4l2ImageSource final : public ImageSource {
   cv::Mat newest() {
     const std::lock_guard lock(stream_->mutex);
     images_read_ = stream_->images;
+    stamp_ns_ = stream_->newest_ns;
     return stream_->newest;
   }
   void close() {
@@ -163,6 +181,7 @@ class V4l2ImageSource final : public ImageSource {
   int width_px_, height_px_;
   std::shared_ptr<Stream> stream_;
   std::uint64_t images_read_ = 0;
+  std::int64_t stamp_ns_ = 0;  // of the image read last
   std::thread reader_;
 };
 

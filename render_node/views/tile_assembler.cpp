@@ -161,7 +161,7 @@ bool TileAssembler::is_late(const ReceivedTile& tile) {
 TileAssembler::OpenFrame& TileAssembler::open_for(const ReceivedTile& tile) {
   if (OpenFrame* const found = open_.find(tile.frame)) return *found;
   const auto& [open, displaced] = open_.get_or_add(tile.frame);
-  counts_.incomplete += displaced;
+  counts_.incomplete += displaced.has_value();
   open.hull = {tile.frame,
                tile.capture_stamp_ns,
                tile.received_ns,

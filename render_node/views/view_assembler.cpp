@@ -45,7 +45,7 @@ AddedToView ViewAssembler::add(std::size_t number, const ReceivedTile& tile) {
   auto [kept, displaced] = view.complete.get_or_add(hull->frame);
   kept = std::move(*hull);
   if (view.of.fixed) return {};
-  missing_eye_ += displaced;
+  missing_eye_ += displaced.has_value();
   return joined(kept);
 }
 

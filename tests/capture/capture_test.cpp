@@ -134,9 +134,24 @@ TEST_F(CapturePictures, AMissingPictureIsNamedAndTheOtherCamerasGoOn) {
   for (const CapturedCamera& camera : set) {
     EXPECT_GE(camera.image_stamp_ns, before_ns);
     EXPECT_LE(camera.image_stamp_ns, base::now_realtime_ns());
+    EXPECT_EQ(camera.image_stamp_ns, set[0].image_stamp_ns) << "files have no clock";
   }
   EXPECT_FALSE(capture.ended());
   EXPECT_EQ(capture.capture(2, false)[1].status, CaptureStatus::captured);
+}
+
+TEST_F(CapturePictures, ObjectPixelsOutsideThePublishedImageAreReported) {
+  for (const int frame : {0, 1}) {
+    write("cam0", frame);
+    write("cam1", frame);
+  }
+  geometry::Pinhole& published = rig_.cameras[0].published;
+  published.width_px = 60;  // the square of picture 1 is at 40 to 70
+  Capture capture(rig_, test_viewer(), config_, 30);
+  const auto set = capture.capture(1, false);
+  ASSERT_EQ(set[0].diagnostics.size(), 1u);
+  EXPECT_NE(set[0].diagnostics[0].find("outside the published image"), std::string::npos);
+  EXPECT_TRUE(set[1].diagnostics.empty());
 }
 
 TEST_F(CapturePictures, WithoutLoopItEndsWithTheShortestFile) {

@@ -1,6 +1,7 @@
 // V4L2 cameras, with a scripted driver in place of OpenCV's.
 #include <unistd.h>
 
+#include <atomic>
 #include <cerrno>
 #include <chrono>
 #include <condition_variable>
@@ -13,6 +14,7 @@
 #include <thread>
 
 #include "capture_node/capture.h"
+#include "common/base/realtime.h"
 #include "tests/support/capture/capture_rig.h"
 #include "tests/support/process/open_files.h"
 #include "tests/support/test_folder.h"
@@ -44,6 +46,7 @@ class Driver {
     settings.clear();
     opened.clear();
     opens = true;
+    kernel_stamp_ms = 0;
     endless_ = cv::Mat();
     open_error = 0;
     reads_ = 0;
@@ -105,6 +108,8 @@ class Driver {
   int api = 0;
   bool opens = true;
   int open_error = 0;
+  // Of the images, in the clock of the kernel.
+  std::atomic<double> kernel_stamp_ms = 0;
 
  private:
   std::mutex mutex_;
@@ -134,6 +139,10 @@ bool VideoCapture::open(const String& file, int api) {
 bool VideoCapture::set(int property, double value) {
   fivepipe::capture::driver().settings.emplace_back(property, value);
   return true;
+}
+double VideoCapture::get(int property) const {
+  EXPECT_EQ(property, int(CAP_PROP_POS_MSEC));
+  return fivepipe::capture::driver().kernel_stamp_ms;
 }
 bool VideoCapture::read(OutputArray image) { return fivepipe::capture::driver().read(image); }
 }  // namespace cv
@@ -205,6 +214,28 @@ TEST_F(V4l2, ReturnsTheNewestImageThatItHasNotReturnedBefore) {
   });
   EXPECT_EQ(shown(*source), 50) << "waits for an image";
   later.join();
+  close(source);
+}
+
+TEST_F(V4l2, TheStampIsThatOfTheKernelIfItIsPlausible) {
+  using std::chrono::duration;
+  using std::chrono::steady_clock;
+  const auto kernel_ms = [] {
+    return duration<double, std::milli>(steady_clock::now().time_since_epoch()).count();
+  };
+  auto source = opened();
+  // 0: the driver sets no stamp.
+  for (const double age_ms : {30.0, 900.0, -50.0, 5000.0, 0.0}) {
+    driver().kernel_stamp_ms = age_ms == 0 ? 0 : kernel_ms() - age_ms;
+    const std::int64_t before_ns = base::now_realtime_ns();
+    driver().push({picture(20)});
+    driver().wait_until_taken();
+    EXPECT_EQ(shown(*source), 20);
+    const std::int64_t after_ns = base::now_realtime_ns(), stamp_ns = source->stamp_ns();
+    const double expected_ms = age_ms > 0 && age_ms < 1000 ? age_ms : 0;
+    EXPECT_GE(1e-6 * double(stamp_ns - before_ns), -expected_ms - 1) << age_ms;
+    EXPECT_LE(1e-6 * double(stamp_ns - after_ns), -expected_ms + 1) << age_ms;
+  }
   close(source);
 }
 
@@ -471,6 +502,24 @@ TEST_F(V4l2, CaptureNeedsAnImageOfTheEmptyScene) {
                  "cam: no image of the empty scene; /dev/null: stopped delivering: "
                  "Input/output error");
   }
+}
+
+TEST_F(V4l2, CaptureTakesTheStampOfTheImage) {
+  config::Rig rig;
+  rig.cameras = {camera()};
+  config::CaptureConfig config;
+  config.sources["cam"] = config::V4l2Source{kDevice, "", 1};
+  config::Viewer viewer;
+  viewer.path = {{0, {0, -0.8, 0.8}, {0, 0, 0.2}}};
+  driver().go_on();
+  Capture capture(rig, viewer, config, 30);
+  const auto now = std::chrono::steady_clock::now().time_since_epoch();
+  driver().kernel_stamp_ms = std::chrono::duration<double, std::milli>(now).count() - 500;
+  const std::int64_t before_ns = base::now_realtime_ns();
+  std::this_thread::sleep_for(20ms);  // 20 images
+  const auto set = capture.capture(0, false);
+  EXPECT_LT(set[0].image_stamp_ns, before_ns - 400'000'000);
+  EXPECT_GT(set[0].image_stamp_ns, before_ns - 600'000'000);
 }
 
 }  // namespace

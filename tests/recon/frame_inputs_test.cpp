@@ -6,6 +6,7 @@ namespace fivepipe::recon {
 namespace {
 
 constexpr std::int64_t kPeriod_ns = 33'000'000;
+constexpr std::uint64_t kWriter = 11;
 std::int64_t stamp_ns(std::uint64_t frame) { return std::int64_t(frame) * kPeriod_ns; }
 
 messages::FramePose pose_of(std::uint64_t frame) {
@@ -19,7 +20,7 @@ messages::CameraColour colour_of(std::size_t camera, std::uint64_t frame, std::u
 
 TEST(FrameInputs, ReturnsThePoseAndTheColoursOfTheFrameByCamera) {
   FrameInputs inputs;
-  inputs.add(pose_of(7));
+  inputs.add(pose_of(7), kWriter);
   EXPECT_TRUE(inputs.add(colour_of(2, 7, 20)));
   EXPECT_TRUE(inputs.add(colour_of(0, 7, 10)));
   EXPECT_TRUE(inputs.add(colour_of(0, 8, 30)));
@@ -49,7 +50,7 @@ TEST(FrameInputs, KeepsTheFramesThatWereAddedLast) {
   constexpr std::uint64_t kFrames = 16;
   FrameInputs inputs;
   for (std::uint64_t frame = 0; frame <= kFrames; ++frame) {
-    inputs.add(pose_of(frame));
+    inputs.add(pose_of(frame), kWriter);
     inputs.add(colour_of(0, frame));
   }
   EXPECT_FALSE(inputs.pose_of(0));
@@ -70,10 +71,10 @@ TEST(FrameInputs, WrongFrameNumbersDoNotKeepFramesOut) {
       messages::FramePose pose = pose_of(frame);
       messages::CameraColour colour = colour_of(1, frame);
       pose.frame = colour.frame = ++wrong;
-      inputs.add(pose);
+      inputs.add(pose, kWriter);
       inputs.add(std::move(colour));
     }
-    inputs.add(pose_of(frame));
+    inputs.add(pose_of(frame), kWriter);
     EXPECT_TRUE(inputs.add(colour_of(0, frame)));
     ASSERT_TRUE(inputs.pose_of(frame)) << frame;
     ASSERT_EQ(inputs.take_colours(frame, stamp_ns(frame)).size(), 1u) << frame;
@@ -84,23 +85,23 @@ TEST(FrameInputs, WrongFrameNumbersDoNotKeepFramesOut) {
 // earlier timestamps, would count as late.
 TEST(FrameInputs, ResetForgetsPosesColoursAndTheNewestFrame) {
   FrameInputs inputs;
-  inputs.add(pose_of(1000));
+  inputs.add(pose_of(1000), kWriter);
   inputs.add(colour_of(0, 1000));
   inputs.reset();
   EXPECT_EQ(inputs.pose_of(1000), nullptr);
   EXPECT_TRUE(inputs.take_colours(1000, stamp_ns(1000)).empty());
   inputs.add(colour_of(0, 1));
-  for (std::uint64_t frame = 1; frame <= 20; ++frame) inputs.add(pose_of(frame));
+  for (std::uint64_t frame = 1; frame <= 20; ++frame) inputs.add(pose_of(frame), kWriter);
   EXPECT_EQ(inputs.take_colours(1, stamp_ns(1)).size(), 1u);
 }
 
 TEST(FrameInputs, ForgetsFramesOfAnEarlierRun) {
   FrameInputs inputs;
-  inputs.add(pose_of(100));
+  inputs.add(pose_of(100), kWriter);
   inputs.add(colour_of(0, 100));
-  messages::FramePose restarted = pose_of(0);
-  restarted.capture_stamp_ns = stamp_ns(100) + frames::RestartDetector::kMinRestart_ns + 1;
-  inputs.add(restarted);
+  inputs.add(pose_of(50), kWriter);
+  EXPECT_TRUE(inputs.pose_of(100)) << "a late pose";
+  inputs.add(pose_of(0), kWriter + 1);
   EXPECT_EQ(inputs.pose_of(100), nullptr);
   EXPECT_TRUE(inputs.take_colours(100, stamp_ns(100)).empty());
   EXPECT_TRUE(inputs.pose_of(0));

@@ -557,7 +557,7 @@ TEST_F(ReconNode, NamesTheCamerasThatEmptyTheHull) {
   EXPECT_EQ(report.counts.at("frames_without_colour"), 2u);
 }
 
-// A restarted capture_node counts from 0 again, with later stamps.
+// A restarted capture_node has other writers, and counts from 0 again.
 TEST_F(ReconNode, ARestartedCaptureReplacesThePosesOfItsPredecessor) {
   start_with(kTwoWorkers);
   constexpr std::int64_t kLater_ns = 5'000'000'000;
@@ -565,6 +565,10 @@ TEST_F(ReconNode, ARestartedCaptureReplacesThePosesOfItsPredecessor) {
     send_pose(frame, {0, 0, 0, 0}, 0, geometry::look_at({0, -0.5, 0.5}, {0, 0, 0}));
   send_frame(19, {0, 0, 0, 0});
   ASSERT_TRUE(has_handled(19)) << said();
+  poses_ = bus_.writer<bus::topics::HeadPose>();
+  colours_ = bus_.writer<bus::topics::ObjectColour>();
+  maps_ = bus_.writer<bus::topics::ObjectPixelMap>();
+  wait_for_readers(poses_, colours_, maps_);
   send_frame(1, {0, 0, 0, 0}, kLater_ns);
   ASSERT_TRUE(has_handled(1)) << said();
   send_maps(21, kLater_ns);

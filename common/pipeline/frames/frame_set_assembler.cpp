@@ -23,14 +23,56 @@ bool FrameSetAssembler::is_closed(std::uint64_t frame) const {
 
 void FrameSetAssembler::reset() {
   clear();
-  restart_detector_ = {};
+  writers_ = {};
 }
 
 void FrameSetAssembler::clear() {
-  drops_["incomplete_set"] += incomplete_.size();
+  for (const auto& entry : incomplete_) drop(entry.frame, "incomplete_set");
   incomplete_.clear();
+  dropped_.clear();
+  late_.clear();
   newest_frame_.reset();
   last_returned_.reset();
+  for (auto& [camera, missed] : frames_missed_) missed = 0;
+  restart_detector_ = RestartDetector(RestartBy::writer);
+}
+
+// Counts the frame, unless it is already counted.
+void FrameSetAssembler::drop(std::uint64_t frame, const char* reason) {
+  if (dropped_.find(frame)) return;
+  dropped_.get_or_add(frame);
+  ++drops_[reason];
+}
+
+// If the map's process has replaced another one, removes the maps of that one, so that maps of both
+// are never combined. Forgets all frames if no other process's maps remain, or if frame numbers
+// begin again.
+bool FrameSetAssembler::is_of_current_writer(const CameraMap& map) {
+  const CameraWriters::Verdict verdict = writers_.judge(map.camera, map.writer);
+  if (!verdict.is_current) ++drops_["other_writer"];
+  if (!verdict.replaced) return verdict.is_current;
+  drop_maps_of(*verdict.replaced);
+  if (incomplete_.size() == 0 || (last_returned_ && map.frame <= *last_returned_)) clear();
+  return true;
+}
+
+// Returns true if maps of so many closed frames have arrived in a row that the frame which closed
+// them must have been wrong, for example that of a peer.
+bool FrameSetAssembler::was_closed_by_a_wrong_frame(std::uint64_t frame) {
+  if (std::find(late_.begin(), late_.end(), frame) == late_.end()) late_.push_back(frame);
+  return late_.size() >= RestartDetector::kMaxContradictions;
+}
+
+void FrameSetAssembler::drop_maps_of(std::uint64_t writer) {
+  std::vector<std::uint64_t> emptied;
+  for (auto& [frame, set] : incomplete_) {
+    std::erase_if(set, [&](const auto& map) { return map.second.writer == writer; });
+    if (set.empty()) emptied.push_back(frame);
+  }
+  for (const std::uint64_t frame : emptied) {
+    incomplete_.take(frame);
+    drop(frame, "incomplete_set");
+  }
 }
 
 FrameSet FrameSetAssembler::finished(std::uint64_t frame, Incomplete set) const {
@@ -62,31 +104,19 @@ FrameSet FrameSetAssembler::finished(std::uint64_t frame, Incomplete set) const 
 std::vector<FrameSet> FrameSetAssembler::add(CameraMap map) {
   const std::uint64_t frame = map.frame;
   const std::size_t camera = map.camera;
+  if (!is_of_current_writer(map)) return {};
   if (restart_detector_.is_restart(frame, map.capture_stamp_ns)) clear();
   if (newest_frame_ && frame > *newest_frame_)
     for (const std::size_t other : shape_cameras_) ++frames_missed_[other];
   newest_frame_ = std::max(newest_frame_.value_or(frame), frame);
   frames_missed_[camera] = 0;
   if (is_closed(frame)) {
-    ++drops_["late_map"];
-    return {};
-  }
-  // If maps of one frame number have distant capture stamps, capture_node was restarted between
-  // them.
-  if (const Incomplete* const open = incomplete_.find(frame)) {
-    const std::int64_t older_by_ns =
-        base::difference_ns(open->begin()->second.capture_stamp_ns, map.capture_stamp_ns);
-    if (older_by_ns > RestartDetector::kMinRestart_ns) {
-      ++drops_["late_map"];
-      return {};
-    }
-    if (older_by_ns < -RestartDetector::kMinRestart_ns) {
-      ++drops_["incomplete_set"];
-      incomplete_.take(frame);
-    }
+    drop(frame, "late_map");
+    if (!was_closed_by_a_wrong_frame(frame)) return {};
+    clear();
   }
   const auto& [set, displaced] = incomplete_.get_or_add(frame);
-  drops_["incomplete_set"] += displaced;
+  if (displaced) drop(*displaced, "incomplete_set");
   if (!set.try_emplace(camera, std::move(map)).second) {
     ++drops_["repeated_map"];
     return {};
@@ -95,12 +125,14 @@ std::vector<FrameSet> FrameSetAssembler::add(CameraMap map) {
   std::vector<FrameSet> complete;
   complete.push_back(finished(frame, *incomplete_.take(frame)));
   last_returned_ = frame;
-  drops_["incomplete_set"] += incomplete_.erase_up_to(frame);
+  late_.clear();
+  for (const auto& entry : incomplete_)
+    if (entry.frame <= frame) drop(entry.frame, "incomplete_set");
+  incomplete_.erase_up_to(frame);
   return complete;
 }
 
 std::map<std::string, std::uint64_t> FrameSetAssembler::take_drops() {
-  std::erase_if(drops_, [](const auto& drop) { return drop.second == 0; });
   return std::exchange(drops_, {});
 }
 

@@ -9,6 +9,7 @@
 
 #include "common/config/rig.h"
 #include "common/hull/hull.h"
+#include "common/pipeline/frames/camera_writers.h"
 #include "common/pipeline/frames/recent_frames.h"
 #include "common/pipeline/frames/restart_detector.h"
 
@@ -21,6 +22,7 @@ struct CameraMap {
   std::int64_t capture_stamp_ns;
   hull::ObjectPixels pixels;
   std::int64_t received_ns = 0;  // CLOCK_REALTIME, by this process
+  std::uint64_t writer = 0;      // bus::Sample::writer()
 };
 
 struct FrameSet {
@@ -45,15 +47,20 @@ class FrameSetAssembler {
   // without it until its next map. The limit counts received frames, because pacing skips frame
   // numbers. It exceeds the samples that a reader holds per camera for the reason above.
   static constexpr std::uint64_t kLostAfterFrames = 15;
+  // The assembler remembers this many dropped frames, to count each once.
+  static constexpr std::size_t kMaxCountedDrops = 64;
 
   explicit FrameSetAssembler(const config::Rig& rig);
 
   // Adds a map. Returns the frame sets that it completes: none or one, by ascending frame.
   std::vector<FrameSet> add(CameraMap map);
 
-  // Returns the drops since the last call, by reason. late_map: the frame was already returned or
-  // dropped, or the map was captured long before the others of its frame number. Other
-  // reasons: repeated_map, incomplete_set.
+  // Returns the drops since the last call, by reason.
+  //   incomplete_set: a frame of which not all maps have arrived in time.
+  //   late_map: a frame with a map that arrived after this frame or a newer one was returned. A
+  //     frame counts once, as incomplete or as late.
+  //   repeated_map: a further map of a camera and frame.
+  //   other_writer: a map of a process that is not, or no longer, the camera's (CameraWriters).
   std::map<std::string, std::uint64_t> take_drops();
 
   // Forgets earlier frames; call it when a replay starts. Counts incomplete sets as drops.
@@ -61,6 +68,10 @@ class FrameSetAssembler {
 
  private:
   using Incomplete = std::map<std::size_t, CameraMap>;  // by camera
+  bool is_of_current_writer(const CameraMap& map);
+  void drop_maps_of(std::uint64_t writer);
+  void drop(std::uint64_t frame, const char* reason);
+  bool was_closed_by_a_wrong_frame(std::uint64_t frame);
   bool is_complete(const Incomplete& set) const;
   bool is_closed(std::uint64_t frame) const;
   void clear();
@@ -70,8 +81,13 @@ class FrameSetAssembler {
   std::vector<std::size_t> shape_cameras_;
   std::map<std::size_t, std::uint64_t> frames_missed_;  // by camera, since its last map
   RecentFrames<Incomplete> incomplete_{kMaxIncompleteSets};
-  RestartDetector restart_detector_;
+  RestartDetector restart_detector_{RestartBy::writer};
   std::optional<std::uint64_t> newest_frame_, last_returned_;
+  CameraWriters writers_;
+  // Closed frames with a map since the last returned set.
+  std::vector<std::uint64_t> late_;
+  struct Dropped {};
+  RecentFrames<Dropped> dropped_{kMaxCountedDrops};  // frames that are counted in drops_
   std::map<std::string, std::uint64_t> drops_;
 };
 

@@ -37,21 +37,22 @@ class RecentFrames {
   }
 
   struct Added {
-    Value& value;    // valid until the next change of the table
-    bool displaced;  // another frame left the table
+    Value& value;                            // valid until the next change of the table
+    std::optional<std::uint64_t> displaced;  // the frame that left the table, if any
   };
   // Returns the frame's value. Adds the frame if the table does not have it, and then displaces the
   // frame that was added first if the table is full.
   Added get_or_add(std::uint64_t frame) {
-    if (Value* const found = find(frame)) return {*found, false};
-    const bool is_full = entries_.size() == capacity_;
-    if (is_full) {
-      displaced_.push_back(entries_.front().frame);
+    if (Value* const found = find(frame)) return {*found, {}};
+    std::optional<std::uint64_t> displaced;
+    if (entries_.size() == capacity_) {
+      displaced = entries_.front().frame;
+      displaced_.push_back(*displaced);
       if (displaced_.size() > kMaxDisplaced) displaced_.pop_front();
       entries_.pop_front();
     }
     std::erase(displaced_, frame);
-    return {entries_.emplace_back(Entry{frame, Value{}}).value, is_full};
+    return {entries_.emplace_back(Entry{frame, Value{}}).value, displaced};
   }
 
   // Removes the frame and returns its value, or nullopt if the table does not have it.
@@ -81,6 +82,8 @@ class RecentFrames {
   // The entries in the order in which they were added.
   auto begin() const { return entries_.begin(); }
   auto end() const { return entries_.end(); }
+  auto begin() { return entries_.begin(); }
+  auto end() { return entries_.end(); }
   std::size_t size() const { return entries_.size(); }
 
  private:

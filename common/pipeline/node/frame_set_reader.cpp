@@ -68,6 +68,7 @@ std::vector<frames::FrameSet> FrameSetReader::take() {
     }
     frames::CameraMap& map = std::get<frames::CameraMap>(received);
     map.received_ns = sample.arrived_ns();
+    map.writer = sample.writer();
     for (frames::FrameSet& set : sets_.add(std::move(map))) complete.push_back(std::move(set));
   }
   for (const auto& [reason, n] : sets_.take_drops()) status_.drop(reason, n);

@@ -9,7 +9,6 @@
 
 #include "common/base/realtime.h"
 #include "common/base/text_table.h"
-#include "common/pipeline/frames/restart_detector.h"
 #include "common/pipeline/messages/wire_conversions.h"
 #include "common/recording/replay/progress.h"
 
@@ -26,18 +25,17 @@ std::size_t messages_of(const recording::FrameGroup& group, const char* topic) {
                                    }));
 }
 
-// Maps with one frame number that were captured too far apart form no frame set
+// Maps of one frame number that a node sent before and after a restart form no frame set
 // (frames::FrameSetAssembler).
-bool has_one_capture_stamp(const recording::FrameGroup& group) {
-  const recording::OwnedMessage* first = nullptr;
-  for (const recording::OwnedMessage& message : group.messages) {
-    if (message.channel->topic != bus::topics::ObjectPixelMap::name || message.key_change) continue;
-    if (!first) first = &message;
-    if (base::distance_ns(message.capture_stamp_ns, first->capture_stamp_ns) >
-        frames::RestartDetector::kMinRestart_ns)
-      return false;
-  }
-  return true;
+bool is_of_one_run(const recording::FrameGroup& group) {
+  std::map<std::string, std::string> writer_of_node;
+  return std::all_of(
+      group.messages.begin(), group.messages.end(), [&](const recording::OwnedMessage& message) {
+        const recording::RecordedChannel& channel = *message.channel;
+        return channel.topic != bus::topics::ObjectPixelMap::name || message.key_change ||
+               writer_of_node.try_emplace(channel.node, channel.writer).first->second ==
+                   channel.writer;
+      });
 }
 
 // Benchmarks subtract the stamps of a trace.
@@ -115,7 +113,7 @@ bool InFlightTracker::is_complete_for(const ReplayedNode& node,
   const bool has_set =
       plan_.shape_cameras > 0 &&
       messages_of(group, bus::topics::ObjectPixelMap::name) == plan_.shape_cameras &&
-      has_one_capture_stamp(group);
+      is_of_one_run(group);
   return has_set &&
          (node.program == "sim_node" || messages_of(group, bus::topics::HeadPose::name) > 0);
 }

@@ -16,7 +16,7 @@ TEST(RecentFrames, ACapacityOfZeroIsOne) {
   RecentFrames<int> table(0);
   EXPECT_FALSE(table.get_or_add(5).displaced);
   EXPECT_EQ(table.size(), 1u);
-  EXPECT_TRUE(table.get_or_add(4).displaced);
+  EXPECT_EQ(table.get_or_add(4).displaced, 5u);
   EXPECT_EQ(table.size(), 1u);
   EXPECT_NE(table.find(4), nullptr);
 }
@@ -62,7 +62,8 @@ TEST(RecentFrames, EqualsAListAfterRandomChanges) {
       ASSERT_EQ(table.erase_up_to(2), erased);
     } else {
       const auto& [value, displaced] = table.get_or_add(frame);
-      ASSERT_EQ(displaced, at == list.end() && list.size() == kCapacity);
+      const bool leaves = at == list.end() && list.size() == kCapacity;
+      ASSERT_EQ(displaced, leaves ? std::optional(list.front().first) : std::nullopt);
       ASSERT_EQ(value, at == list.end() ? 0 : at->second);
       value = i;
       if (displaced) list.pop_front();

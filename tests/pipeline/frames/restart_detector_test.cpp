@@ -10,7 +10,7 @@ std::int64_t stamp_ns(std::uint64_t frame) { return std::int64_t(1 + frame) * kP
 
 // A late reader takes the 8 samples of its history camera by camera.
 TEST(RestartDetector, LateMessagesOfManyCamerasAreNoRestart) {
-  RestartDetector detector;
+  RestartDetector detector(RestartBy::stamp);
   EXPECT_FALSE(detector.is_restart(8, stamp_ns(8)));
   for (int camera = 0; camera < 8; ++camera)
     for (std::uint64_t frame = 0; frame < 8; ++frame)
@@ -19,16 +19,31 @@ TEST(RestartDetector, LateMessagesOfManyCamerasAreNoRestart) {
 }
 
 TEST(RestartDetector, ALowerFrameOfALaterCaptureIsARestart) {
-  RestartDetector detector;
+  RestartDetector detector(RestartBy::stamp);
   EXPECT_FALSE(detector.is_restart(5000, stamp_ns(5000)));
   EXPECT_TRUE(detector.is_restart(0, stamp_ns(5010)));
   EXPECT_FALSE(detector.is_restart(1, stamp_ns(5011))) << "reports a restart once";
 }
 
+// A slow camera's map may be captured later than a newer frame of the others.
+TEST(RestartDetector, ByWriterALowerFrameOfALaterCaptureIsLate) {
+  RestartDetector detector(RestartBy::writer);
+  EXPECT_FALSE(detector.is_restart(5000, stamp_ns(5000)));
+  EXPECT_FALSE(detector.is_restart(4999, stamp_ns(5100)));
+  EXPECT_FALSE(detector.is_restart(5001, stamp_ns(5101)));
+  // Many lower frames contradict the newest one as before.
+  bool is_restarted = false;
+  for (std::uint64_t frame = 0; frame < 16; ++frame) {
+    EXPECT_FALSE(is_restarted);
+    is_restarted = detector.is_restart(frame, stamp_ns(6000 + frame));
+  }
+  EXPECT_TRUE(is_restarted);
+}
+
 // The stamps do not show the restart: the frame is wrong, or the clock was set back.
 TEST(RestartDetector, ManyFramesThatContradictTheNewestAreARestart) {
   constexpr std::uint64_t kFrames = 16;
-  RestartDetector detector;
+  RestartDetector detector(RestartBy::stamp);
   EXPECT_FALSE(detector.is_restart(UINT64_MAX, INT64_MAX));
   // A second wrong frame is one of those that contradict the first one.
   EXPECT_FALSE(detector.is_restart(UINT64_MAX - 1, INT64_MAX));
@@ -43,11 +58,11 @@ TEST(RestartDetector, ManyFramesThatContradictTheNewestAreARestart) {
 TEST(RestartDetector, AllowsStampsToDifferBy200Ms) {
   constexpr std::int64_t kNewest_ns = 1'000'000'000, kMin_ns = 200'000'000;
   for (const std::int64_t more_ns : {0, 1}) {
-    RestartDetector lower;
+    RestartDetector lower(RestartBy::stamp);
     EXPECT_FALSE(lower.is_restart(100, kNewest_ns));
     EXPECT_EQ(lower.is_restart(99, kNewest_ns + kMin_ns + more_ns), more_ns > 0);
     // A higher frame of an earlier capture contradicts the newest frame.
-    RestartDetector higher;
+    RestartDetector higher(RestartBy::stamp);
     EXPECT_FALSE(higher.is_restart(100, kNewest_ns));
     bool restarted = false;
     for (std::uint64_t frame = 0; frame < 16; ++frame) {
@@ -59,7 +74,7 @@ TEST(RestartDetector, AllowsStampsToDifferBy200Ms) {
 }
 
 TEST(RestartDetector, ComparesWithTheFirstStampOfTheNewestFrame) {
-  RestartDetector detector;
+  RestartDetector detector(RestartBy::stamp);
   for (const std::uint64_t frame : {10, 99, 100}) {
     EXPECT_FALSE(detector.is_restart(frame, stamp_ns(frame)));
   }
@@ -68,7 +83,7 @@ TEST(RestartDetector, ComparesWithTheFirstStampOfTheNewestFrame) {
 }
 
 TEST(RestartDetector, CountsContradictionsInARow) {
-  RestartDetector detector;
+  RestartDetector detector(RestartBy::stamp);
   std::uint64_t newest = 100;
   EXPECT_FALSE(detector.is_restart(newest, stamp_ns(newest)));
   for (std::uint64_t late = 0; late < 2 * RestartDetector::kMaxContradictions; ++late) {
