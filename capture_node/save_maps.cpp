@@ -44,23 +44,32 @@ std::string camera_line(const config::RigCamera& camera) {
 int run(const Options& options) {
   const config::Deployment deployment =
       config::load_deployment(options.deployment, settings_from(options.settings));
-  const config::CaptureConfig* config = nullptr;
+  const config::CaptureConfig* found = nullptr;
   for (const config::Node& node : deployment.nodes)
-    if (!config) config = std::get_if<config::CaptureConfig>(&node.config);
-  if (!config)
+    if (!found) found = std::get_if<config::CaptureConfig>(&node.config);
+  if (!found)
     throw std::runtime_error(options.deployment.string() + ": the deployment has no capture_node");
-  Capture capture(deployment.rig, deployment.viewer, *config, deployment.frame_rate_hz,
+  // A frame beyond the end of a file must not be one of its first frames again.
+  config::CaptureConfig config = *found;
+  config.loop = false;
+  config.precomputed_frames = 0;
+  Capture capture(deployment.rig, deployment.viewer, config, deployment.frame_rate_hz,
                   [](std::string_view what, double fraction) {
                     std::fprintf(stderr, "\r%.*s, %d %%   ", int(what.size()), what.data(),
                                  int(100 * fraction));
                   });
   std::fputs("\n", stderr);
+  const std::vector<CapturedCamera> cameras_of_frame = capture.capture(options.frame, false);
+  for (const CapturedCamera& captured : cameras_of_frame)
+    if (captured.status != CaptureStatus::captured)
+      throw std::runtime_error("camera " + captured.camera + ": no image of frame " +
+                               std::to_string(options.frame) + ": " + captured.reason);
   std::filesystem::create_directories(options.out);
   std::ofstream cameras(options.out / "cameras.txt");
   cameras << "# name width height fx fy cx cy [px], three rows of camera_from_world [m]: "
           << deployment.name << ", frame " << options.frame << '\n';
   int written = 0;
-  for (const CapturedCamera& captured : capture.capture(options.frame, false)) {
+  for (const CapturedCamera& captured : cameras_of_frame) {
     if (!captured.pixels) continue;
     hull::write_pbm(options.out / (captured.camera + ".pbm"), *captured.pixels);
     for (const config::RigCamera& camera : deployment.rig.cameras) {
@@ -75,11 +84,16 @@ int run(const Options& options) {
                             (double(captured.pixels->width_px()) * captured.pixels->height_px());
     std::printf("%s: %.1f %% object pixels\n", captured.camera.c_str(), 100 * fraction);
   }
-  if (written == 0)
-    throw std::runtime_error("no camera that gives shape has an image of frame " +
-                             std::to_string(options.frame));
+  if (written == 0) throw std::runtime_error("the capture_node has no camera that gives shape");
   if (!cameras.flush())
     throw std::runtime_error((options.out / "cameras.txt").string() + ": cannot be written");
+  const Eigen::AlignedBox3d& volume_m = deployment.rig.volume_m;
+  std::ofstream volume(options.out / "volume.txt");
+  volume << fmt::format("# volume_m of the rig: min, max [m]\n{:.17g} {:.17g}\n",
+                        fmt::join(volume_m.min().data(), volume_m.min().data() + 3, " "),
+                        fmt::join(volume_m.max().data(), volume_m.max().data() + 3, " "));
+  if (!volume.flush())
+    throw std::runtime_error((options.out / "volume.txt").string() + ": cannot be written");
   return 0;
 }
 
@@ -89,8 +103,8 @@ int run(const Options& options) {
 int main(int argc, char** argv) {
   fivepipe::capture::Options options;
   CLI::App app(
-      "fivepipe maps: writes the object-pixel maps of one frame to FOLDER/CAMERA.pbm and the "
-      "cameras to FOLDER/cameras.txt.\n\n"
+      "fivepipe maps: writes the object-pixel maps of one frame to FOLDER/CAMERA.pbm, the cameras "
+      "to FOLDER/cameras.txt and the rig's volume to FOLDER/volume.txt.\n\n"
       "Example:\n  fivepipe maps launch/deployments/seated4cam.yaml --set "
       "data=recordings/seated4cam --frame 60 --out out/maps/seated4cam\n\n"
       "Exit codes: 0 written, 1 no image of this frame, 2 usage or configuration, 3 camera "

@@ -1,8 +1,12 @@
 #include "capture_node/video_pipe.h"
 
+#include <fmt/ranges.h>
+
 #include <algorithm>
+#include <set>
 
 #include "capture_node/capture.h"
+#include "capture_node/frame_by_frame.h"
 #include "capture_node/pacing.h"
 #include "common/base/realtime.h"
 #include "common/config/deployment.h"
@@ -24,6 +28,29 @@ constexpr auto kPacingPollPeriod = 20ms;
 // Tile costs of frames older than this no longer represent the scene and are ignored.
 constexpr std::uint64_t kCostHistoryFrames = 64;
 
+// A reader holds 8 samples of a camera (bus.cpp).
+constexpr int kMaxFramesHeld = 7;
+
+// Time for the other nodes to start, on a busy machine.
+constexpr auto kNodeStart = 60s;
+constexpr auto kReadyPollPeriod = 100ms;
+// Until the nodes have found each other, after this node has found all of them.
+constexpr auto kDiscovery = 1s;
+constexpr auto kDelivery = 5s;
+
+bool has_renderer(const config::Deployment& deployment) {
+  return std::any_of(deployment.nodes.begin(), deployment.nodes.end(), [](const auto& node) {
+    return std::holds_alternative<config::RenderConfig>(node.config);
+  });
+}
+
+// Without a clock, a file ends instead of starting again, and all its frames are captured.
+config::CaptureConfig once(config::CaptureConfig config) {
+  config.loop = false;
+  config.precomputed_frames = 0;
+  return config;
+}
+
 class VideoPipe {
  public:
   explicit VideoPipe(node::NodeContext& node)
@@ -38,9 +65,10 @@ class VideoPipe {
         traces_(node.bus, node.status, node.node.name),
         composited_(node.bus.reader<bus::topics::FrameComposited>()),
         tile_costs_(node.bus.reader<bus::topics::TileCosts>()),
-        capture_(
-            deployment_.rig, deployment_.viewer, config_, deployment_.frame_rate_hz,
-            [this](std::string_view what, double fraction) { report_progress(what, fraction); }) {
+        capture_(deployment_.rig, deployment_.viewer, node.every_frame ? once(config_) : config_,
+                 deployment_.frame_rate_hz, [this](std::string_view what, double fraction) {
+                   report_progress(what, fraction);
+                 }) {
     node_.status.start_progress("");
     for (const config::RigCamera& camera : deployment_.rig.cameras)
       if (config_.sources.contains(camera.name))
@@ -49,6 +77,14 @@ class VideoPipe {
   }
 
   void run() {
+    if (node_.every_frame)
+      run_without_clock();
+    else
+      run_by_clock();
+  }
+
+ private:
+  void run_by_clock() {
     Pacing pacing(deployment_.frame_rate_hz, config_.max_frames_in_flight, Pacing::Clock::now());
     while (node::running() && !capture_.ended()) {
       take_composited(pacing);
@@ -65,7 +101,67 @@ class VideoPipe {
     }
   }
 
- private:
+  // Every frame is processed: the other nodes treat the session as a lossless replay.
+  void run_without_clock() {
+    wait_for_nodes();
+    auto sessions = node_.bus.writer<bus::topics::ReplaySession>();
+    fivepipe_v1_ReplaySession session{};
+    messages::set_text(session.replay, node_.node.name);
+    session.lossless = true;
+    sessions.write(session);
+    sessions.wait_for_delivery(kDelivery);
+    wait(kDiscovery);
+    FrameByFrame frames(std::clamp(config_.max_frames_in_flight, 1, kMaxFramesHeld),
+                        FrameByFrame::Clock::now());
+    while (node::running() && !(capture_.ended() && frames.is_done(FrameByFrame::Clock::now()))) {
+      take_composited(frames);
+      take_tile_costs();
+      const auto frame = capture_.ended() ? std::nullopt : frames.next(FrameByFrame::Clock::now());
+      if (!frame)
+        node_.bus.wait(kPacingPollPeriod);
+      else if (!publish(*frame))
+        frames.withdraw();
+      report_lost(frames.take_lost());
+    }
+    report_lost(frames.take_lost());
+  }
+
+  void report_lost(std::uint64_t frames) { node_.status.drop("lost_frame", frames); }
+
+  void wait(std::chrono::milliseconds time) {
+    const auto until = FrameByFrame::Clock::now() + time;
+    while (node::running() && FrameByFrame::Clock::now() < until) node_.bus.wait(kPacingPollPeriod);
+  }
+
+  // Waits until each other node reads its inputs, and the render_node can report its composites.
+  void wait_for_nodes() {
+    const auto until = FrameByFrame::Clock::now() + kNodeStart;
+    for (std::set<std::string> missing = nodes_without_readers();
+         node::running() && !missing.empty(); missing = nodes_without_readers()) {
+      if (FrameByFrame::Clock::now() > until)
+        throw node::NodeFailure(3, fmt::format("--every-frame: {} not ready within {} s",
+                                               fmt::join(missing, ", "), kNodeStart.count()));
+      wait(kReadyPollPeriod);
+    }
+  }
+
+  std::set<std::string> nodes_without_readers() {
+    std::set<std::pair<std::string, std::string>> reads, writes;  // node and topic
+    for (const bus::EndpointDescription& endpoint : node_.bus.endpoints())
+      (endpoint.writes ? writes : reads).emplace(endpoint.participant, endpoint.topic);
+    std::set<std::string> missing;
+    for (const config::Node& node : deployment_.nodes) {
+      const bool draws = std::holds_alternative<config::RenderConfig>(node.config),
+                 captures = std::holds_alternative<config::CaptureConfig>(node.config);
+      const char* const input =
+          draws ? bus::topics::HullTile::name : bus::topics::ObjectPixelMap::name;
+      if (!captures && !reads.contains({node.name, input})) missing.insert(node.name);
+      if (draws && !writes.contains({node.name, bus::topics::FrameComposited::name}))
+        missing.insert(node.name);
+    }
+    return missing;
+  }
+
   // Returns the balancer for the configuration that all reconstruction nodes have. Returns nullopt
   // if the deployment has no reconstruction node.
   static std::optional<frames::TileBalancer> balancer_of(const config::Deployment& deployment) {
@@ -81,7 +177,9 @@ class VideoPipe {
     return published_ && frame <= *published_ && *published_ - frame < kCostHistoryFrames;
   }
 
-  void take_composited(Pacing& pacing) {
+  // Pacer: Pacing or FrameByFrame.
+  template <class Pacer>
+  void take_composited(Pacer& pacing) {
     for (const auto& sample : composited_.take()) {
       if (!sample.valid() || deployment_.viewer.name != sample->viewer) continue;
       if (const auto why = messages::why_implausible(sample->frame, sample->composited_stamp_ns))
@@ -107,10 +205,12 @@ class VideoPipe {
                                 " %");
   }
 
-  void publish(std::int64_t frame) {
+  // Returns false without publishing anything if the file of a camera has ended.
+  bool publish(std::int64_t frame) {
     node::FrameSteps steps;
     steps.begin("capture");
     std::vector<CapturedCamera> cameras = capture_.capture(frame, colours_.readers() > 0);
+    if (capture_.ended()) return false;
     const std::uint64_t number = std::uint64_t(frame);
     std::int64_t stamp_ns = 0;
     for (const CapturedCamera& camera : cameras)
@@ -145,6 +245,7 @@ class VideoPipe {
     node_.status.latency(node::kCaptureToPublished,
                          1e-9 * double(base::now_realtime_ns() - stamp_ns));
     traces_.handled(number, stamp_ns, {}, std::move(steps));
+    return true;
   }
 
   void report_camera(const CapturedCamera& camera) {
@@ -177,6 +278,10 @@ class VideoPipe {
 }  // namespace
 
 void run_video_pipe(node::NodeContext& node) {
+  if (node.every_frame && !has_renderer(node.deployment))
+    throw node::NodeFailure(
+        2, node.deployment.file.string() +
+               ": --every-frame needs a render_node, whose composites pace the capture");
   try {
     VideoPipe(node).run();
   } catch (const HardwareMissing& missing) {

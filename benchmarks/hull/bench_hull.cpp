@@ -84,8 +84,8 @@ class HullBenchmark {
       scenes.push_back(real_scene(folder));  // throws before the measurements start
     for (const HullScene& scene : scenes) run_scene(scene, sizes_of(scene));
     if (args_.maps.empty())
-      std::cout << "seated4cam, balance4cam: skipped; write their maps with `fivepipe maps` and "
-                   "pass --maps FOLDER\n";
+      std::cout << "real maps: none; write those of a deployment with `fivepipe maps` and pass "
+                   "--maps FOLDER\n";
     if (!args_.quick) run_series();
     std::cout << '\n';
     print(results_);
@@ -176,9 +176,7 @@ constexpr bench::Suite kSuite{
         "The default run takes about three minutes.",
     .example = "fivepipe bench hull --json out/hull.json --plot out/hull.png",
     .plot_help = "plot to this file (.png or .svg) with gnuplot",
-    .maps_help =
-        "also measure real maps: a folder written by `fivepipe maps`, named seated4cam or "
-        "balance4cam (repeatable)",
+    .maps_help = "also measure real maps: a folder written by `fivepipe maps` (repeatable)",
     .only_help = "run only results whose METHOD/SCENE contains this text: cpu/, /hand4",
     .full_help =
         "run every scene at 320x240, 640x480 and 1920x1080, with more planes, voxel sizes "

@@ -53,6 +53,38 @@ hull::Silhouette read_camera(const std::string& line, const std::filesystem::pat
   return {camera, hull::read_pbm(folder / (name + ".pbm"), k.width_px, k.height_px)};
 }
 
+// Reads the volume that `fivepipe maps` writes: a line with min and max.
+Eigen::AlignedBox3d read_volume(const std::filesystem::path& folder) {
+  const std::filesystem::path path = folder / "volume.txt";
+  std::ifstream file(path);
+  std::string line;
+  while (std::getline(file, line) && (line.empty() || line.front() == '#')) {
+  }
+  std::istringstream words(line);
+  Vector3d min_m, max_m;
+  for (Vector3d* const corner_m : {&min_m, &max_m})
+    for (double& coordinate_m : *corner_m) words >> coordinate_m;
+  if (!words || !(min_m.array() < max_m.array()).all())
+    throw std::runtime_error(path.string() +
+                             ": expected six numbers, min and max of the volume; write the maps "
+                             "with `fivepipe maps`");
+  return {min_m, max_m};
+}
+
+// Places the eye outside the volume, above it and to the side.
+void see_whole_volume(HullScene& scene) {
+  const Vector3d center_m = scene.volume_world_m.center();
+  // The flattest image has the smallest angle, the vertical one.
+  constexpr double kFlattest = 9.0 / 16;
+  const double half_fov_rad = std::atan(kFlattest * std::tan(0.5 * scene.horizontal_fov_rad)),
+               radius_m = 0.5 * scene.volume_world_m.diagonal().norm(),
+               distance_m = radius_m / std::sin(half_fov_rad);
+  scene.camera_from_world_of_eye =
+      geometry::look_at(center_m + distance_m * Vector3d(0.5, -0.8, 0.45).normalized(), center_m);
+  scene.near_m = distance_m - radius_m;
+  scene.far_m = distance_m + radius_m;
+}
+
 }  // namespace
 
 std::vector<hull::Capsule> hand_and_forearm() {
@@ -116,17 +148,16 @@ std::vector<HullScene> series_scenes() {
 }
 
 HullScene real_scene(const std::filesystem::path& folder) {
-  const std::string name = folder.filename().string();
-  HullScene scene{name, {}, {}, {}, 55 * kRadians, 0.3, 9.0, {}};
-  if (name == "seated4cam") {
+  HullScene scene{folder.filename().string(), {}, {}, {}, 55 * kRadians, 0.3, 9.0, {}};
+  if (scene.name == "seated4cam") {
     scene.camera_from_world_of_eye = geometry::look_at({1.70, -1.90, 1.50}, {0.30, 0.45, 0.75});
     scene.volume_world_m = {Vector3d(-0.3, -0.3, 0.0), Vector3d(1.0, 1.3, 1.6)};
-  } else if (name == "balance4cam") {
+  } else if (scene.name == "balance4cam") {
     scene.camera_from_world_of_eye = geometry::look_at({0.6, -2.6, 1.6}, {-1.0, 0.0, 0.85});
     scene.volume_world_m = {Vector3d(-2.2, -1.0, 0.0), Vector3d(0.4, 1.0, 2.0)};
   } else {
-    throw std::runtime_error(folder.string() +
-                             ": unknown maps; the folder must be named seated4cam or balance4cam");
+    scene.volume_world_m = read_volume(folder);
+    see_whole_volume(scene);
   }
   std::ifstream cameras(folder / "cameras.txt");
   if (!cameras)

@@ -41,9 +41,10 @@ HullScene hand_scene(const std::string& name, double map_fov_rad, double view_fo
 // of 720x486, and cover46 to cover220, which are hand4 with other fields of view.
 std::vector<HullScene> series_scenes();
 
-// Reads real maps from a folder that `fivepipe maps` has written: cameras.txt, and a .pbm file per
-// camera. The folder's name, seated4cam or balance4cam, determines the scene's name and eye. Throws
-// std::runtime_error that names the file and the error.
+// Reads real maps from a folder that `fivepipe maps` has written: cameras.txt, volume.txt, and a
+// .pbm file per camera. The scene has the folder's name. Its eye sees the whole volume; that of
+// seated4cam and balance4cam is the one of the published figures. Throws std::runtime_error that
+// names the file and the error.
 HullScene real_scene(const std::filesystem::path& folder);
 
 // The view of the scene's eye.

@@ -123,6 +123,20 @@ void read_nodes(YamlMap& map, Deployment& deployment, bool rig_is_valid, bool vi
   for (ParsedNode& parsed : nodes) deployment.nodes.push_back(std::move(parsed.node));
 }
 
+// Removes the cameras from the rig that `without_cameras` names.
+void leave_out_cameras(YamlMap& map, Rig& rig) {
+  std::vector<std::pair<std::string, std::string>> names;
+  for (const RigCamera& camera : rig.cameras) names.emplace_back(camera.name, camera.name);
+  const std::size_t problems_before = map.problem_count();
+  for (const auto& [name, location] : map.choices("without_cameras", names))
+    rig.left_out.push_back(name);
+  std::erase_if(rig.cameras, [&](const RigCamera& camera) {
+    return std::ranges::count(rig.left_out, camera.name) > 0;
+  });
+  if (map.problem_count() == problems_before && shape_cameras(rig).empty())
+    map.problem_at("without_cameras", "without_cameras leaves no camera that gives shape");
+}
+
 // The tracker divides the rig's volume into cells. Rejects more than kMaxHistoryCells.
 void check_history(YamlMap& map, const Deployment& deployment) {
   if (!deployment.scene.history) return;
@@ -169,7 +183,11 @@ Deployment read_deployment(const std::filesystem::path& file,
   deployment.frame_rate_hz = map.number("frame_rate_hz", {0, 1000, true}, deployment.frame_rate_hz);
   const std::size_t problems_before_rig = problems.count();
   deployment.rig = read_named_file(map, "rig", read_rig);
-  const bool rig_is_valid = map.has("rig") && problems.count() == problems_before_rig;
+  bool rig_is_valid = map.has("rig") && problems.count() == problems_before_rig;
+  if (map.has("without_cameras") && rig_is_valid) {
+    leave_out_cameras(map, deployment.rig);
+    rig_is_valid = problems.count() == problems_before_rig;
+  }
   deployment.scene = read_named_file(map, "scene", read_scene);
   if (rig_is_valid) check_history(map, deployment);
   const std::size_t problems_before_viewer = problems.count();

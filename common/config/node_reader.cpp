@@ -83,6 +83,7 @@ std::map<std::string, CameraSource> read_sources(YamlMap& map, const Rig& rig, P
   }
   YamlMap by_camera = map.map("sources");
   for (const std::string& camera : by_camera.keys()) {
+    if (std::find(rig.left_out.begin(), rig.left_out.end(), camera) != rig.left_out.end()) continue;
     parsed.source_locations[camera] = by_camera.location_of(camera);
     if (by_camera.is_text(camera)) {
       check_synthetic(by_camera, camera);

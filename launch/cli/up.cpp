@@ -53,7 +53,7 @@ int run_up(UpOptions options) {
   if (run.out.empty()) run.out = std::filesystem::path("out") / deployment.name;
   if (std::string(base::build_type()) != "Release")
     spdlog::warn("this is a {} build, which is many times slower than Release", base::build_type());
-  for (const std::string& warning : config::mesh_size_warnings(deployment.scene))
+  for (const std::string& warning : config::mesh_warnings(deployment.scene))
     spdlog::warn("{}", warning);
   for (const std::string& warning : config::material_warnings(deployment.scene))
     spdlog::warn("{}", warning);
@@ -93,7 +93,8 @@ void add_up(CLI::App& app, Command& command) {
       "Examples:\n"
       "  fivepipe up launch/deployments/demo.yaml --duration 10 --out out/demo\n"
       "  fivepipe up launch/deployments/demo.yaml --record out/session.mcap\n"
-      "  fivepipe up launch/deployments/seated4cam.yaml --set data=/data/seated4cam\n\n"
+      "  fivepipe up launch/deployments/seated4cam.yaml --set data=/data/seated4cam\n"
+      "  fivepipe up launch/deployments/paper_files.yaml --set images=out/images --every-frame\n\n"
       "Exit codes: 0 done; 1 a node failed or was killed, no frame was composited, or the\n"
       "recording is incomplete; 2 usage or configuration, or another deployment runs these\n"
       "nodes in this domain or writes to this folder; 3 hardware missing; 130 interrupted.");
@@ -111,6 +112,9 @@ void add_up(CLI::App& app, Command& command) {
       "folder for composites, report.json and log/ (default: out/NAME of the "
       "deployment); `up` first deletes report.json and composite* of an earlier run there");
   add_set_option(up, run.settings);
+  up->add_flag("--every-frame", run.every_frame,
+               "process every frame of the files, without a clock, as fast as the nodes can, and "
+               "end with the files");
   up->add_option("--record", run.record,
                  "also record all topics into this MCAP file, as fivepipe record does");
   up->add_option("--record-option", run.record_options,

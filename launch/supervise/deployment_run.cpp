@@ -58,6 +58,8 @@ std::vector<Program> programs_of(const std::vector<config::Node>& nodes,
                          settings.out, "--domain", std::to_string(settings.domain)});
     for (const std::string& setting : settings.settings)
       program.argv.insert(program.argv.end(), {"--set", setting});
+    if (settings.every_frame && config::program_of(node) == "capture_node")
+      program.argv.push_back("--every-frame");
     programs.push_back(std::move(program));
   }
   return programs;

@@ -18,6 +18,7 @@ struct RunSettings {
   double duration_s = 0;              // from the first composited frame; 0: until interrupted
   std::filesystem::path record;       // recording to write; empty: none
   std::vector<std::string> record_options;  // further arguments for `fivepipe record`
+  bool every_frame = false;                 // capture_nodes process files without a clock
 };
 
 // Returns the nodes that run on `host`. An empty host means this machine: its nodes are those

@@ -12,6 +12,7 @@
 
 #include "common/config/deployment.h"
 #include "common/pipeline/messages/camera_messages.h"
+#include "tests/support/capture/pictures.h"
 #include "tests/support/deployments.h"
 #include "tests/support/process.h"
 #include "tests/support/sanitizer.h"
@@ -153,6 +154,70 @@ TEST_F(Pipeline, ConfigurationErrorsAreListedTogetherAndEndWithTwo) {
   EXPECT_EQ(deployed.wait_for_end(kStart), 2) << log();
   for (const char* problem : {"deployment.yaml:5:16:", "frame_rate_hz", "frame_rat", "rig.yaml"})
     EXPECT_NE(log().find(problem), std::string::npos) << problem << '\n' << log();
+}
+
+// Offline work: the files end the run, and no frame is skipped, however slow the nodes are.
+TEST_F(Pipeline, EveryFrameOfTheFilesIsComposited) {
+  constexpr std::uint64_t kFrames = 40;
+  write_pictures(out_ / "files", kFrames);
+  const std::string deployment =
+      changed_deployment(out_ / "files", "sources: synthetic",
+                         "max_frames_in_flight: 2, sources: " + picture_sources());
+  std::map<std::uint64_t, int> composites;
+  Clock::time_point last_composite = Clock::now();
+  Deployed deployed(deployment, domain_, out_, {"--every-frame"});
+  std::optional<int> exit_code;
+  EXPECT_TRUE(eventually(bus_, kStart * kSlowdown, [&] {
+    for (const auto& sample : composited_.take())
+      if (sample.valid()) {
+        ++composites[sample->frame];
+        last_composite = Clock::now();
+      }
+    return (exit_code = deployed.wait_for_end(0ms)).has_value();
+  }));
+  EXPECT_EQ(exit_code, 0) << log();
+  EXPECT_LT(Clock::now() - last_composite, 10s * kSlowdown) << "it awaits no further frame";
+  EXPECT_EQ(composites.size(), kFrames);
+  for (const auto& [frame, count] : composites) {
+    EXPECT_LT(frame, kFrames);
+    EXPECT_EQ(count, 1) << frame;
+  }
+  const auto report = nlohmann::json::parse(std::ifstream(out_ / "report.json"));
+  for (const char* count : {"captured", "complete", "composited"})
+    EXPECT_EQ(report["frames"][count], kFrames) << count << report["frames"].dump(1);
+  EXPECT_EQ(report["frames"]["dropped"], nlohmann::json::object()) << report["frames"].dump(1);
+}
+
+TEST_F(Pipeline, WithoutARenderNodeEveryFrameIsRefused) {
+  Deployed deployed(
+      changed_deployment(out_ / "files", "  - {name: rendering, program: render_node}", ""),
+      domain_, out_, {"--every-frame"});
+  EXPECT_EQ(deployed.wait_for_end(kStart), 2) << log();
+  EXPECT_NE(log().find("--every-frame needs a render_node"), std::string::npos) << log();
+}
+
+// The overlap of a mesh: sim_node finds it, and the deployment ends.
+TEST_F(Pipeline, AJointedMeshWithoutClearanceIsNamedAndEndsWithTwo) {
+  const std::string deployment = changed_deployment(
+      out_ / "files", FIVEPIPE_SOURCE_DIR "/scenes/demo/scene.yaml", "scene.yaml");
+  std::ofstream(out_ / "files" / "part.obj")
+      << "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+  std::ofstream(out_ / "files" / "scene.yaml") << R"(name: stuck
+objects:
+  - name: wall
+    box: {size_m: [0.5, 0.5, 0.5]}
+    position_m: [0, 0, 0]
+  - name: part
+    mesh: {file: part.obj, unit: m}
+    position_m: [0, 0, 0]
+    motion: dynamic
+    slider: {axis: [0, 0, 1], to_m: 1}
+)";
+  Deployed deployed(deployment, domain_, out_);
+  EXPECT_EQ(deployed.wait_for_end(kStart), 2) << log();
+  EXPECT_NE(log().find("scene.yaml:6:5: the convex hull of part overlaps wall by 0.25 m"),
+            std::string::npos)
+      << log();
 }
 
 // Kills each node in turn. The node restarts, and frames are composited again within kRecovery.

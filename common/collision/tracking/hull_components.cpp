@@ -268,8 +268,8 @@ Labelled measure(const std::vector<Run>& runs, const std::vector<std::size_t>& c
     HullComponent& component = result.components[component_of[i]];
     for (const Vector3d& corner : {Vector3d(r.x0, r.y, r.z), Vector3d(r.x1, r.y + 1, r.z + 1)})
       component.box_world_m.extend(options.within_world_m.min() + options.cell_m * corner);
-    component.clipped |= r.x0 == 0 || r.x1 == size.x() || r.y == 0 || r.y + 1 == size.y() ||
-                         r.z == 0 || r.z + 1 == size.z();
+    component.clipped |=
+        r.x0 == 0 || r.x1 == size.x() || r.y == 0 || r.y + 1 == size.y() || r.z + 1 == size.z();
   }
   return result;
 }

@@ -17,7 +17,9 @@ struct HullComponent {
   Eigen::Matrix3d covariance_world_m2 = Eigen::Matrix3d::Zero();  // of the volume
   Eigen::AlignedBox3d box_world_m;
   std::size_t cells = 0;
-  bool clipped = false;  // touches the search box or an image border, so more of it may exist
+  // Touches a side or the top of the search box, or an image border, so more of it may exist. The
+  // bottom of the box is the floor, on which real objects stand.
+  bool clipped = false;
   std::vector<ComponentOutline> outlines;  // filled if HullComponentsOptions::outlines is set
 };
 

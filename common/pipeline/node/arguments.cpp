@@ -27,6 +27,9 @@ Arguments parse_arguments(const std::string& program, int argc, char** argv) {
           ->check(CLI::Range(0, config::kMaxDomain));
   app.add_option("--set", settings, "KEY=VALUE replaces ${KEY} in the deployment; repeatable")
       ->allow_extra_args(false);
+  app.add_flag(
+      "--every-frame", args.every_frame,
+      "capture_node: process every frame of the files, without a clock, and end with them");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

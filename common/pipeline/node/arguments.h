@@ -13,6 +13,7 @@ struct Arguments {
   std::filesystem::path out;
   std::optional<std::uint32_t> domain;
   std::map<std::string, std::string> settings;
+  bool every_frame = false;
 };
 
 // The command line requested help or the version (0), or is wrong (2). parse_arguments() has
@@ -21,8 +22,8 @@ struct CommandLineExit {
   int exit_code;
 };
 
-// Parses --deployment FILE --node NAME [--domain N] [--out DIR] [--set KEY=VALUE]... Throws
-// CommandLineExit.
+// Parses --deployment FILE --node NAME [--domain N] [--out DIR] [--set KEY=VALUE]...
+// [--every-frame]. Throws CommandLineExit.
 Arguments parse_arguments(const std::string& program, int argc, char** argv);
 
 }  // namespace fivepipe::node

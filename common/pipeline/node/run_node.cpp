@@ -41,7 +41,7 @@ int run(const std::string& program, const Arguments& args,
   if (std::string(base::build_type()) != "Release")
     spdlog::warn("this is a {} build, which is many times slower than Release", base::build_type());
   NodeStatusReporter status(bus, node->name);
-  NodeContext context{deployment, *node, args.out, bus, status};
+  NodeContext context{deployment, *node, args.out, args.every_frame, bus, status};
   body(context);
   return 0;
 }

@@ -21,6 +21,7 @@ struct NodeContext {
   const config::Deployment& deployment;
   const config::Node& node;
   std::filesystem::path out;  // folder for files; empty: the node writes none
+  bool every_frame;           // --every-frame
   bus::Bus& bus;
   NodeStatusReporter& status;
 };
@@ -32,9 +33,9 @@ bool running();
 void stop_running();
 inline constexpr std::chrono::milliseconds kMaxWait{100};
 
-// Parses --deployment FILE --node NAME [--domain N] [--out DIR] [--set KEY=VALUE]..., loads the
-// deployment, opens the bus and calls run. Exit codes: 0 done, 1 failed, 2 usage or configuration,
-// 3 hardware or peer missing. The named node must be a `program`.
+// Parses the command line (arguments.h), loads the deployment, opens the bus and calls run. Exit
+// codes: 0 done, 1 failed, 2 usage or configuration, 3 hardware or peer missing. The named node
+// must be a `program`.
 int run_node(const std::string& program, int argc, char** argv,
              const std::function<void(NodeContext&)>& run);
 

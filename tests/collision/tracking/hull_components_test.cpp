@@ -68,7 +68,7 @@ struct Reference {
   Vector3d centroid_world_m = Vector3d::Zero();
   Eigen::Matrix3d covariance_world_m2 = Eigen::Matrix3d::Zero();
   Eigen::AlignedBox3d box_world_m;
-  bool at_the_search_box = false;
+  bool at_the_search_box = false;  // at a side or the top
 };
 
 // The components of the cells whose center is in the hull, cell by cell: neighbours share a face,
@@ -106,7 +106,7 @@ std::vector<Reference> reference_components(const std::vector<hull::Silhouette>&
       component.box_world_m.extend(center(cell) + Vector3d::Constant(0.5 * cell_m));
       for (std::size_t axis = 0; axis < 3; ++axis)
         component.at_the_search_box |=
-            cell[axis] == 0 || cell[axis] == size[2 - Eigen::Index(axis)] - 1;
+            (axis > 0 && cell[axis] == 0) || cell[axis] == size[2 - Eigen::Index(axis)] - 1;
     }
     for (const auto& cell : cells) {
       const Vector3d off = center(cell) - component.centroid_world_m;
@@ -246,6 +246,13 @@ TEST(HullComponents, IsClippedAtTheSearchBoxAndImageBorder) {
   EXPECT_TRUE(components_of(silhouettes, 0.005, 1,
                             {Vector3d(-0.3, -0.3, -0.3), Vector3d(0.01, 0.3, 0.3)})[0]
                   .clipped);
+  EXPECT_TRUE(components_of(silhouettes, 0.005, 1,
+                            {Vector3d(-0.3, -0.3, -0.3), Vector3d(0.3, 0.3, 0.01)})[0]
+                  .clipped);
+  EXPECT_FALSE(components_of(silhouettes, 0.005, 1,
+                             {Vector3d(-0.3, -0.3, -0.01), Vector3d(0.3, 0.3, 0.3)})[0]
+                   .clipped)
+      << "it stands on the floor";
   const auto at_border = silhouettes_of({ball({0.43, 0, 0}, 0.05)}, ring(4, 1.5, 1.2, 300, 0.9));
   for (const collision::HullComponent& component :
        components_of(at_border, 0.005, 1, {Vector3d(0.2, -0.3, -0.3), Vector3d(0.8, 0.3, 0.3)}))

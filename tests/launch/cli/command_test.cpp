@@ -15,6 +15,7 @@
 
 #include "common/base/machine.h"
 #include "common/base/version.h"
+#include "tests/support/capture/pictures.h"
 #include "tests/support/deployments.h"
 #include "tests/support/test_folder.h"
 #include "tests/support/text.h"
@@ -52,6 +53,29 @@ TEST(Command, UsageErrorsExitWithTwo) {
     const Answer answer = fivepipe(arguments);
     EXPECT_EQ(answer.exit_code, 2) << arguments << "\n" << answer.text;
     EXPECT_FALSE(answer.text.empty()) << arguments;
+  }
+}
+
+// Also if the deployment loops or has precomputed frames.
+TEST(Command, MapsDoNotStartAFileAgain) {
+  const test::TestFolder folder;
+  test::write_pictures(folder.path, 3);
+  const std::string deployment = test::changed_deployment(
+      folder.path, "sources: synthetic",
+      "loop: true, precomputed_frames: 2, sources: " + test::picture_sources());
+  const std::string maps = "maps " + deployment + " --out " + (folder.path / "out").string();
+  const Answer one = fivepipe(maps + " --frame 1");
+  EXPECT_EQ(one.exit_code, 0) << one.text;
+  EXPECT_TRUE(test::contains(one.text, "left: 10.9 % object pixels")) << one.text;
+  EXPECT_TRUE(test::contains(test::text_of(folder.path / "out" / "cameras.txt"), "frame 1\n"));
+  fs::remove_all(folder.path / "out");
+  for (const std::string beyond : {"3", "9999"}) {
+    const Answer none = fivepipe(maps + " --frame " + beyond);
+    EXPECT_EQ(none.exit_code, 1);
+    EXPECT_TRUE(test::contains(none.text,
+                               "camera left: no image of frame " + beyond + ": its file has ended"))
+        << none.text;
+    EXPECT_FALSE(fs::exists(folder.path / "out"));
   }
 }
 
@@ -208,7 +232,7 @@ TEST(Command, MapsOfAFrameAfterTheLastAreRefused) {
   EXPECT_EQ(pictures.maps("--frame 2").exit_code, 0);
   const Answer after = pictures.maps("--frame 3");
   EXPECT_EQ(after.exit_code, 1) << after.text;
-  EXPECT_TRUE(test::contains(after.text, "has an image of frame 3")) << after.text;
+  EXPECT_TRUE(test::contains(after.text, ": no image of frame 3: ")) << after.text;
 }
 
 TEST(Command, ErrorsOfMapsHaveTheirExitCode) {
