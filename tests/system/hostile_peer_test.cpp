@@ -234,8 +234,9 @@ TEST_F(HostilePeer, InventedNamesDoNotFillTheMemory) {
   };
   // DDS fills its buffers with the first frames.
   ASSERT_TRUE(watch_until(kStart, [&] { return frames_ >= 150; }));
-  // Fills the buffers and the tables of names: every second map has an invented one.
-  constexpr int kFill_s = 1, kFillNames = kFill_s * kFastRate_Hz / 2;
+  // Fills the buffers, among them two chunks of the recorder, and the tables of names: every second
+  // map has an invented one.
+  constexpr int kFill_s = 3, kFillNames = kFill_s * kFastRate_Hz / 2;
   static_assert(kFillNames >= bus::topics::kMaxKeys);
   std::map<std::string, double> before;
   ASSERT_TRUE(attack(kFill_s, [&] {
