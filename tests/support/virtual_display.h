@@ -1,8 +1,10 @@
 // A virtual X server and a keyboard for the tests of windows.
 #pragma once
 #include <dlfcn.h>
+#include <fcntl.h>
 #include <signal.h>
 #include <spawn.h>
+#include <sys/file.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -15,10 +17,14 @@ extern char** environ;
 namespace fivepipe::test {
 
 // Runs a virtual X server during a test and sets DISPLAY to it. display() is empty if Xvfb is not
-// installed.
+// installed. Only one runs at a time: a server that ends removes the socket of its display number,
+// which another one may just have created.
 class VirtualDisplay {
  public:
   VirtualDisplay() {
+    lock_ = open(("/tmp/fivepipe_test_display." + std::to_string(getuid())).c_str(),
+                 O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+    if (lock_ >= 0) flock(lock_, LOCK_EX);
     int ends[2];
     if (pipe(ends) != 0) return;
     const std::string fd = std::to_string(ends[1]);
@@ -41,13 +47,16 @@ class VirtualDisplay {
     setenv("DISPLAY", display_.c_str(), 1);
   }
   ~VirtualDisplay() {
-    if (!process_) return;
-    kill(process_, SIGTERM);
-    waitpid(process_, nullptr, 0);
+    if (process_) {
+      kill(process_, SIGTERM);
+      waitpid(process_, nullptr, 0);
+    }
+    if (lock_ >= 0) close(lock_);
   }
   const std::string& display() const { return display_; }
 
  private:
+  int lock_ = -1;
   pid_t process_ = 0;
   std::string display_;
 };
