@@ -258,11 +258,12 @@ TEST(OutsideTimes, DifferFromAWrongAccount) {
 
 TEST(OutsideTimes, OmitTheFramesWithTheLargestDifferences) {
   StageAgreement stage{"x", std::vector<double>(40, 2.0), std::vector<double>(40, 2.1)};
-  stage.outside_ms[7] = 90;
-  stage.outside_ms[8] = 80;
+  std::fill_n(stage.outside_ms.begin(), 10, 90.0);
   EXPECT_TRUE(stage.agrees());
   EXPECT_DOUBLE_EQ(stage.limit_ms(), 0.3);
-  stage.outside_ms[9] = 70;  // 3 of 40 are more than 5 %
+  EXPECT_DOUBLE_EQ(stage.difference_ms(0.95), 88) << "of all frames";
+  EXPECT_NEAR(stage.difference_ms(0.05), 0.1, 1e-12);
+  stage.outside_ms[10] = 90;  // more than a quarter
   EXPECT_FALSE(stage.agrees());
   stage = {"x", std::vector<double>(40, 20.0), std::vector<double>(40, 20.9)};
   EXPECT_TRUE(stage.agrees());

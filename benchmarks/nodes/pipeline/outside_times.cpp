@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "common/base/timing.h"
 #include "common/pipeline/bus/topics.h"
 
 namespace fivepipe::node_bench {
@@ -241,6 +242,12 @@ StageAgreement::Means StageAgreement::means_ms() const {
     means.outside_ms += outside_ms[frames[i]] / kept;
   }
   return means;
+}
+double StageAgreement::difference_ms(double quantile) const {
+  std::vector<double> differences_ms;
+  for (std::size_t i = 0; i < own_ms.size(); ++i)
+    differences_ms.push_back(outside_ms[i] - own_ms[i]);
+  return base::percentile(differences_ms, quantile);
 }
 double StageAgreement::limit_ms() const {
   return std::max(kMaxDifference_ms, kMaxDifferenceFraction * means_ms().outside_ms);

@@ -52,6 +52,8 @@ void print_agreement(const std::vector<StageAgreement>& stages, const std::strin
                          {"by the nodes", true},
                          {"outside", true},
                          {"difference", true},
+                         {"p5", true},
+                         {"p95", true},
                          {"limit", true},
                          {""}});
   bool agree = true;
@@ -61,13 +63,16 @@ void print_agreement(const std::vector<StageAgreement>& stages, const std::strin
     table.add({stage.stage, std::to_string(stage.own_ms.size()),
                base::with_decimals(means.own_ms, 3), base::with_decimals(means.outside_ms, 3),
                base::with_decimals(means.outside_ms - means.own_ms, 3),
+               base::with_decimals(stage.difference_ms(0.05), 3),
+               base::with_decimals(stage.difference_ms(0.95), 3),
                base::with_decimals(stage.limit_ms(), 3), stage.agrees() ? "" : "DIFFERS"});
   }
   std::cout << "checked from outside the nodes, by their messages on the loopback interface:\n"
             << table.text()
             << fmt::format(
-                   "{} within {:g} % or {:g} ms, whichever is larger; without the {:g} % of the "
-                   "frames with the largest and the smallest difference\n",
+                   "{} within {:g} % or {:g} ms, whichever is larger; the means are without the "
+                   "{:g} % of the frames with the largest and with the smallest difference, p5 and "
+                   "p95 of the difference are of all frames\n",
                    agree ? "all stages agree" : "NOT all stages agree",
                    100 * kMaxDifferenceFraction, kMaxDifference_ms, 100 * kOmittedFraction);
 }
@@ -125,6 +130,8 @@ ordered_json results_json(const PipelineResult& result, const std::string& prefi
                                   {{"frames", stage.outside_ms.size()},
                                    {"nodes_mean_ms", stage.means_ms().own_ms},
                                    {"outside_mean_ms", stage.means_ms().outside_ms},
+                                   {"difference_p5_ms", stage.difference_ms(0.05)},
+                                   {"difference_p95_ms", stage.difference_ms(0.95)},
                                    {"limit_ms", stage.limit_ms()},
                                    {"agrees", stage.agrees()}}));
   return entries;
