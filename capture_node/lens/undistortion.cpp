@@ -42,7 +42,7 @@ Undistortion::Undistortion(const config::RigCamera& camera)
 hull::ObjectPixels outside_published(const config::RigCamera& camera) {
   const geometry::Pinhole &from = camera.source, &to = camera.published;
   hull::ObjectPixels outside(from.width_px, from.height_px);
-  if (camera.distortion.none() && from == to) return outside;
+  if (to == geometry::whole_pinhole(from, camera.distortion)) return outside;
   constexpr double kConverged_px = 0.5;
   const double radius = geometry::monotonic_radius(camera.distortion);
   for (int v = 0; v < from.height_px; ++v)

@@ -367,6 +367,7 @@ TEST(OutsidePublished, HasNoPixelBeyondTheFoldOfTheLensModel) {
   camera.source = {400, 400, 150, 150, 199.5, 199.5};
   camera.distortion = {-0.4, 0, 0, 0, 0};
   camera.published = geometry::whole_pinhole(camera.source, camera.distortion);
+  ++camera.published.width_px;  // otherwise nothing is computed
   EXPECT_EQ(outside_published(camera).count(), 0u);
 }
 

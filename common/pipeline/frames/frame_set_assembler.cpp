@@ -44,10 +44,10 @@ void FrameSetAssembler::drop(std::uint64_t frame, const char* reason) {
   ++drops_[reason];
 }
 
-// If the map's process has replaced another one, removes the maps of that one, so that maps of both
-// are never combined. Forgets all frames if no other process's maps remain, or if frame numbers
-// begin again.
-bool FrameSetAssembler::is_of_current_writer(const CameraMap& map) {
+// Returns false if the map must be dropped, because its process is not the camera's. If the process
+// has replaced another one, removes the maps of that one, so that maps of both are never combined.
+// Then forgets all frames if no other process's maps remain, or if frame numbers begin again.
+bool FrameSetAssembler::follow_writer(const CameraMap& map) {
   const CameraWriters::Verdict verdict = writers_.judge(map.camera, map.writer);
   if (!verdict.is_current) ++drops_["other_writer"];
   if (!verdict.replaced) return verdict.is_current;
@@ -56,9 +56,9 @@ bool FrameSetAssembler::is_of_current_writer(const CameraMap& map) {
   return true;
 }
 
-// Returns true if maps of so many closed frames have arrived in a row that the frame which closed
-// them must have been wrong, for example that of a peer.
-bool FrameSetAssembler::was_closed_by_a_wrong_frame(std::uint64_t frame) {
+// Counts a closed frame. Returns true after so many in a row that the frame which closed them must
+// have been wrong, for example that of a peer.
+bool FrameSetAssembler::count_late(std::uint64_t frame) {
   if (std::find(late_.begin(), late_.end(), frame) == late_.end()) late_.push_back(frame);
   return late_.size() >= RestartDetector::kMaxContradictions;
 }
@@ -104,7 +104,7 @@ FrameSet FrameSetAssembler::finished(std::uint64_t frame, Incomplete set) const 
 std::vector<FrameSet> FrameSetAssembler::add(CameraMap map) {
   const std::uint64_t frame = map.frame;
   const std::size_t camera = map.camera;
-  if (!is_of_current_writer(map)) return {};
+  if (!follow_writer(map)) return {};
   if (restart_detector_.is_restart(frame, map.capture_stamp_ns)) clear();
   if (newest_frame_ && frame > *newest_frame_)
     for (const std::size_t other : shape_cameras_) ++frames_missed_[other];
@@ -112,7 +112,7 @@ std::vector<FrameSet> FrameSetAssembler::add(CameraMap map) {
   frames_missed_[camera] = 0;
   if (is_closed(frame)) {
     drop(frame, "late_map");
-    if (!was_closed_by_a_wrong_frame(frame)) return {};
+    if (!count_late(frame)) return {};
     clear();
   }
   const auto& [set, displaced] = incomplete_.get_or_add(frame);

@@ -68,10 +68,10 @@ class FrameSetAssembler {
 
  private:
   using Incomplete = std::map<std::size_t, CameraMap>;  // by camera
-  bool is_of_current_writer(const CameraMap& map);
+  bool follow_writer(const CameraMap& map);
   void drop_maps_of(std::uint64_t writer);
   void drop(std::uint64_t frame, const char* reason);
-  bool was_closed_by_a_wrong_frame(std::uint64_t frame);
+  bool count_late(std::uint64_t frame);
   bool is_complete(const Incomplete& set) const;
   bool is_closed(std::uint64_t frame) const;
   void clear();

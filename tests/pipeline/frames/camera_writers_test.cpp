@@ -24,7 +24,7 @@ TEST(CameraWriters, TheFirstWriterReplacesNone) {
   }
 }
 
-TEST(CameraWriters, ANewWriterReplacesThatOfAllItsCameras) {
+TEST(CameraWriters, ANewWriterReplacesTheOldOneInAllItsCameras) {
   CameraWriters writers;
   for (const std::size_t camera : {kLeft, kRight}) writers.judge(camera, 1);
   EXPECT_EQ(writers.judge(kLeft, 2).replaced, 1u);
