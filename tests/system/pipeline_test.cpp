@@ -165,6 +165,8 @@ TEST_F(Pipeline, EveryFrameOfTheFilesIsComposited) {
                          "max_frames_in_flight: 2, sources: " + picture_sources());
   std::map<std::uint64_t, int> composites;
   Clock::time_point last_composite = Clock::now();
+  auto sessions = bus_.reader<bus::topics::ReplaySession>();
+  bool is_lossless = false;
   Deployed deployed(deployment, domain_, out_, {"--every-frame"});
   std::optional<int> exit_code;
   EXPECT_TRUE(eventually(bus_, kStart * kSlowdown, [&] {
@@ -173,9 +175,12 @@ TEST_F(Pipeline, EveryFrameOfTheFilesIsComposited) {
         ++composites[sample->frame];
         last_composite = Clock::now();
       }
+    for (const auto& sample : sessions.take())
+      is_lossless = is_lossless || (sample.valid() && sample->lossless);
     return (exit_code = deployed.wait_for_end(0ms)).has_value();
   }));
   EXPECT_EQ(exit_code, 0) << log();
+  EXPECT_TRUE(is_lossless) << "the other nodes advance by frames";
   EXPECT_LT(Clock::now() - last_composite, 10s * kSlowdown) << "it awaits no further frame";
   EXPECT_EQ(composites.size(), kFrames);
   for (const auto& [frame, count] : composites) {
