@@ -1,14 +1,16 @@
 #include "capture_node/capture.h"
 
 #include <algorithm>
+#include <bit>
 #include <chrono>
 #include <exception>
 #include <mutex>
 #include <opencv2/core/utility.hpp>
 #include <stdexcept>
 
+#include "capture_node/lens/undistortion.h"
 #include "capture_node/object_colour.h"
-#include "capture_node/segmentation/segmentation.h"
+#include "capture_node/object_finder.h"
 #include "capture_node/sources/image_source.h"
 #include "capture_node/sources/synthetic_source.h"
 #include "common/base/realtime.h"
@@ -38,6 +40,20 @@ void in_parallel(base::WorkerPool& pool, std::size_t count, const Work& work) {
   if (failure) std::rethrow_exception(failure);
 }
 
+cv::Mat without_alpha(const cv::Mat& bgra) {
+  cv::Mat bgr(bgra.rows, bgra.cols, CV_8UC3);
+  const int channels[] = {0, 0, 1, 1, 2, 2};
+  cv::mixChannels(&bgra, 1, &bgr, 1, channels, 3);
+  return bgr;
+}
+
+std::size_t count_of_both(const hull::ObjectPixels& a, const hull::ObjectPixels& b) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < a.words().size(); ++i)
+    count += std::size_t(std::popcount(a.words()[i] & b.words()[i]));
+  return count;
+}
+
 // Margin around the hull's footprint: one pixel for bilinear interpolation, and one for rounding.
 constexpr int kColourMargin_px = 2;
 
@@ -46,14 +62,13 @@ constexpr int kColourMargin_px = 2;
 struct Capture::Channel {
   const config::RigCamera* camera;
   std::unique_ptr<ImageSource> source;
-  // File of the empty scene. If empty, the first background_frames images of the source show it.
-  std::string background;
-  int background_frames = 0;
-  // Cameras that give shape have a segmenter. Others have an undistortion and `seen`, the published
-  // pixels that the captured image sees.
   std::unique_ptr<Undistortion> undistortion;
+  // Only cameras that give shape have these: how their objects are found, and the captured pixels
+  // that the published image does not contain.
+  std::unique_ptr<ObjectFinder> finder;
+  hull::ObjectPixels outside_published;
+  // Only the other cameras have it: the published pixels that the captured image sees.
   hull::ObjectPixels seen;
-  std::unique_ptr<Segmenter> segmenter;
 };
 
 Capture::Capture(const config::Rig& rig, const config::Viewer& viewer,
@@ -98,7 +113,7 @@ void Capture::open_channels(const Progress& progress) {
     problems.insert(problems.end(), of_camera.begin(), of_camera.end());
     ++done;
     if (progress)
-      progress("camera " + name + ": reference image", double(done) / double(channels_.size()));
+      progress("camera " + name + ": background", double(done) / double(channels_.size()));
   });
   if (!problems.empty()) throw_problems(std::move(problems));
 }
@@ -109,11 +124,8 @@ void Capture::open_source(Channel& channel,
   const config::CameraSource& source = config_.sources.at(camera.name);
   if (const auto* video = std::get_if<config::VideoSource>(&source)) {
     channel.source = open_file_source(camera, *video);
-    channel.background = video->background;
   } else if (const auto* device = std::get_if<config::V4l2Source>(&source)) {
     channel.source = open_v4l2_source(camera, *device);
-    channel.background = device->background;
-    channel.background_frames = device->background_frames;
   } else if (std::holds_alternative<config::SyntheticSource>(source)) {
     const auto eye_at = [this](double t_s) { return config::eye_from_world_at(viewer_, t_s); };
     auto synthetic = std::make_unique<SyntheticImageSource>(config_.synthetic, camera,
@@ -141,31 +153,17 @@ Capture::~Capture() = default;
 
 void Capture::learn(Channel& channel) const {
   const config::RigCamera& camera = *channel.camera;
-  if (!camera.gives_shape) {
-    channel.undistortion = std::make_unique<Undistortion>(camera);
-    const geometry::Pinhole& published = camera.published;
-    channel.seen = {published.width_px, published.height_px};
-    for (int v = 0; v < published.height_px; ++v)
-      for (int u = 0; u < published.width_px; ++u)
-        if (channel.undistortion->sees(u, v)) channel.seen.set(u, v);
+  channel.undistortion = std::make_unique<Undistortion>(camera);
+  if (camera.gives_shape) {
+    channel.finder = open_object_finder(camera, config_, *channel.source, frame_rate_hz_);
+    channel.outside_published = outside_published(camera);
     return;
   }
-  std::vector<cv::Mat> empty_frames;
-  if (!channel.background.empty()) {
-    empty_frames = read_background(camera, channel.background);
-  } else if (auto* synthetic = dynamic_cast<SyntheticImageSource*>(channel.source.get())) {
-    for (int i = 0; i < kSyntheticBackgroundFrames; ++i)
-      empty_frames.push_back(synthetic->background(i));
-  } else {
-    for (int i = 0; i < channel.background_frames; ++i)
-      if (cv::Mat image; channel.source->read(i, image) == ReadStatus::image)
-        empty_frames.push_back(image);
-    if (empty_frames.empty())
-      throw_problems({{camera.name, SourceFault::no_frames,
-                       "no image of the empty scene; " + channel.source->last_error()}});
-  }
-  channel.segmenter =
-      std::make_unique<Segmenter>(camera, learn_reference(empty_frames), config_.segmentation);
+  const geometry::Pinhole& published = camera.published;
+  channel.seen = {published.width_px, published.height_px};
+  for (int v = 0; v < published.height_px; ++v)
+    for (int u = 0; u < published.width_px; ++u)
+      if (channel.undistortion->sees(u, v)) channel.seen.set(u, v);
 }
 
 // One camera's image of a frame.
@@ -181,7 +179,7 @@ Capture::RawCapture Capture::raw_capture(Channel& channel, std::int64_t frame, s
   RawCapture raw_capture;
   CapturedCamera& result = raw_capture.result;
   result.camera = camera.name;
-  if (!channel.segmenter && !(want_colour && camera.gives_colour)) return raw_capture;
+  if (!channel.finder && !(want_colour && camera.gives_colour)) return raw_capture;
   const auto start = std::chrono::steady_clock::now();
   const ReadStatus status = channel.source->read(index, raw_capture.image);
   result.read_s = base::seconds_since(start);
@@ -194,20 +192,23 @@ Capture::RawCapture Capture::raw_capture(Channel& channel, std::int64_t frame, s
   }
   raw_capture.published = config::published_camera(
       camera, config::eye_from_world_at(viewer_, double(frame) / frame_rate_hz_));
-  if (!channel.segmenter) return raw_capture;
+  if (!channel.finder) return raw_capture;
   const auto segment_start = std::chrono::steady_clock::now();
-  const Undistortion& undistortion = channel.segmenter->undistortion();
-  const auto captured = channel.segmenter->segment_captured(raw_capture.image);
-  if (captured) result.pixels = undistortion.published(*captured);
+  const ObjectFinder::Found found = channel.finder->find(raw_capture.image, index);
+  if (found.segmentation)
+    result.pixels = channel.undistortion->published(found.segmentation->object);
   result.segment_s = base::seconds_since(segment_start);
-  if (!captured) {
-    result.status = CaptureStatus::missing;
-    result.reason = "the image is not 8-bit BGR of the size image_size_px";
+  if (!found.segmentation) {
+    result.status = found.ended ? CaptureStatus::ended : CaptureStatus::missing;
+    result.reason = found.reason;
     raw_capture.image.release();
     return raw_capture;
   }
-  result.diagnostics = segmentation_diagnostics(
-      *result.pixels, channel.segmenter->count_outside_published(*captured));
+  if (raw_capture.image.channels() == 4) raw_capture.image = without_alpha(raw_capture.image);
+  const hull::ObjectPixels& captured = found.segmentation->object;
+  if (observer_) observer_(camera, raw_capture.image, *found.segmentation);
+  result.diagnostics =
+      segmentation_diagnostics(*result.pixels, count_of_both(captured, channel.outside_published));
   return raw_capture;
 }
 
@@ -228,16 +229,14 @@ void Capture::add_colours(std::int64_t frame, std::vector<RawCapture>& raw_captu
     const Channel& channel = *channels_[i];
     if (!channel.camera->gives_colour || raw_capture.image.empty()) return;
     const auto start = std::chrono::steady_clock::now();
-    const Undistortion& undistortion =
-        channel.segmenter ? channel.segmenter->undistortion() : *channel.undistortion;
     hull::ObjectPixels pixels =
         raw_capture.result.pixels
             ? *raw_capture.result.pixels
             : visible_footprint(parts, eyes, raw_capture.published, kColourMargin_px);
     if (!raw_capture.result.pixels) pixels.keep(channel.seen);
     if (pixels.count() > 0)
-      raw_capture.result.colour =
-          colours_of(std::move(pixels), raw_capture.published, undistortion, raw_capture.image);
+      raw_capture.result.colour = colours_of(std::move(pixels), raw_capture.published,
+                                             *channel.undistortion, raw_capture.image);
     raw_capture.result.segment_s += base::seconds_since(start);
   });
 }

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "capture_node/segmentation/segmentation.h"
 #include "capture_node/sources/source_error.h"
 #include "common/base/worker_pool.h"
 #include "common/config/capture_config.h"
@@ -52,7 +53,7 @@ class Capture {
   // constructor calls it from several threads, one call at a time.
   using Progress = std::function<void(std::string_view what, double fraction)>;
 
-  // Opens every source of the configuration, learns the reference images and computes the first
+  // Opens every source of the configuration, learns the backgrounds and computes the first
   // config.precomputed_frames frames. Throws SourceError or HardwareMissing that lists every camera
   // whose source cannot be used. load_deployment() has already rejected cameras that the rig lacks.
   // Sets OpenCV to one thread, because Capture processes cameras in parallel.
@@ -65,6 +66,12 @@ class Capture {
   // [s]. With precomputed frames, returns the stored set frame % precomputed_frames. With
   // config.loop, all sources restart together when the first of them ends.
   std::vector<CapturedCamera> capture(std::int64_t frame, bool want_colour);
+
+  // Receives the captured image of a camera that gives shape, and what segmentation found in it.
+  // capture() calls it from several threads, at most once for each camera.
+  using Observer =
+      std::function<void(const config::RigCamera&, const cv::Mat& image_bgr, const Segmentation&)>;
+  void set_observer(Observer observer) { observer_ = std::move(observer); }
 
   // Returns true if the file of a camera has ended: no complete set follows.
   bool ended() const { return ended_; }
@@ -87,14 +94,12 @@ class Capture {
   config::Viewer viewer_;
   config::CaptureConfig config_;
   double frame_rate_hz_;
+  Observer observer_;
   base::WorkerPool pool_;
   std::vector<std::unique_ptr<Channel>> channels_;
   std::vector<std::vector<CapturedCamera>> precomputed_;  // by frame, by camera
   std::int64_t round_start_ = 0;                          // frame at which the files last restarted
   bool ended_ = false;
 };
-
-// Number of frames of the empty synthetic room from which the reference image is learned.
-inline constexpr int kSyntheticBackgroundFrames = 24;
 
 }  // namespace fivepipe::capture

@@ -1,4 +1,4 @@
-// fivepipe maps: writes the object-pixel maps of one frame of a deployment to files, for inspection
+// fivepipe maps: writes the object-pixel maps of frames of a deployment to files, for inspection
 // and for `fivepipe bench hull --maps`.
 #include <fmt/ranges.h>
 
@@ -6,8 +6,12 @@
 #include <cstdio>
 #include <fstream>
 #include <iostream>
+#include <mutex>
+#include <opencv2/imgcodecs.hpp>
 
 #include "capture_node/capture.h"
+#include "capture_node/frame_range.h"
+#include "capture_node/overlay.h"
 #include "common/config/deployment.h"
 #include "common/hull/pbm.h"
 
@@ -17,7 +21,8 @@ namespace {
 struct Options {
   std::filesystem::path deployment, out;
   std::vector<std::string> settings;
-  std::int64_t frame = 0;
+  std::string frames = "0";
+  bool overlays = false;
 };
 
 std::map<std::string, std::string> settings_from(const std::vector<std::string>& words) {
@@ -41,16 +46,61 @@ std::string camera_line(const config::RigCamera& camera) {
                      fmt::join(pose.data(), pose.data() + pose.size(), " "));
 }
 
+void write_text(const std::filesystem::path& file, const std::string& text) {
+  std::ofstream out(file);
+  out << text;
+  if (!out.flush()) throw std::runtime_error(file.string() + ": cannot be written");
+}
+
+// Writes the maps of one frame, the cameras and the volume. Prints the fraction of object pixels of
+// each camera, after `prefix`.
+void write_frame(const config::Deployment& deployment, const std::vector<CapturedCamera>& captured,
+                 std::int64_t frame, const std::filesystem::path& folder,
+                 const std::string& prefix) {
+  std::string cameras = fmt::format(
+      "# name width height fx fy cx cy [px], three rows of camera_from_world [m]: {}, frame {}\n",
+      deployment.name, frame);
+  int written = 0;
+  for (const CapturedCamera& of_camera : captured) {
+    if (!of_camera.pixels) continue;
+    const hull::ObjectPixels& pixels = *of_camera.pixels;
+    hull::write_pbm(folder / (of_camera.camera + ".pbm"), pixels);
+    for (const config::RigCamera& camera : deployment.rig.cameras) {
+      if (camera.name != of_camera.camera) continue;
+      if (camera.mount != config::Mount::world)
+        throw std::runtime_error("camera " + camera.name +
+                                 " is mounted on the viewer and has no fixed pose");
+      cameras += camera_line(camera) + '\n';
+      ++written;
+    }
+    const double fraction =
+        double(pixels.count()) / (double(pixels.width_px()) * pixels.height_px());
+    std::cout << fmt::format("{}{}: {:.1f} % object pixels\n", prefix, of_camera.camera,
+                             100 * fraction);
+  }
+  if (written == 0) throw std::runtime_error("the capture_node has no camera that gives shape");
+  write_text(folder / "cameras.txt", cameras);
+  const Eigen::AlignedBox3d& volume_m = deployment.rig.volume_m;
+  write_text(folder / "volume.txt",
+             fmt::format("# volume_m of the rig: min, max [m]\n{:.17g} {:.17g}\n",
+                         fmt::join(volume_m.min().data(), volume_m.min().data() + 3, " "),
+                         fmt::join(volume_m.max().data(), volume_m.max().data() + 3, " ")));
+}
+
+const config::CaptureConfig& capture_node_of(const config::Deployment& deployment) {
+  for (const config::Node& node : deployment.nodes)
+    if (const auto* capture = std::get_if<config::CaptureConfig>(&node.config)) return *capture;
+  throw std::runtime_error(deployment.file.string() + ": the deployment has no capture_node");
+}
+
 int run(const Options& options) {
+  const auto range = parse_frame_range(options.frames);
+  if (!range)
+    throw CLI::ValidationError("--frames", "expected N, A:B or A:B:STEP, got " + options.frames);
   const config::Deployment deployment =
       config::load_deployment(options.deployment, settings_from(options.settings));
-  const config::CaptureConfig* found = nullptr;
-  for (const config::Node& node : deployment.nodes)
-    if (!found) found = std::get_if<config::CaptureConfig>(&node.config);
-  if (!found)
-    throw std::runtime_error(options.deployment.string() + ": the deployment has no capture_node");
   // A frame beyond the end of a file must not be one of its first frames again.
-  config::CaptureConfig config = *found;
+  config::CaptureConfig config = capture_node_of(deployment);
   config.loop = false;
   config.precomputed_frames = 0;
   Capture capture(deployment.rig, deployment.viewer, config, deployment.frame_rate_hz,
@@ -59,41 +109,32 @@ int run(const Options& options) {
                                  int(100 * fraction));
                   });
   std::fputs("\n", stderr);
-  const std::vector<CapturedCamera> cameras_of_frame = capture.capture(options.frame, false);
-  for (const CapturedCamera& captured : cameras_of_frame)
-    if (captured.status != CaptureStatus::captured)
-      throw std::runtime_error("camera " + captured.camera + ": no image of frame " +
-                               std::to_string(options.frame) + ": " + captured.reason);
-  std::filesystem::create_directories(options.out);
-  std::ofstream cameras(options.out / "cameras.txt");
-  cameras << "# name width height fx fy cx cy [px], three rows of camera_from_world [m]: "
-          << deployment.name << ", frame " << options.frame << '\n';
-  int written = 0;
-  for (const CapturedCamera& captured : cameras_of_frame) {
-    if (!captured.pixels) continue;
-    hull::write_pbm(options.out / (captured.camera + ".pbm"), *captured.pixels);
-    for (const config::RigCamera& camera : deployment.rig.cameras) {
-      if (camera.name != captured.camera) continue;
-      if (camera.mount != config::Mount::world)
-        throw std::runtime_error("camera " + camera.name +
-                                 " is mounted on the viewer and has no fixed pose");
-      cameras << camera_line(camera) << '\n';
-      ++written;
-    }
-    const double fraction = double(captured.pixels->count()) /
-                            (double(captured.pixels->width_px()) * captured.pixels->height_px());
-    std::printf("%s: %.1f %% object pixels\n", captured.camera.c_str(), 100 * fraction);
+  std::mutex mutex;
+  std::map<std::string, cv::Mat> overlays;  // by camera
+  if (options.overlays)
+    capture.set_observer([&](const config::RigCamera& camera, const cv::Mat& image,
+                             const Segmentation& segmentation) {
+      cv::Mat picture = overlay(image, segmentation);
+      const std::lock_guard lock(mutex);
+      overlays[camera.name] = std::move(picture);
+    });
+  for (std::int64_t frame = range->first; frame <= range->last; frame += range->step) {
+    const std::vector<CapturedCamera> captured = capture.capture(frame, false);
+    for (const CapturedCamera& of_camera : captured)
+      if (of_camera.status != CaptureStatus::captured)
+        throw std::runtime_error("camera " + of_camera.camera + ": no image of frame " +
+                                 std::to_string(frame) + ": " + of_camera.reason);
+    const bool is_single = range->first == range->last;
+    const std::filesystem::path folder =
+        is_single ? options.out : options.out / fmt::format("frame_{:06}", frame);
+    std::filesystem::create_directories(folder);
+    write_frame(deployment, captured, frame, folder,
+                is_single ? "" : fmt::format("frame {}, ", frame));
+    for (const auto& [camera, picture] : overlays)
+      if (const auto file = folder / (camera + "_overlay.png");
+          !cv::imwrite(file.string(), picture))
+        throw std::runtime_error(file.string() + ": cannot be written");
   }
-  if (written == 0) throw std::runtime_error("the capture_node has no camera that gives shape");
-  if (!cameras.flush())
-    throw std::runtime_error((options.out / "cameras.txt").string() + ": cannot be written");
-  const Eigen::AlignedBox3d& volume_m = deployment.rig.volume_m;
-  std::ofstream volume(options.out / "volume.txt");
-  volume << fmt::format("# volume_m of the rig: min, max [m]\n{:.17g} {:.17g}\n",
-                        fmt::join(volume_m.min().data(), volume_m.min().data() + 3, " "),
-                        fmt::join(volume_m.max().data(), volume_m.max().data() + 3, " "));
-  if (!volume.flush())
-    throw std::runtime_error((options.out / "volume.txt").string() + ": cannot be written");
   return 0;
 }
 
@@ -103,16 +144,20 @@ int run(const Options& options) {
 int main(int argc, char** argv) {
   fivepipe::capture::Options options;
   CLI::App app(
-      "fivepipe maps: writes the object-pixel maps of one frame to FOLDER/CAMERA.pbm, the cameras "
+      "fivepipe maps: writes the object-pixel maps of a frame to FOLDER/CAMERA.pbm, the cameras "
       "to FOLDER/cameras.txt and the rig's volume to FOLDER/volume.txt.\n\n"
       "Example:\n  fivepipe maps launch/deployments/seated4cam.yaml --set "
-      "data=recordings/seated4cam --frame 60 --out out/maps/seated4cam\n\n"
+      "data=recordings/seated4cam --frame 60 --overlays --out out/maps/seated4cam\n\n"
       "Exit codes: 0 written, 1 no image of this frame, 2 usage or configuration, 3 camera "
       "missing.");
   app.add_option("deployment", options.deployment, "deployment file")->required();
   app.add_option("--out", options.out, "output folder")->required();
-  app.add_option("--frame", options.frame, "frame number, from 0 (default 0)")
-      ->check(CLI::NonNegativeNumber);
+  app.add_option("--frame,--frames", options.frames,
+                 "N, A:B or A:B:STEP, from 0 (default 0). With several frames, each has a folder "
+                 "frame_N of its own");
+  app.add_flag("--overlays", options.overlays,
+               "also writes CAMERA_overlay.png: the captured image with object pixels red, shadow "
+               "blue, and yellow what differs but was dropped");
   app.add_option("--set", options.settings, "KEY=VALUE: overrides a setting of the deployment file")
       ->allow_extra_args(false);
   try {

@@ -34,13 +34,22 @@ class Undistortion {
   struct SourceRect {
     std::int32_t u0, v0, u1, v1;
   };
+  // Published pixels [begin, begin + length) of a word, which show `length` neighbouring bits of
+  // one row of the source map, from source_bit on.
+  struct Run {
+    std::int32_t source_bit;
+    std::uint8_t begin, length;
+  };
+  // Appends the source bit of published pixel u of a word; words and pixels increase.
+  void add_bit(std::size_t word, int u, std::int32_t source_bit);
+
   bool identity_ = false;
   int source_width_px_ = 0, source_height_px_ = 0, width_px_ = 0, height_px_ = 0;
-  // Per published pixel: index of its bit in the source map, rows padded to whole words.
-  std::vector<std::int32_t> source_index_;
+  std::vector<Run> runs_;                 // of all words
+  std::vector<std::uint32_t> run_ends_;   // per published word: the end of its runs
   std::vector<SourceRect> source_rects_;  // per published word
+  std::vector<std::uint64_t> seen_;       // published pixels that the source sees, by word
   cv::Mat position_, fraction_;           // CV_16SC2 and CV_16UC1, as cv::remap takes them
-  static constexpr std::int32_t kUnseen = -1;
 };
 
 // Returns the captured pixels whose directions are outside the published image. Pixels beyond

@@ -14,4 +14,8 @@ hull::ObjectPixels opened(hull::ObjectPixels pixels, int radius_px);
 // Dilation, then erosion: fills holes.
 hull::ObjectPixels closed(hull::ObjectPixels pixels, int radius_px);
 
+// Returns the pixels with at least `count` (1 to 9) set pixels in their 3x3 neighbourhood, which
+// includes the pixel. Pixels outside the image count as unset.
+hull::ObjectPixels with_neighbours(const hull::ObjectPixels& pixels, int count);
+
 }  // namespace fivepipe::capture

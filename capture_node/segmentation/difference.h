@@ -1,33 +1,83 @@
-// The difference image (paper, section 3.1) by table lookup: per pixel and channel the lowest and
-// highest level that still belongs to the empty scene.
+// The difference image (paper, section 3.1) by table lookup: classifies the pixels of an image
+// against the background, 64 at a time.
 #pragma once
 #include <array>
 #include <cstdint>
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "capture_node/segmentation/reference_image.h"
+#include "capture_node/segmentation/background.h"
+#include "capture_node/segmentation/gain.h"
 #include "common/hull/object_pixels.h"
 
 namespace fivepipe::capture {
 
-struct DifferenceTables {
-  int width_px = 0, height_px = 0;
-  // Planes b, g, r, row-major, because the SIMD code deinterleaves the image in registers and loads
-  // the tables without a shuffle.
-  std::array<std::vector<std::uint8_t>, 3> low, high;
+// What a level must exceed to differ, grey levels of 255.
+struct Tolerances {
+  // A pixel differs if a channel is farther from the mean than
+  //   min(max(floor, sigmas * measured sigma), ceiling) + jitter * gradient.
+  double sigmas = 4, floor_levels = 8, ceiling_levels = 16;
+  // The camera's movement against the background. The gradient is half the range of the levels in
+  // the 3x3 neighbourhood.
+  double jitter_px = 0.2;
+  // A pixel differs strongly if it is this many times as far. At least 1.
+  double strong_factor = 2;
 };
 
-// A level belongs to the empty scene if it is within max(floor_levels, sigmas * measured sigma)
-// of the mean.
-DifferenceTables difference_tables(const ReferenceImage& reference, double sigmas,
-                                   double floor_levels);
+// Levels of the 64 pixels of one word, by channel b, g, r. Pixels beyond the row never differ.
+using LevelPlanes = std::array<std::array<std::uint8_t, 64>, 3>;
+
+// The tables of one camera, by word, row-major as ObjectPixels.
+struct DifferenceTables {
+  struct Word {
+    LevelPlanes low, high;                       // inclusive bounds of the background's levels
+    std::array<std::uint8_t, 64> strong_excess;  // beyond the bounds by more: differs strongly
+  };
+  struct Boxes {  // one for each pixel; an empty one has low 255 and high 0
+    LevelPlanes low, high;
+  };
+  struct MovingWord {
+    int word;
+    std::vector<Boxes> boxes;
+  };
+  int width_px = 0, height_px = 0, words_per_row = 0;
+  std::vector<Word> words;
+  std::vector<LevelPlanes> mean;   // rounded
+  std::vector<MovingWord> moving;  // by word
+};
+DifferenceTables difference_tables(const Background& background, const Tolerances& tolerances);
+// Computes the tables of row v again, after the background has changed there.
+void refill_row(DifferenceTables& tables, const Background& background,
+                const Tolerances& tolerances, int v);
+
+// Shadow preserves a surface's colour and reduces its brightness. With the pixel x and the
+// background r, s = x.r / r.r is the brightness ratio and |x - s r| the colour distortion, both in
+// grey levels (Horprasert, Harwood, Davis 1999). A pixel looks like shadow if s is at least the
+// minimum brightness, and the colour distortion at most
+// max(kShadowColour_levels, kShadowColourFraction * s|r|).
+// Noise of three channels and rounding of the background.
+inline constexpr float kShadowColour_levels = 8.0f;
+// Indirect light from the walls has another tint than the blocked light: 2.9 degrees.
+inline constexpr float kShadowColourFraction = 0.05f;
 
 struct Difference {
-  hull::ObjectPixels differs;  // some channel is below low or above high
-  hull::ObjectPixels darker;   // subset of `differs` with no channel above high: may be shadow
+  hull::ObjectPixels differs;
+  hull::ObjectPixels strongly;  // subset of `differs`
+  // Subset of `differs`: no channel is above its bound, and the pixel looks like shadow.
+  hull::ObjectPixels shadow;
 };
-// image: 8-bit BGR of the tables' size (asserted).
-Difference difference(const cv::Mat& image_bgr, const DifferenceTables& tables);
+
+struct DifferenceRequest {
+  InverseGain inverse_gain = kNoGain;
+  // Minimum brightness of a shadow; 1: `shadow` stays empty.
+  double shadow_min_brightness = 0.5;
+  // Only these pixels are classified; the others do not differ. nullptr: all.
+  const hull::ObjectPixels* within = nullptr;
+};
+
+// image: 8-bit BGR of the tables' size, `within` too (asserted). A saturated level (255) is never
+// below its bound, because it may have been any brighter one.
+Difference difference(const cv::Mat& image_bgr, const DifferenceTables& tables,
+                      const DifferenceRequest& request);
 
 }  // namespace fivepipe::capture

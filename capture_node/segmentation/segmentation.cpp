@@ -1,80 +1,133 @@
 #include "capture_node/segmentation/segmentation.h"
 
 #include <algorithm>
-#include <bit>
 #include <cassert>
 #include <cmath>
 
 #include "capture_node/segmentation/bit_morphology.h"
+#include "capture_node/segmentation/components.h"
 
 namespace fivepipe::capture {
+namespace {
 
-Segmenter::Segmenter(const config::RigCamera& camera, const ReferenceImage& reference,
-                     const config::SegmentationConfig& config)
-    : config_(config),
-      tables_(difference_tables(reference, config.threshold_sigmas, config.threshold_floor_levels)),
-      reference_bgr_(reference.height_px, reference.width_px, CV_8UC3),
-      undistortion_(camera),
-      outside_published_(outside_published(camera)) {
-  assert(reference.width_px == camera.source.width_px &&
-         reference.height_px == camera.source.height_px);
-  std::transform(
-      reference.mean_levels.begin(), reference.mean_levels.end(), reference_bgr_.data,
-      [](float level) { return std::uint8_t(std::clamp(std::lround(level), 0L, 255L)); });
+// Calls f(words of a, words of b): a = f(a, b), word by word.
+template <class F>
+void combine(hull::ObjectPixels& a, const hull::ObjectPixels& b, F f) {
+  const std::span<std::uint64_t> words = a.mutable_words();
+  const std::span<const std::uint64_t> others = b.words();
+  for (std::size_t i = 0; i < words.size(); ++i) words[i] = f(words[i], others[i]);
+}
+void remove(hull::ObjectPixels& from, const hull::ObjectPixels& pixels) {
+  combine(from, pixels, [](std::uint64_t a, std::uint64_t b) { return a & ~b; });
+}
+void add(hull::ObjectPixels& to, const hull::ObjectPixels& pixels) {
+  combine(to, pixels, [](std::uint64_t a, std::uint64_t b) { return a | b; });
+}
+bool any(const hull::ObjectPixels& pixels) {
+  return std::any_of(pixels.words().begin(), pixels.words().end(),
+                     [](std::uint64_t word) { return word != 0; });
 }
 
-std::optional<hull::ObjectPixels> Segmenter::segment_captured(const cv::Mat& source_bgr) const {
-  if (source_bgr.type() != CV_8UC3 || source_bgr.cols != tables_.width_px ||
-      source_bgr.rows != tables_.height_px)
-    return std::nullopt;
-  Difference found = difference(source_bgr, tables_);
-  if (config_.shadow_min_brightness < 1) remove_shadow(source_bgr, found);
-  hull::ObjectPixels pixels = opened(std::move(found.differs), config_.opening_px);
-  return closed(std::move(pixels), config_.closing_px);
-}
-
-std::optional<hull::ObjectPixels> Segmenter::segment(const cv::Mat& source_bgr) const {
-  const std::optional<hull::ObjectPixels> captured = segment_captured(source_bgr);
-  return captured ? std::optional(undistortion_.published(*captured)) : std::nullopt;
-}
-
-void Segmenter::remove_shadow(const cv::Mat& source_bgr, Difference& found) const {
-  const std::size_t words = std::size_t(found.differs.words_per_row());
-  for (int v = 0; v < tables_.height_px; ++v)
-    for (std::size_t w = 0; w < words; ++w) {
-      std::uint64_t shadow = 0;
-      for (std::uint64_t rest = found.darker.words()[v * words + w]; rest != 0; rest &= rest - 1) {
-        const int bit = std::countr_zero(rest);
-        const std::size_t u = 64 * w + std::size_t(bit);
-        shadow |= std::uint64_t(is_shadow(source_bgr.ptr(v) + 3 * u, reference_bgr_.ptr(v) + 3 * u,
-                                          config_.shadow_min_brightness))
-                  << bit;
-      }
-      found.differs.mutable_words()[v * words + w] &= ~shadow;
-    }
-}
-
-bool is_shadow(const std::uint8_t* pixel_bgr, const std::uint8_t* reference_bgr,
-               double min_brightness) {
-  int xr = 0, rr = 0, xx = 0;
-  for (int c = 0; c < 3; ++c) {
-    xr += pixel_bgr[c] * reference_bgr[c];
-    rr += reference_bgr[c] * reference_bgr[c];
-    xx += pixel_bgr[c] * pixel_bgr[c];
+GainEstimator gain_estimator(const Background& background) {
+  std::vector<cv::Point> positions = gain_grid(background.width_px, background.height_px);
+  std::erase_if(positions, [&](const cv::Point& at) {
+    const int index = at.y * background.width_px + at.x;
+    return std::binary_search(
+        background.moving.begin(), background.moving.end(), MovingPixel{index, {}},
+        [](const MovingPixel& a, const MovingPixel& b) { return a.index < b.index; });
+  });
+  std::vector<Bgr> levels;
+  for (const cv::Point& at : positions) {
+    Bgr& level = levels.emplace_back();
+    for (std::size_t c = 0; c < 3; ++c)
+      level[c] = std::uint8_t(std::clamp(
+          std::lround(
+              background.mean_levels[3 * (std::size_t(at.y) * background.width_px + at.x) + c]),
+          0L, 255L));
   }
-  if (!(float(xr) >= float(min_brightness) * float(rr))) return false;
-  const float along = rr > 0 ? float(xr) / float(rr) * float(xr) : 0.0f;  // (s|r|)^2
-  const float max_squared_distortion =
-      std::max(kShadowColour_levels * kShadowColour_levels,
-               kShadowColourFraction * kShadowColourFraction * along);
-  return float(xx) - along <= max_squared_distortion;
+  return GainEstimator(positions, levels);
 }
 
-std::size_t Segmenter::count_outside_published(const hull::ObjectPixels& captured) const {
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < captured.words().size(); ++i)
-    count += std::size_t(std::popcount(captured.words()[i] & outside_published_.words()[i]));
-  return count;
+}  // namespace
+
+LearningSettings learning_settings(const config::SegmentationConfig& config) {
+  return {config.gain_compensation, config.threshold_ceiling_levels, config.moving_boxes};
+}
+
+Tolerances tolerances(const config::SegmentationConfig& config) {
+  return {config.threshold_sigmas, config.threshold_floor_levels, config.threshold_ceiling_levels,
+          config.jitter_px, config.hysteresis};
+}
+
+Segmenter::Segmenter(Background background, const config::SegmentationConfig& config,
+                     std::optional<hull::ObjectPixels> within)
+    : config_(config),
+      background_(std::move(background)),
+      tables_(difference_tables(background_, tolerances(config))),
+      within_(std::move(within)) {
+  assert(!within_ || (within_->width_px() == background_.width_px &&
+                      within_->height_px() == background_.height_px));
+  if (config.gain_compensation) gain_estimator_ = gain_estimator(background_);
+}
+
+std::optional<Segmentation> Segmenter::segment(const cv::Mat& image_bgr) {
+  if (image_bgr.type() != CV_8UC3 || image_bgr.cols != tables_.width_px ||
+      image_bgr.rows != tables_.height_px)
+    return std::nullopt;
+  Segmentation result;
+  if (gain_estimator_) result.gain = gain_estimator_->gain(image_bgr);
+  const InverseGain inverse_gain = inverse_of(result.gain);
+  result.difference =
+      difference(image_bgr, tables_,
+                 {inverse_gain, config_.conservative ? 1.0 : config_.shadow_min_brightness,
+                  within_ ? &*within_ : nullptr});
+  result.object =
+      config_.conservative ? result.difference.differs : object_pixels(result.difference);
+  if (config_.closing_px > 0) result.object = closed(std::move(result.object), config_.closing_px);
+  if (config_.max_hole_px > 0)
+    result.object = with_holes_filled(result.object, config_.max_hole_px);
+  if (within_) result.object.keep(*within_);
+  if (config_.adaptation_s > 0) adapt(image_bgr, inverse_gain, result.object);
+  return result;
+}
+
+hull::ObjectPixels Segmenter::object_pixels(const Difference& difference) const {
+  hull::ObjectPixels seeds = difference.strongly;
+  hull::ObjectPixels pixels = with_neighbours(difference.differs, kMajority);
+  pixels.keep(difference.differs);
+  add(pixels, seeds);
+  if (any(difference.shadow)) {
+    hull::ObjectPixels others = difference.differs;
+    remove(others, difference.shadow);
+    hull::ObjectPixels shaded = difference.shadow;
+    remove(shaded, with_neighbours(others, kObjectNeighbours));
+    hull::ObjectPixels lonely = dilated(difference.shadow, 1);
+    remove(lonely, difference.shadow);
+    remove(lonely, with_neighbours(others, kShadowNeighbours));
+    add(shaded, lonely);
+    remove(pixels, shaded);
+    remove(seeds, shaded);
+  }
+  if (config_.opening_px > 0) pixels = opened(std::move(pixels), config_.opening_px);
+  return seeded_components(pixels, seeds, config_.min_object_px);
+}
+
+void Segmenter::adapt(const cv::Mat& image_bgr, const InverseGain& inverse_gain,
+                      const hull::ObjectPixels& object) {
+  const hull::ObjectPixels near = dilated(object, kAdaptationMargin_px);
+  const double rate = -std::expm1(-kAdaptationRows * period_s_ / config_.adaptation_s);
+  for (int v = next_row_; v < tables_.height_px; v += kAdaptationRows) {
+    for (int u = 0; u < tables_.width_px; ++u) {
+      if (near.contains(u, v)) continue;
+      for (std::size_t c = 0; c < 3; ++c) {
+        float& mean = background_.mean_levels[3 * (std::size_t(v) * tables_.width_px + u) + c];
+        const double level = compensated(image_bgr.ptr(v)[3 * u + int(c)], inverse_gain[c]);
+        mean += float(rate * (level - mean));
+      }
+    }
+    refill_row(tables_, background_, tolerances(config_), v);
+  }
+  next_row_ = (next_row_ + 1) % kAdaptationRows;
 }
 
 std::vector<std::string> segmentation_diagnostics(const hull::ObjectPixels& pixels,

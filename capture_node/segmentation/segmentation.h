@@ -1,55 +1,78 @@
-// Image segmentation (paper, section 3.1): compares an image with the reference image of the empty
-// scene and returns its object pixels in the published pinhole geometry.
+// Image segmentation (paper, section 3.1): compares an image with the background of the empty scene
+// and returns its object pixels. The steps:
+//
+//   1. Gain: estimates by how much the whole image is brighter, and removes it (gain.h).
+//   2. Difference: the pixels whose levels are beyond the noise of their background, those that
+//      differ strongly, and those that look like shadow (difference.h).
+//   3. Shadow: drops the pixels that look like shadow, unless at least kObjectNeighbours of their
+//      neighbours differ without looking like it; beside these also the pixels with fewer than
+//      kShadowNeighbours such pixels in their neighbourhood.
+//   4. Majority: keeps the pixels that differ strongly, and those that differ together with a
+//      majority of their neighbourhood.
+//   5. Opening; then hysteresis and areas: keeps connected regions of at least min_object_px pixels
+//      with one that differs strongly (components.h).
+//   6. Closing, and holes of at most max_hole_px pixels are filled.
+//
+// Steps 3 to 5 can remove object pixels; with `conservative`, they are left out.
 #pragma once
 #include <opencv2/core.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "capture_node/lens/undistortion.h"
+#include "capture_node/segmentation/background.h"
 #include "capture_node/segmentation/difference.h"
-#include "capture_node/segmentation/reference_image.h"
+#include "capture_node/segmentation/gain.h"
 #include "common/config/capture_config.h"
 #include "common/hull/object_pixels.h"
 
 namespace fivepipe::capture {
 
-class Segmenter {
- public:
-  // The reference must have the size of the camera's captured image (asserted).
-  Segmenter(const config::RigCamera& camera, const ReferenceImage& reference,
-            const config::SegmentationConfig& config);
+LearningSettings learning_settings(const config::SegmentationConfig& config);
+Tolerances tolerances(const config::SegmentationConfig& config);
 
-  // Returns the object pixels in the geometry of the captured image, or nullopt unless the image is
-  // 8-bit BGR of the captured size.
-  std::optional<hull::ObjectPixels> segment_captured(const cv::Mat& source_bgr) const;
-  // The same in the published geometry.
-  std::optional<hull::ObjectPixels> segment(const cv::Mat& source_bgr) const;
-
-  const Undistortion& undistortion() const { return undistortion_; }
-  // Returns the number of these captured object pixels that are outside the published image.
-  std::size_t count_outside_published(const hull::ObjectPixels& captured) const;
-
- private:
-  void remove_shadow(const cv::Mat& source_bgr, Difference& difference) const;
-
-  config::SegmentationConfig config_;
-  DifferenceTables tables_;
-  cv::Mat reference_bgr_;  // the mean, rounded
-  Undistortion undistortion_;
-  hull::ObjectPixels outside_published_;  // captured pixels
+// What the steps found in one captured image.
+struct Segmentation {
+  Gain gain = {1, 1, 1};
+  Difference difference;
+  hull::ObjectPixels object;
 };
 
-// Shadow preserves a surface's colour and reduces its brightness. With the pixel x and the
-// reference r, s = x.r / r.r is the brightness ratio and |x - s r| the colour distortion, both in
-// grey levels (Horprasert, Harwood, Davis 1999). Returns true if s is at least `min_brightness` and
-// the colour distortion at most max(kShadowColour_levels, kShadowColourFraction * s|r|).
-bool is_shadow(const std::uint8_t* pixel_bgr, const std::uint8_t* reference_bgr,
-               double min_brightness);
-// Noise of three channels and rounding of the reference.
-inline constexpr float kShadowColour_levels = 8.0f;
-// Indirect light from the walls has another tint than the blocked light: 3.4 degrees.
-inline constexpr float kShadowColourFraction = 0.06f;
+class Segmenter {
+ public:
+  // `within`, if it is given, has the size of the background (asserted). Only its pixels can be
+  // object pixels.
+  Segmenter(Background background, const config::SegmentationConfig& config,
+            std::optional<hull::ObjectPixels> within = {});
+
+  // Returns nullopt unless the image is 8-bit BGR of the background's size. With adaptation, each
+  // call changes the background.
+  std::optional<Segmentation> segment(const cv::Mat& image_bgr);
+
+  // Period of the images [s], for the adaptation.
+  void set_period_s(double period_s) { period_s_ = period_s; }
+
+  static constexpr int kShadowNeighbours = 3, kObjectNeighbours = 4, kMajority = 5;
+
+ private:
+  hull::ObjectPixels object_pixels(const Difference& difference) const;
+  void adapt(const cv::Mat& image_bgr, const InverseGain& inverse_gain,
+             const hull::ObjectPixels& object);
+
+  config::SegmentationConfig config_;
+  Background background_;
+  DifferenceTables tables_;
+  std::optional<GainEstimator> gain_estimator_;  // nullopt: no compensation
+  std::optional<hull::ObjectPixels> within_;
+  double period_s_ = 1.0 / 30;
+  int next_row_ = 0;  // to be adapted
+};
+
+// Adaptation visits one row in this many of each image, which bounds its time.
+inline constexpr int kAdaptationRows = 64;
+// Distance from object pixels within which the background does not adapt: the object's blur and
+// shadow are near it.
+inline constexpr int kAdaptationMargin_px = 16;
 
 // Returns diagnostics of one camera's published object pixels for the user; empty if they are
 // plausible. outside_published: number of object pixels that the published image does not contain.

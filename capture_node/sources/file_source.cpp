@@ -73,11 +73,12 @@ class VideoFrames final : public Frames {
 // Index 0 is the smallest number present. A gap in the numbers is a missing frame.
 class SequenceFrames final : public Frames {
  public:
-  explicit SequenceFrames(std::map<std::int64_t, fs::path> files) : files_(std::move(files)) {}
+  SequenceFrames(std::map<std::int64_t, fs::path> files, bool has_alpha)
+      : files_(std::move(files)), flags_(has_alpha ? cv::IMREAD_UNCHANGED : cv::IMREAD_COLOR) {}
   std::optional<cv::Mat> at(std::int64_t index) override {
     const auto file = files_.find(files_.begin()->first + index);
     if (file == files_.end()) return std::nullopt;
-    cv::Mat image = cv::imread(file->second.string(), cv::IMREAD_COLOR);
+    cv::Mat image = cv::imread(file->second.string(), flags_);
     if (image.empty()) return std::nullopt;
     return image;
   }
@@ -88,6 +89,7 @@ class SequenceFrames final : public Frames {
 
  private:
   std::map<std::int64_t, fs::path> files_;
+  int flags_;
 };
 
 // Returns the files in the folder of `pattern` that match it, by number. The pattern's file name
@@ -127,7 +129,8 @@ bool is_picture(const fs::path& file) {
 }
 
 // Throws SourceError if the file is missing or cannot be decoded.
-std::unique_ptr<Frames> open_frames(const config::RigCamera& camera, const std::string& file) {
+std::unique_ptr<Frames> open_frames(const config::RigCamera& camera, const std::string& file,
+                                    bool has_alpha = false) {
   const auto fail = [&](SourceFault fault, const std::string& what) {
     throw_problems({{camera.name, fault, file + ": " + what}});
   };
@@ -138,11 +141,15 @@ std::unique_ptr<Frames> open_frames(const config::RigCamera& camera, const std::
     for (const auto& [index, path] : files)
       if (const auto why = base::why_unreadable(path))
         fail(SourceFault::not_found, path.filename().string() + ": " + *why);
-    frames = std::make_unique<SequenceFrames>(std::move(files));
+    frames = std::make_unique<SequenceFrames>(std::move(files), has_alpha);
   } else if (const auto why = base::why_unreadable(file)) {
     fail(SourceFault::not_found, *why);
   } else if (is_picture(file)) {
-    frames = std::make_unique<SequenceFrames>(std::map<std::int64_t, fs::path>{{0, file}});
+    frames =
+        std::make_unique<SequenceFrames>(std::map<std::int64_t, fs::path>{{0, file}}, has_alpha);
+  } else if (has_alpha) {
+    fail(SourceFault::not_decodable,
+         "alpha needs pictures, such as frame_%04d.png; a video is decoded without its alpha");
   } else {
     auto video = std::make_unique<VideoFrames>(file);
     if (!video->opened()) fail(SourceFault::not_decodable, "cannot decode this video");
@@ -158,7 +165,8 @@ class FileSource final : public ImageSource {
         width_px_(camera.source.width_px),
         height_px_(camera.source.height_px),
         first_(source.first_frame),
-        frames_(open_frames(camera, source.file)) {
+        frames_(open_frames(camera, source.file,
+                            std::holds_alternative<config::AlphaChannel>(source.key))) {
     const std::optional<cv::Mat> first = frames_->at(first_);
     if (!first) {
       const bool none = frames_->count() && *frames_->count() <= first_;
@@ -202,9 +210,18 @@ std::unique_ptr<ImageSource> open_file_source(const config::RigCamera& camera,
   return std::make_unique<FileSource>(camera, source);
 }
 
+cv::Size image_size(const config::RigCamera& camera, const std::string& file) {
+  const std::optional<cv::Mat> first = open_frames(camera, file)->at(0);
+  if (!first)
+    throw_problems(
+        {{camera.name, SourceFault::no_frames, file + ": cannot decode its first frame"}});
+  return first->size();
+}
+
 std::vector<cv::Mat> read_background(const config::RigCamera& camera, const std::string& file) {
   const std::unique_ptr<Frames> frames = open_frames(camera, file);
-  const std::int64_t step = std::max<std::int64_t>(1, frames->count_guess() / kMaxBackgroundFrames);
+  const std::int64_t step = std::max<std::int64_t>(
+      1, (frames->count_guess() + kMaxBackgroundFrames - 1) / kMaxBackgroundFrames);
   std::vector<cv::Mat> images;
   for (std::int64_t index = 0; int(images.size()) < kMaxBackgroundFrames; index += step) {
     std::optional<cv::Mat> image = frames->at(index);
@@ -219,6 +236,20 @@ std::vector<cv::Mat> read_background(const config::RigCamera& camera, const std:
   if (images.empty())
     throw_problems({{camera.name, SourceFault::no_frames, file + ": cannot decode any frame"}});
   return images;
+}
+
+hull::ObjectPixels read_region(const config::RigCamera& camera, const std::string& file) {
+  const cv::Mat picture = cv::imread(file, cv::IMREAD_GRAYSCALE);
+  if (picture.empty())
+    throw_problems(
+        {{camera.name, SourceFault::not_decodable, file + ": cannot decode this picture"}});
+  if (picture.cols != camera.source.width_px || picture.rows != camera.source.height_px)
+    throw_problems({{camera.name, SourceFault::wrong_size, size_problem(file, picture, camera)}});
+  hull::ObjectPixels pixels(picture.cols, picture.rows);
+  for (int v = 0; v < picture.rows; ++v)
+    for (int u = 0; u < picture.cols; ++u)
+      if (picture.at<std::uint8_t>(v, u) > 0) pixels.set(u, v);
+  return pixels;
 }
 
 }  // namespace fivepipe::capture

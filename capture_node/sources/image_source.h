@@ -14,6 +14,7 @@
 #include "capture_node/sources/source_error.h"
 #include "common/config/capture_config.h"
 #include "common/config/rig.h"
+#include "common/hull/object_pixels.h"
 
 namespace fivepipe::capture {
 
@@ -27,7 +28,8 @@ enum class ReadStatus {
 class ImageSource {
  public:
   virtual ~ImageSource() = default;
-  // Sets `bgr` to the image of `frame` >= 0: 8-bit BGR of the rig camera's captured size. Leaves
+  // Sets `bgr` to the image of `frame` >= 0: 8-bit BGR of the rig camera's captured size; pictures
+  // that were opened for their alpha channel as the file has them, BGRA. Leaves
   // `bgr` unchanged unless the status is `image`. Files: `frame` counts from the first frame to be
   // read; increasing frames are cheap, a smaller one reopens the file. Devices: waits a bounded
   // time for the newest image not yet read, and ignores `frame`.
@@ -39,17 +41,26 @@ class ImageSource {
   virtual std::string last_error() const { return {}; }
 };
 
-// Opens a video file, an image sequence (printf pattern) or a single picture. Throws SourceError if
+// Opens a video file, an image sequence (printf pattern) or a single picture. Of source.key, only
+// an alpha channel matters here: a video has none, which is a fault. Throws SourceError if
 // the file is not found, cannot be decoded, has no frame or a size other than camera.source (the
 // message names both sizes).
 std::unique_ptr<ImageSource> open_file_source(const config::RigCamera& camera,
                                               const config::VideoSource& source);
 
+// Returns the size of the first image of a file, opened like open_file_source(). Throws like it.
+cv::Size image_size(const config::RigCamera& camera, const std::string& file);
+
 // Returns at most kMaxBackgroundFrames pictures of the empty scene, evenly spaced over a video, a
 // sequence or a single plate image. Throws like open_file_source().
 std::vector<cv::Mat> read_background(const config::RigCamera& camera, const std::string& file);
-// 32 frames determine the noise to within an eighth (1 / sqrt(2 * 32)) and bound the memory.
-inline constexpr int kMaxBackgroundFrames = 32;
+// 64 frames determine the noise to within a tenth (1 / sqrt(2 * 64)), show the colours of a moving
+// background, and bound the memory: 400 MB for a camera of 1920x1080.
+inline constexpr int kMaxBackgroundFrames = 64;
+
+// Returns the pixels of a picture that are not black. Throws SourceError if the picture cannot be
+// decoded or has a size other than camera.source.
+hull::ObjectPixels read_region(const config::RigCamera& camera, const std::string& file);
 
 // Opens a V4L2 camera. Throws HardwareMissing if the device does not exist (the message lists the
 // connected ones) or delivers no images, and SourceError if its images have another size than

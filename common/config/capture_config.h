@@ -3,8 +3,11 @@
 // To add a camera type, add its settings to CameraSource below and follow the list in
 // capture_node/sources/image_source.h.
 #pragma once
+#include <Eigen/Geometry>
+#include <array>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <variant>
 
@@ -13,18 +16,35 @@ namespace fivepipe::config {
 // Rendered images: see SyntheticWorld.
 struct SyntheticSource {};
 
+// Objects in front of a screen of one colour: a pixel with the colour of the screen is none.
+struct ChromaKey {
+  std::array<double, 3> rgb = {0, 1, 0};  // of the screen, 0 to 1
+  double max_angle_deg = 30;  // of its hue, in the plane of the chroma components Cb and Cr
+  double min_chroma = 0.3;    // fraction of the screen's chroma, which its shadows reduce
+};
+
+// How the object pixels of a camera are found.
+struct LearnedBackground {
+  std::string file;  // the empty scene: video, sequence or single picture; empty: the first images
+  int frames = 30;   // number of these images
+};
+struct MatteFile {
+  std::string file;  // video or sequence of masks, frame by frame: from half white on, object
+};
+struct AlphaChannel {};  // of the pictures: from half opaque on, object
+using ObjectKey = std::variant<LearnedBackground, MatteFile, AlphaChannel, ChromaKey>;
+
 // A video file, or an image sequence by a printf pattern (frame_%04d.png).
 struct VideoSource {
   std::string file;
-  std::string background;  // empty scene for the reference image: video, sequence or single picture
-  int first_frame = 0;     // index in the file of the frame to read first
+  ObjectKey key;
+  int first_frame = 0;  // index in the file of the frame to read first, also in a matte
 };
 
 // A V4L2 camera.
 struct V4l2Source {
-  std::string device;          // index, or path; /dev/v4l/by-id/... keeps its name across reboots
-  std::string background;      // picture of the empty scene; empty: learn from the first images
-  int background_frames = 30;  // number of these images
+  std::string device;  // index, or path; /dev/v4l/by-id/... keeps its name across reboots
+  ObjectKey key;       // a learned background or a chroma key
 };
 
 // The type of a camera.
@@ -51,16 +71,33 @@ struct SyntheticWorld {
   bool prerender = false;
 };
 
-// Image segmentation (paper, section 3.1). A pixel is an object pixel if it differs from the
-// reference image by more than max(threshold_floor_levels, threshold_sigmas * its measured noise).
+// Image segmentation (paper, section 3.1); the steps are in
+// capture_node/segmentation/segmentation.h.
 struct SegmentationConfig {
-  double threshold_sigmas = 6.0;
-  double threshold_floor_levels = 12.0;  // grey levels of 255
-  // A darker pixel is shadow if its brightness is at least this fraction of the reference's and it
-  // keeps the reference's colour; 1: no pixel is shadow.
+  // A pixel differs from the background if a channel is farther from its mean than
+  //   min(max(floor, sigmas * measured noise), ceiling) + jitter * gradient.
+  double threshold_sigmas = 4;
+  double threshold_floor_levels = 8, threshold_ceiling_levels = 16;  // grey levels of 255
+  double jitter_px = 0.2;  // movement of the camera against its background
+  // A pixel that differs this many times as far is certain; a region without one is no object.
+  double hysteresis = 2;
+  int moving_boxes = 4;  // colours of a pixel whose background moves; 0: one for each pixel
+  bool gain_compensation = true;  // for changes of the brightness of the whole image
+  // A darker pixel is shadow if its brightness is at least this fraction of the background's and it
+  // keeps the background's colour; 1: no pixel is shadow.
   double shadow_min_brightness = 0.5;
-  int opening_px = 1;  // radius of the morphological opening that removes specks; 0: none
-  int closing_px = 0;  // radius of the morphological closing that fills holes; 0: none
+  int min_object_px = 30;  // smaller regions are no objects
+  int max_hole_px = 50;    // holes up to this area are filled
+  int opening_px = 0;      // radius of the morphological opening; 0: none
+  int closing_px = 0;      // radius of the morphological closing; 0: none
+  // Every pixel that differs is object: leaves out each step that can remove object pixels.
+  bool conservative = false;
+  // Time constant with which the background follows slow changes away from objects; 0: never.
+  double adaptation_s = 0;
+  // Object pixels are only searched where the camera sees this world box; without it, everywhere.
+  std::optional<Eigen::AlignedBox3d> volume_m;
+  // Picture of a camera's captured size: object pixels are only searched where it is not black.
+  std::map<std::string, std::string> regions;  // by camera
 };
 
 struct CaptureConfig {

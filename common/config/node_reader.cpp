@@ -5,8 +5,8 @@
 #include <algorithm>
 
 #include "common/base/machine.h"
-#include "common/base/readable_file.h"
-#include "common/base/regex.h"
+#include "common/config/segmentation_reader.h"
+#include "common/config/source_reader.h"
 
 namespace fivepipe::config {
 
@@ -18,49 +18,6 @@ constexpr Range kCores{0, 1023};  // CPUs of a Linux cpu_set_t
 
 // Returns true if the node runs on this machine. Files of other hosts cannot be checked here.
 bool runs_here(const std::string& host) { return host.empty() || host == base::host_name(); }
-
-// Returns a file of a sequence such as frame_%04d.png. Returns the pattern itself if it contains no
-// %d.
-std::string frame_of_sequence(const std::string& pattern, int index) {
-  static const base::Regex index_pattern("%(0?)([0-9]?)d");
-  const auto match = index_pattern.search(pattern);
-  if (!match) return pattern;
-  const std::string &zero = match->groups[1], &width_digit = match->groups[2];
-  std::string digits = std::to_string(index);
-  const std::size_t width = width_digit.empty() ? 0 : std::size_t(width_digit[0] - '0');
-  if (digits.size() < width) digits.insert(0, width - digits.size(), zero.empty() ? ' ' : '0');
-  return match->before + digits + match->after;
-}
-
-std::string read_image_path(YamlMap& map, const std::string& key, int first_frame, bool is_here) {
-  const std::string path = map.path(key).string();
-  if (path.empty() || !is_here) return path;
-  // Sequences start at 0 or at 1.
-  auto why = base::why_unreadable(frame_of_sequence(path, first_frame));
-  if (why && base::why_unreadable(frame_of_sequence(path, first_frame + 1)))
-    map.problem_at(key, key + ' ' + path + ": " + *why);
-  return path;
-}
-
-CameraSource read_source(YamlMap map, bool is_here) {
-  if (map.has("video") && map.has("v4l2"))
-    map.problem_at("v4l2", "video and v4l2 are both set: a camera has one source");
-  if (map.has("v4l2")) {
-    V4l2Source source;
-    source.device = map.text("v4l2");
-    if (map.has("background")) source.background = read_image_path(map, "background", 0, is_here);
-    source.background_frames =
-        map.integer("background_frames", {1, 10000}, source.background_frames);
-    map.finish();
-    return source;
-  }
-  VideoSource source;
-  source.first_frame = map.integer("first_frame", kCount, 0);
-  source.file = read_image_path(map, "video", source.first_frame, is_here);
-  source.background = read_image_path(map, "background", 0, is_here);
-  map.finish();
-  return source;
-}
 
 // Reports a text other than "synthetic".
 void check_synthetic(YamlMap& map, const std::string& key) {
@@ -113,25 +70,13 @@ SyntheticWorld read_synthetic_world(YamlMap map) {
   return world;
 }
 
-SegmentationConfig read_segmentation(YamlMap map) {
-  constexpr Range kRadius_px{0, 64};
-  SegmentationConfig config;
-  config.threshold_sigmas = map.number("threshold_sigmas", {0, 1000}, config.threshold_sigmas);
-  config.threshold_floor_levels =
-      map.number("threshold_floor_levels", kLevels, config.threshold_floor_levels);
-  config.shadow_min_brightness =
-      map.number("shadow_min_brightness", {0, 1, true}, config.shadow_min_brightness);
-  config.opening_px = map.integer("opening_px", kRadius_px, config.opening_px);
-  config.closing_px = map.integer("closing_px", kRadius_px, config.closing_px);
-  map.finish();
-  return config;
-}
-
 CaptureConfig read_capture(YamlMap& map, const Rig& rig, ParsedNode& parsed) {
   CaptureConfig config;
   config.sources = read_sources(map, rig, parsed);
   if (map.has("synthetic")) config.synthetic = read_synthetic_world(map.map("synthetic"));
-  if (map.has("segmentation")) config.segmentation = read_segmentation(map.map("segmentation"));
+  if (map.has("segmentation"))
+    config.segmentation =
+        read_segmentation(map.map("segmentation"), rig, runs_here(parsed.node.host));
   config.loop = map.flag("loop", config.loop);
   config.max_frames_in_flight =
       map.integer("max_frames_in_flight", {0, 64}, config.max_frames_in_flight);

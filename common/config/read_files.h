@@ -5,12 +5,14 @@
 #include <filesystem>
 
 #include "common/config/deployment.h"
-#include "common/config/yaml/problems.h"
+#include "common/config/yaml/yaml_reader.h"
 
 namespace fivepipe::config {
 
 // Read a rig file, and a scene file with its mesh files.
 Rig read_rig(const std::filesystem::path& file, Problems& problems);
+// Reads a world box: `min` and `max`. Returns an empty box if it has problems.
+Eigen::AlignedBox3d read_volume(YamlMap map);
 Scene read_scene(const std::filesystem::path& file, Problems& problems);
 
 // Reads a CSV file of eye poses: the header

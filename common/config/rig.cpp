@@ -143,6 +143,8 @@ RigCamera read_camera(YamlMap map, const Eigen::AlignedBox3d& volume_m) {
   return camera;
 }
 
+}  // namespace
+
 Eigen::AlignedBox3d read_volume(YamlMap map) {
   const std::size_t problems_before = map.problem_count();
   const Eigen::AlignedBox3d volume_m(map.vector3("min", kAny), map.vector3("max", kAny));
@@ -154,8 +156,6 @@ Eigen::AlignedBox3d read_volume(YamlMap map) {
                                         volume_m.min()[axis], "xyz"[axis], volume_m.max()[axis]));
   return map.problem_count() > problems_before ? Eigen::AlignedBox3d() : volume_m;
 }
-
-}  // namespace
 
 Rig read_rig(const std::filesystem::path& file, Problems& problems) {
   YamlMap map = YamlMap::load(file, problems);

@@ -101,19 +101,35 @@ void add_bench(CLI::App& app, Command& command) {
       [bench, &command] { command = [words = bench->remaining()] { return run_bench(words); }; });
 }
 
-void add_maps(CLI::App& app, Command& command) {
-  CLI::App* maps = app.add_subcommand("maps",
-                                      "Write the object-pixel maps of one frame as images: maps "
-                                      "DEPLOYMENT --out FOLDER [--frame N] [--set KEY=VALUE]");
-  maps->set_help_flag();  // fivepipe_maps prints its own help
-  maps->prefix_command();
-  maps->callback([maps, &command] {
-    command = [words = maps->remaining()]() -> int {
-      std::vector<std::string> all{program_folder() / "fivepipe_maps"};
+namespace {
+
+// A subcommand that is a program of its own, with its own help.
+void add_program(CLI::App& app, Command& command, const char* name, const char* program,
+                 const char* description) {
+  CLI::App* sub = app.add_subcommand(name, description);
+  sub->set_help_flag();
+  sub->prefix_command();
+  sub->callback([sub, program, &command] {
+    command = [words = sub->remaining(), program]() -> int {
+      std::vector<std::string> all{program_folder() / program};
       all.insert(all.end(), words.begin(), words.end());
       exec_program(std::move(all));
     };
   });
+}
+
+}  // namespace
+
+void add_maps(CLI::App& app, Command& command) {
+  add_program(app, command, "maps", "fivepipe_maps",
+              "Write the object-pixel maps of frames as images: maps DEPLOYMENT --out FOLDER "
+              "[--frames A:B] [--overlays] [--set KEY=VALUE]");
+}
+
+void add_segment(CLI::App& app, Command& command) {
+  add_program(app, command, "segment", "fivepipe_segment",
+              "Segment one clip into masks and overlays: segment CLIP --out FOLDER "
+              "[--background FILE] [--set KEY=VALUE]");
 }
 
 }  // namespace fivepipe::launch

@@ -41,6 +41,7 @@ int run(int argc, char** argv) {
   add_doctor(app, command);
   add_bench(app, command);
   add_maps(app, command);
+  add_segment(app, command);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -41,7 +41,7 @@ constexpr std::chrono::milliseconds kInterruptGrace = 1300ms, kFinishGrace = 10s
 constexpr auto kDrainTime = 1s;
 constexpr auto kProgressPeriod = 5s;
 // --duration counts from the first composited frame, or from this time after the start if no frame
-// is composited until then, because nodes first learn reference images and compile shaders.
+// is composited until then, because nodes first learn backgrounds and compile shaders.
 constexpr auto kStartupTimeout = 20s;
 constexpr auto kFinalReportTimeout = 500ms;
 

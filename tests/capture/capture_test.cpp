@@ -72,8 +72,9 @@ TEST(Capture, FilesOfUnequalLengthRestartTogether) {
         image(cv::Rect(40 * frame, 50, 30, 30)).setTo(cv::Scalar(0, 0, 250));
         cv::imwrite((of_camera / ("f" + std::to_string(frame) + ".png")).string(), image);
       }
-      config.sources[rig.cameras[i].name] = config::VideoSource{
-          (of_camera / "f%d.png").string(), (of_camera / "empty.png").string(), 0};
+      config.sources[rig.cameras[i].name] =
+          config::VideoSource{(of_camera / "f%d.png").string(),
+                              config::LearnedBackground{(of_camera / "empty.png").string()}, 0};
     }
     Capture capture(rig, test_viewer(), config, 30);
     for (int frame = 0; frame < 7; ++frame) {
@@ -94,9 +95,9 @@ class CapturePictures : public testing::Test {
     for (const config::RigCamera& camera : rig_.cameras) {
       std::filesystem::create_directories(folder_ / camera.name);
       cv::imwrite((folder_ / camera.name / "empty.png").string(), room());
-      config_.sources[camera.name] =
-          config::VideoSource{(folder_ / camera.name / "f%d.png").string(),
-                              (folder_ / camera.name / "empty.png").string(), 0};
+      config_.sources[camera.name] = config::VideoSource{
+          (folder_ / camera.name / "f%d.png").string(),
+          config::LearnedBackground{(folder_ / camera.name / "empty.png").string()}, 0};
     }
   }
   static cv::Mat room() { return {162, 240, CV_8UC3, cv::Scalar::all(60)}; }
@@ -208,7 +209,7 @@ TEST_F(CapturePictures, AnErrorOfTheDecoderNamesTheCamera) {
   for (const std::string camera : {"cam0", "cam1"}) write(camera, 0);
   // OpenCV throws if the header of a picture names a size beyond its limit.
   std::ofstream(folder_ / "cam1" / "huge.ppm") << "P6 2000000 1 255\n";
-  config_.sources["cam1"] = config::VideoSource{(folder_ / "cam1" / "huge.ppm").string(), "", 0};
+  config_.sources["cam1"] = config::VideoSource{(folder_ / "cam1" / "huge.ppm").string(), {}, 0};
   try {
     Capture capture(rig_, test_viewer(), config_, 30);
     FAIL() << "no error";
@@ -222,7 +223,7 @@ TEST_F(CapturePictures, AnErrorOfTheDecoderNamesTheCamera) {
 
 // One pixel of the object is enough for a colour.
 TEST_F(CapturePictures, ASinglePixelHasItsColour) {
-  config_.segmentation.opening_px = 0;
+  config_.segmentation.min_object_px = 0;
   for (const std::string camera : {"cam0", "cam1"}) {
     cv::Mat image = room();
     image.at<cv::Vec3b>(60, 70) = cv::Vec3b(10, 20, 250);
@@ -392,7 +393,7 @@ TEST(Capture, ReadsPrerenderedImagesInLessThanHalfTheTimeOfRendering) {
   for (std::size_t i = 0; i < 2; ++i) EXPECT_LT(prerendered[i], rendered[i] / 2) << i;
 }
 
-// Capture learns each reference image from 24 images of the empty room, and stops OpenCV's own
+// Capture learns each background from 24 images of the empty room, and stops OpenCV's own
 // threads.
 TEST(Capture, SyntheticCamerasLearnFrom24ImagesOfTheEmptyRoom) {
   const config::Rig rig = table_rig();
@@ -436,8 +437,7 @@ TEST(Capture, ReportsItsProgress) {
     cameras.insert(steps[i].first);
     EXPECT_EQ(steps[i].second, 0.5 * double(i + 1));
   }
-  EXPECT_EQ(cameras, (std::set<std::string>{"camera cam0: reference image",
-                                            "camera cam1: reference image"}));
+  EXPECT_EQ(cameras, (std::set<std::string>{"camera cam0: background", "camera cam1: background"}));
   for (std::size_t i = 0; i < 4; ++i)
     EXPECT_EQ(steps[i + 2], std::pair(std::string("precomputing frames"), 0.25 * double(i + 1)));
 }
@@ -486,8 +486,9 @@ TEST(Capture, DiagnosesACameraWithoutObjectPixels) {
 TEST(Capture, ErrorListsEveryUnavailableCamera) {
   const config::Rig rig = table_rig();
   config::CaptureConfig config = synthetic_config(rig);
-  config.sources["cam0"] = config::VideoSource{"/nowhere/a.avi", "/nowhere/b.avi", 0};
-  config.sources["cam1"] = config::V4l2Source{"/dev/v4l/by-id/none", "", 30};
+  config.sources["cam0"] =
+      config::VideoSource{"/nowhere/a.avi", config::LearnedBackground{"/nowhere/b.avi"}, 0};
+  config.sources["cam1"] = config::V4l2Source{"/dev/v4l/by-id/none", {}};
   try {
     Capture capture(rig, test_viewer(), config, 30);
     FAIL() << "no error";

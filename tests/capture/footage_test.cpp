@@ -36,7 +36,7 @@ Footage footage(const std::string& name, int frame) {
   result.background = read_background(result.camera, (kFootage / name / "background.avi").string());
   // To learn four cameras from all frames takes more than two minutes with the thread sanitizer.
   if (test::kHasSanitizer) result.background.resize(8);
-  open_file_source(result.camera, {(kFootage / name / "video.avi").string(), "", 0})
+  open_file_source(result.camera, {(kFootage / name / "video.avi").string(), {}, 0})
       ->read(frame, result.image);
   return result;
 }
@@ -58,9 +58,9 @@ TEST(Footage, SeatedPersonIsFoundInEveryCamera) {
   for (const char* name : {"cam1", "cam2", "cam3", "cam4"}) {
     const Footage shot = footage(name, 200);
     const hull::ObjectPixels pixels =
-        Segmenter(shot.camera, learn_reference(shot.background), footage_settings())
+        Segmenter(learn_background(shot.background), footage_settings())
             .segment(shot.image)
-            .value();
+            ->object;
     const double fraction = double(pixels.count()) / (644.0 * 486.0);
     // A seated person of 1.7 m, 3 to 4 m away at f = 490 px, fills about 70 x 190 to 120 x 270 px.
     EXPECT_GT(fraction, 0.02) << name;
@@ -72,13 +72,13 @@ TEST(Footage, SeatedPersonIsFoundInEveryCamera) {
 TEST(Footage, SegmentsWholePersonWithoutFloorShadow) {
   if (!fs::exists(kFootage)) GTEST_SKIP() << "no recording at " << kFootage;
   const Footage shot = footage("cam1", 200);
-  const ReferenceImage reference = learn_reference(shot.background);
+  const Background background = learn_background(shot.background);
   config::SegmentationConfig with_shadow = footage_settings();
   with_shadow.shadow_min_brightness = 1;
   const hull::ObjectPixels pixels =
-      Segmenter(shot.camera, reference, footage_settings()).segment(shot.image).value();
+      Segmenter(background, footage_settings()).segment(shot.image)->object;
   const hull::ObjectPixels shadow_too =
-      Segmenter(shot.camera, reference, with_shadow).segment(shot.image).value();
+      Segmenter(background, with_shadow).segment(shot.image)->object;
   EXPECT_GT(fraction_in(pixels, kTorso), 0.98) << "the torso has holes";
   EXPECT_GT(fraction_in(shadow_too, kFloorShadow), 0.5) << "the region has no shadow";
   EXPECT_LT(fraction_in(pixels, kFloorShadow), 0.1) << "the shadow is segmented as object";

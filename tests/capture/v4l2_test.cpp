@@ -158,7 +158,7 @@ class V4l2 : public testing::Test {
   }
   std::unique_ptr<ImageSource> opened(int first_level = 10) {
     driver().push({picture(first_level)});
-    return open_v4l2_source(camera(), {kDevice, "", 3});
+    return open_v4l2_source(camera(), {kDevice, config::LearnedBackground{"", 3}});
   }
   // Closes the source while the camera delivers.
   static void close(std::unique_ptr<ImageSource>& source) {
@@ -174,7 +174,7 @@ class V4l2 : public testing::Test {
   }
   static SourceProblem problem() {
     try {
-      auto source = open_v4l2_source(camera(), {kDevice, "", 3});
+      auto source = open_v4l2_source(camera(), {kDevice, config::LearnedBackground{"", 3}});
       close(source);
     } catch (const HardwareMissing& missing) {
       EXPECT_EQ(missing.problems().size(), 1u);
@@ -401,7 +401,7 @@ TEST_F(V4l2, ErrorOfAMissingDeviceListsTheConnectedOnes) {
                                      {"", ""},
                                      {"1a", "1a"}}) {
     try {
-      open_v4l2_source(camera(), {device, "", 30});
+      open_v4l2_source(camera(), {device, {}});
       FAIL() << "no SourceError";
     } catch (const HardwareMissing& missing) {
       EXPECT_EQ(missing.problems().at(0).fault, SourceFault::hardware_missing);
@@ -411,14 +411,14 @@ TEST_F(V4l2, ErrorOfAMissingDeviceListsTheConnectedOnes) {
   }
 }
 
-// The reference image is that of the images after the first one, which opening reads.
+// The background is that of the images after the first one, which opening reads.
 TEST_F(V4l2, CaptureLearnsTheEmptySceneFromTheFirstImages) {
   config::Rig rig;
   rig.cameras = {camera()};
   config::Viewer viewer;
   viewer.path = {{0, {0, -0.8, 0.8}, {0, 0, 0.2}}};
   config::CaptureConfig config;
-  config.sources["cam"] = config::V4l2Source{kDevice, "", 3};
+  config.sources["cam"] = config::V4l2Source{kDevice, config::LearnedBackground{"", 3}};
   driver().go_on(picture(50));
   Capture capture(rig, viewer, config, 30);
   driver().pause();
@@ -443,7 +443,8 @@ TEST_F(V4l2, CaptureTakesTheEmptySceneFromTheConfiguredPicture) {
   config::Viewer viewer;
   viewer.path = {{0, {0, -0.8, 0.8}, {0, 0, 0.2}}};
   config::CaptureConfig config;
-  config.sources["cam"] = config::V4l2Source{kDevice, (folder.path / "empty.png").string(), 3};
+  config.sources["cam"] = config::V4l2Source{
+      kDevice, config::LearnedBackground{(folder.path / "empty.png").string(), 3}};
   driver().go_on(picture(90));
   Capture capture(rig, viewer, config, 30);
   EXPECT_EQ(capture.capture(0, false).at(0).pixels.value().count(),
@@ -456,7 +457,7 @@ TEST_F(V4l2, CaptureReadsAsManyImagesOfTheEmptySceneAsConfigured) {
   for (const int frames : {0, 1}) {
     driver().reset();
     config::CaptureConfig config;
-    config.sources["cam"] = config::V4l2Source{kDevice, "", frames};
+    config.sources["cam"] = config::V4l2Source{kDevice, config::LearnedBackground{"", frames}};
     driver().go_on();
     const auto learn = [&] { Capture(rig, {}, config, 30); };
     if (frames == 0)
@@ -475,7 +476,8 @@ TEST_F(V4l2, CaptureTakesNothingFromAnImageThatIsNotBgr) {
   config::Viewer viewer;
   viewer.path = {{0, {0, -0.8, 0.8}, {0, 0, 0.2}}};
   config::CaptureConfig config;
-  config.sources["cam"] = config::V4l2Source{kDevice, (folder.path / "empty.png").string(), 3};
+  config.sources["cam"] = config::V4l2Source{
+      kDevice, config::LearnedBackground{(folder.path / "empty.png").string(), 3}};
   driver().go_on({kHeight_px, kWidth_px, CV_8UC1, cv::Scalar::all(200)});
   Capture capture(rig, viewer, config, 30);
   const CapturedCamera found = capture.capture(0, true).at(0);
@@ -490,7 +492,7 @@ TEST_F(V4l2, CaptureNeedsAnImageOfTheEmptyScene) {
   config::Rig rig;
   rig.cameras = {camera()};
   config::CaptureConfig config;
-  config.sources["cam"] = config::V4l2Source{kDevice, "", 2};
+  config.sources["cam"] = config::V4l2Source{kDevice, config::LearnedBackground{"", 2}};
   driver().push({picture(10)});
   driver().push({{}, EIO});
   try {
@@ -508,7 +510,7 @@ TEST_F(V4l2, CaptureTakesTheStampOfTheImage) {
   config::Rig rig;
   rig.cameras = {camera()};
   config::CaptureConfig config;
-  config.sources["cam"] = config::V4l2Source{kDevice, "", 1};
+  config.sources["cam"] = config::V4l2Source{kDevice, config::LearnedBackground{"", 1}};
   config::Viewer viewer;
   viewer.path = {{0, {0, -0.8, 0.8}, {0, 0, 0.2}}};
   driver().go_on();

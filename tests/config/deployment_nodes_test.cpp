@@ -34,6 +34,81 @@ TEST_F(DeploymentFile, EveryCameraHasOneSource) {
       << "without a capture node, the maps come from a replay";
 }
 
+// The ways to find objects in a file.
+TEST_F(DeploymentFile, ACameraFindsItsObjectsInOneWay) {
+  write("a.png", "any content");
+  const auto nodes = [](const std::string& key) {
+    return with_nodes(
+        "  - {name: c, program: capture_node, sources: {right: synthetic, left: "
+        "{video: a.png, first_frame: 2, " +
+        key + "}}}\n");
+  };
+  const auto key_of = [&](const std::string& text) {
+    const Deployment deployment = load(nodes(text));
+    return std::get<VideoSource>(
+               std::get<CaptureConfig>(deployment.nodes[0].config).sources.at("left"))
+        .key;
+  };
+  EXPECT_EQ(std::get<MatteFile>(key_of("matte: a.png")).file, (folder() / "a.png").string());
+  EXPECT_TRUE(std::holds_alternative<AlphaChannel>(key_of("alpha: true")));
+  EXPECT_EQ(std::get<LearnedBackground>(key_of("background: a.png")).file,
+            (folder() / "a.png").string());
+  const auto screen = std::get<ChromaKey>(
+      key_of("chroma_key: {rgb: [0.1, 0.2, 0.9], max_angle_deg: 20, min_chroma: 0.5}"));
+  EXPECT_EQ(screen.rgb, (std::array{0.1, 0.2, 0.9}));
+  EXPECT_EQ(screen.max_angle_deg, 20);
+  EXPECT_EQ(screen.min_chroma, 0.5);
+  const ChromaKey defaults = std::get<ChromaKey>(key_of("chroma_key: {}"));
+  EXPECT_EQ(defaults.rgb, (std::array{0.0, 1.0, 0.0}));
+  EXPECT_EQ(defaults.max_angle_deg, 30);
+  EXPECT_EQ(defaults.min_chroma, 0.3);
+  using ::testing::HasSubstr;
+  EXPECT_THAT(problems(nodes("alpha: false")), ElementsAre(HasSubstr("background is missing")));
+  EXPECT_THAT(problems(nodes("matte: absent.png")),
+              ElementsAre(HasSubstr("absent.png: there is no such file")));
+  EXPECT_THAT(problems(nodes("matte: a.png, alpha: true")),
+              ElementsAre(HasSubstr("matte and alpha are both set: a camera finds its objects in "
+                                    "one way")));
+  EXPECT_THAT(problems(nodes("chroma_key: {rgb: [0.5, 0.6, 0.5]}")),
+              ElementsAre(HasSubstr("the colour [0.5, 0.6, 0.5] is too grey")));
+  EXPECT_THAT(problems(nodes("chroma_key: {max_angle_deg: 0, min_chroma: 0}")),
+              ElementsAre(HasSubstr("max_angle_deg must be from 1 to 90, is 0"),
+                          HasSubstr("min_chroma must be greater than 0 and at most 1, is 0")));
+  const Deployment camera = load(
+      with_nodes("  - {name: c, program: capture_node, sources: {right: synthetic, left: {v4l2: 0, "
+                 "chroma_key: {}}}}\n"));
+  EXPECT_TRUE(std::holds_alternative<ChromaKey>(
+      std::get<V4l2Source>(std::get<CaptureConfig>(camera.nodes[0].config).sources.at("left"))
+          .key));
+}
+
+TEST_F(DeploymentFile, SegmentationHasAVolumeAndRegions) {
+  const auto nodes = [](const std::string& segmentation) {
+    return with_nodes("  - name: c\n    program: capture_node\n    sources: synthetic\n" +
+                      ("    segmentation: {" + segmentation + "}\n"));
+  };
+  const Deployment deployment = load(nodes("volume_m: rig"));
+  const auto& found = std::get<CaptureConfig>(deployment.nodes[0].config).segmentation;
+  ASSERT_TRUE(found.volume_m);
+  EXPECT_EQ(found.volume_m->min(), deployment.rig.volume_m.min());
+  EXPECT_EQ(found.volume_m->max(), deployment.rig.volume_m.max());
+  EXPECT_THAT(problems(nodes("volume_m: all")),
+              ElementsAre(::testing::HasSubstr("volume_m must be one of rig; is \"all\"")));
+  EXPECT_THAT(problems(nodes("volume_m: {min: [0, 0, 0], max: [1, -1, 1]}")),
+              ElementsAre(::testing::HasSubstr("max must be greater than min (0) in y, is -1")));
+  EXPECT_THAT(problems(nodes("regions: {middle: rig.yaml, left: absent.png}")),
+              ElementsAre("deployment.yaml:10:38: rig two has no camera middle",
+                          "deployment.yaml:10:54: left " + (folder() / "absent.png").string() +
+                              ": there is no such file"));
+  EXPECT_THAT(problems(nodes("threshold_ceiling_levels: 7.5")),
+              ElementsAre(::testing::HasSubstr(
+                  "threshold_ceiling_levels must be at least threshold_floor_levels (8), is 7.5")));
+  // A floor alone raises the ceiling with it.
+  const Deployment high = load(nodes("threshold_floor_levels: 20"));
+  EXPECT_EQ(std::get<CaptureConfig>(high.nodes[0].config).segmentation.threshold_ceiling_levels,
+            20);
+}
+
 TEST_F(DeploymentFile, SyntheticCamerasSeeOneWorld) {
   EXPECT_THAT(
       problems(with_nodes("  - {name: c, program: capture_node, sources: {left: synthetic}, "
@@ -104,7 +179,7 @@ TEST_F(DeploymentFile, ReportsEveryProblemOfNodesWithItsLocation) {
           "deployment.yaml:11:13: background is missing in left",
           "deployment.yaml:11:21: video " + (folder() / "absent.avi").string() +
               ": there is no such file",
-          "deployment.yaml:12:43: background_frames must be from 1 to 10000, is 0",
+          "deployment.yaml:12:43: background_frames must be from 1 to 128, is 0",
           "deployment.yaml:13:20: unknown key threshold: use threshold_sigmas",
           "deployment.yaml:13:57: shadow_min_brightness must be greater than 0 and at most 1, is 0",
           "deployment.yaml:14:17: unknown key period_ms: use period_s",

@@ -109,9 +109,20 @@ nodes:
     segmentation:
       threshold_sigmas: 5
       threshold_floor_levels: 10
+      threshold_ceiling_levels: 30
+      jitter_px: 0.5
+      hysteresis: 3
+      moving_boxes: 7
+      gain_compensation: false
       shadow_min_brightness: 1
-      opening_px: 0
+      min_object_px: 11
+      max_hole_px: 22
+      opening_px: 1
       closing_px: 2
+      conservative: true
+      adaptation_s: 60
+      volume_m: {min: [-1, -2, -3], max: [1, 2, 3]}
+      regions: {right: plate.png}
     synthetic: {seed: 9, period_s: 2, noise_sigma_levels: 0, cast_shadow: false, prerender: true}
     max_frames_in_flight: 0
     precomputed_frames: 60
@@ -182,18 +193,33 @@ TEST_F(FullDeployment, HasTheKeysOfItsCaptureNodes) {
   const auto& files = std::get<CaptureConfig>(d.nodes[0].config);
   EXPECT_FALSE(files.loop);
   EXPECT_EQ(std::get<V4l2Source>(files.sources.at("left")).device, "/dev/v4l/by-id/some-camera");
-  EXPECT_EQ(std::get<V4l2Source>(files.sources.at("left")).background_frames, 12);
+  EXPECT_EQ(std::get<LearnedBackground>(std::get<V4l2Source>(files.sources.at("left")).key).frames,
+            12);
   const auto& film = std::get<CaptureConfig>(d.nodes[1].config);
   EXPECT_EQ(std::get<VideoSource>(film.sources.at("right")).file,
             (folder() / "film_%04d.png").string());
-  EXPECT_EQ(std::get<VideoSource>(film.sources.at("right")).background,
+  EXPECT_EQ(std::get<LearnedBackground>(std::get<VideoSource>(film.sources.at("right")).key).file,
             (folder() / "plate.png").string());
   EXPECT_EQ(std::get<VideoSource>(film.sources.at("right")).first_frame, 3);
   EXPECT_EQ(film.segmentation.threshold_sigmas, 5);
   EXPECT_EQ(film.segmentation.threshold_floor_levels, 10);
   EXPECT_EQ(film.segmentation.shadow_min_brightness, 1);
-  EXPECT_EQ(film.segmentation.opening_px, 0);
+  EXPECT_EQ(film.segmentation.threshold_ceiling_levels, 30);
+  EXPECT_EQ(film.segmentation.jitter_px, 0.5);
+  EXPECT_EQ(film.segmentation.hysteresis, 3);
+  EXPECT_EQ(film.segmentation.moving_boxes, 7);
+  EXPECT_FALSE(film.segmentation.gain_compensation);
+  EXPECT_EQ(film.segmentation.min_object_px, 11);
+  EXPECT_EQ(film.segmentation.max_hole_px, 22);
+  EXPECT_EQ(film.segmentation.opening_px, 1);
   EXPECT_EQ(film.segmentation.closing_px, 2);
+  EXPECT_TRUE(film.segmentation.conservative);
+  EXPECT_EQ(film.segmentation.adaptation_s, 60);
+  ASSERT_TRUE(film.segmentation.volume_m);
+  EXPECT_EQ(film.segmentation.volume_m->min(), Eigen::Vector3d(-1, -2, -3));
+  EXPECT_EQ(film.segmentation.volume_m->max(), Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(film.segmentation.regions,
+            (std::map<std::string, std::string>{{"right", (folder() / "plate.png").string()}}));
   EXPECT_EQ(film.synthetic.seed, 9u);
   EXPECT_EQ(film.synthetic.period_s, 2);
   EXPECT_EQ(film.synthetic.noise_sigma_levels, 0);

@@ -49,8 +49,10 @@ nodes:
     sources:
       left: {v4l2: 0, background_frames: LOW}
       right: {video: plate.png, background: plate.png, first_frame: LOW}
-    segmentation: {threshold_sigmas: LOW, threshold_floor_levels: LOW, shadow_min_brightness: LOW,
-                   opening_px: LOW, closing_px: LOW}
+    segmentation: {threshold_sigmas: LOW, threshold_floor_levels: LOW,
+                   threshold_ceiling_levels: LOW, jitter_px: LOW, hysteresis: LOW,
+                   moving_boxes: LOW, shadow_min_brightness: LOW, min_object_px: LOW,
+                   max_hole_px: LOW, opening_px: LOW, closing_px: LOW, adaptation_s: LOW}
     synthetic: {seed: LOW, period_s: LOW, noise_sigma_levels: LOW}
     max_frames_in_flight: LOW
     precomputed_frames: LOW
@@ -106,12 +108,18 @@ TEST_F(Limits, EachNumberOfADeploymentHasItsRange) {
           "far_m must be from 0.001 to 100000, is -1e9",
           "eye_distance_m must be greater than 0 and at most 1, is -1e9",
           "cores[0] must be from 0 to 1023, is -1e9",
-          "background_frames must be from 1 to 10000, is -1e9",
+          "background_frames must be from 1 to 128, is -1e9",
           "first_frame must be from 0 to 2147483647, is -1e9",
           "threshold_sigmas must be from 0 to 1000, is -1e9",
           "threshold_floor_levels must be from 0 to 255, is -1e9",
+          "threshold_ceiling_levels must be from 0 to 255, is -1e9",
+          "jitter_px must be from 0 to 10, is -1e9", "hysteresis must be from 1 to 10, is -1e9",
+          "moving_boxes must be from 0 to 16, is -1e9",
           "shadow_min_brightness must be greater than 0 and at most 1, is -1e9",
+          "min_object_px must be from 0 to 1000000, is -1e9",
+          "max_hole_px must be from 0 to 1000000, is -1e9",
           "opening_px must be from 0 to 64, is -1e9", "closing_px must be from 0 to 64, is -1e9",
+          "adaptation_s must be from 0 to 86400, is -1e9",
           "seed must be from 0 to 9.007199255e+15, is -1e9",
           "period_s must be from 0.1 to 3600, is -1e9",
           "noise_sigma_levels must be from 0 to 255, is -1e9",
@@ -234,14 +242,27 @@ TEST_F(Limits, AnAbsentKeyOfADeploymentHasItsDefault) {
   ASSERT_EQ(d.nodes.size(), 4u);
 
   const auto& capture = std::get<CaptureConfig>(d.nodes[0].config);
-  EXPECT_EQ(std::get<V4l2Source>(capture.sources.at("left")).background, "");
-  EXPECT_EQ(std::get<V4l2Source>(capture.sources.at("left")).background_frames, 30);
+  EXPECT_EQ(std::get<LearnedBackground>(std::get<V4l2Source>(capture.sources.at("left")).key).file,
+            "");
+  EXPECT_EQ(
+      std::get<LearnedBackground>(std::get<V4l2Source>(capture.sources.at("left")).key).frames, 30);
   EXPECT_EQ(std::get<VideoSource>(capture.sources.at("right")).first_frame, 0);
-  EXPECT_EQ(capture.segmentation.threshold_sigmas, 6);
-  EXPECT_EQ(capture.segmentation.threshold_floor_levels, 12);
+  EXPECT_EQ(capture.segmentation.threshold_sigmas, 4);
+  EXPECT_EQ(capture.segmentation.threshold_floor_levels, 8);
+  EXPECT_EQ(capture.segmentation.threshold_ceiling_levels, 16);
+  EXPECT_EQ(capture.segmentation.jitter_px, 0.2);
+  EXPECT_EQ(capture.segmentation.hysteresis, 2);
+  EXPECT_EQ(capture.segmentation.moving_boxes, 4);
+  EXPECT_TRUE(capture.segmentation.gain_compensation);
   EXPECT_EQ(capture.segmentation.shadow_min_brightness, 0.5);
-  EXPECT_EQ(capture.segmentation.opening_px, 1);
+  EXPECT_EQ(capture.segmentation.min_object_px, 30);
+  EXPECT_EQ(capture.segmentation.max_hole_px, 50);
+  EXPECT_EQ(capture.segmentation.opening_px, 0);
   EXPECT_EQ(capture.segmentation.closing_px, 0);
+  EXPECT_FALSE(capture.segmentation.conservative);
+  EXPECT_EQ(capture.segmentation.adaptation_s, 0);
+  EXPECT_FALSE(capture.segmentation.volume_m);
+  EXPECT_TRUE(capture.segmentation.regions.empty());
   EXPECT_EQ(capture.synthetic.seed, 1u);
   EXPECT_EQ(capture.synthetic.period_s, 4);
   EXPECT_EQ(capture.synthetic.noise_sigma_levels, 2);

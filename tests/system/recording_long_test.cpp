@@ -82,7 +82,7 @@ class LongRecording : public test::RecordingTest {};
 
 TEST_F(LongRecording, AMinuteAtSixtyHertzKeepsEveryRateAndLosesNothing) {
   // A sanitizer leaves too little time for 60 Hz, so there the test only checks that the recording
-  // has every message. capture_node needs most of that time for its reference images; it
+  // has every message. capture_node needs most of that time for its backgrounds; it
   // precomputes few frames.
   const std::string duration_s = is_long() ? "60" : kHasSanitizer ? "90" : "5";
   const std::filesystem::path file = folder_ / "long.mcap";

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <opencv2/imgcodecs.hpp>
 #include <regex>
 #include <sstream>
 #include <string>
@@ -88,7 +89,7 @@ TEST(Command, MissingDeploymentIsAConfigurationError) {
 TEST(Command, HelpOfEverySubcommandHasAnExample) {
   for (const char* subcommand :
        {"", "up ", "top ", "record ", "replay ", "info ", "ls ", "echo ", "hz ", "simulation ",
-        "doctor ", "bench ", "maps ", "bench simulation ", "bench compare "}) {
+        "doctor ", "bench ", "maps ", "segment ", "bench simulation ", "bench compare "}) {
     const Answer answer = fivepipe(std::string(subcommand) + "--help");
     EXPECT_EQ(answer.exit_code, 0) << answer.text;
     EXPECT_TRUE(test::contains(answer.text, "Example")) << subcommand << "\n" << answer.text;
@@ -178,7 +179,7 @@ TEST(Command, MapsHaveTheObjectPixelsAndTheCamerasOfOneFrame) {
     const Answer answer = pictures.maps(frame == 0 ? "" : "--frame 2");
     ASSERT_EQ(answer.exit_code, 0) << answer.text;
     for (const char* line : {"left: 2.5 % object pixels\n", "right: 2.5 % object pixels\n",
-                             ": reference image, 33 %", ": reference image, 100 %   \n"})
+                             ": background, 33 %", ": background, 100 %   \n"})
       EXPECT_TRUE(test::contains(answer.text, line)) << line << '\n' << answer.text;
     EXPECT_FALSE(test::contains(answer.text, "above: 2.5")) << answer.text;
     std::string pixels = "P4\n50 40\n" + std::string(7 * 40, '\0');
@@ -233,6 +234,73 @@ TEST(Command, MapsOfAFrameAfterTheLastAreRefused) {
   const Answer after = pictures.maps("--frame 3");
   EXPECT_EQ(after.exit_code, 1) << after.text;
   EXPECT_TRUE(test::contains(after.text, ": no image of frame 3: ")) << after.text;
+}
+
+TEST(Command, MapsOfARangeHaveAFolderEachAndOverlays) {
+  const PicturesDeployment pictures;
+  const Answer answer = pictures.maps("--frames 0:2:2 --overlays");
+  ASSERT_EQ(answer.exit_code, 0) << answer.text;
+  EXPECT_TRUE(test::contains(answer.text, "frame 2, left: 2.5 % object pixels\n")) << answer.text;
+  for (const std::string name : {"frame_000000", "frame_000002"}) {
+    EXPECT_TRUE(fs::exists(pictures.out / name / "cameras.txt"));
+    const cv::Mat picture = cv::imread((pictures.out / name / "left_overlay.png").string());
+    ASSERT_EQ(picture.size(), cv::Size(50, 40)) << name;
+    const int top = name == "frame_000000" ? 8 : 10;
+    EXPECT_EQ(picture.at<cv::Vec3b>(top, 20), cv::Vec3b(255, 255, 255)) << "the outline";
+    EXPECT_EQ(picture.at<cv::Vec3b>(top + 2, 25), cv::Vec3b(81, 81, 188)) << "half red";
+    EXPECT_EQ(picture.at<cv::Vec3b>(top + 9, 25), cv::Vec3b(36, 36, 36)) << "darkened";
+  }
+  EXPECT_FALSE(fs::exists(pictures.out / "frame_000001"));
+  EXPECT_EQ(pictures.maps("--frames 0:9").exit_code, 1);
+  for (const std::string wrong : {"2:1", "a", "1:", ":2", "0:2:0", "0:1:1:1", "1-2", "''"})
+    EXPECT_EQ(pictures.maps("--frames " + wrong).exit_code, 2) << wrong;
+}
+
+TEST(Command, SegmentWritesMasksOverlaysAndSettings) {
+  const PicturesDeployment pictures;
+  const fs::path folder = pictures.folder, out = folder / "segmented";
+  const auto segment = [&](const std::string& arguments) {
+    return fivepipe("segment " + (folder / "f%d.ppm").string() + " --out " + out.string() + " " +
+                    arguments);
+  };
+  const std::string background = "--background " + (folder / "empty.ppm").string() + " ";
+  const Answer answer = segment(background);
+  ASSERT_EQ(answer.exit_code, 0) << answer.text;
+  EXPECT_TRUE(test::contains(answer.text, "50x40, background from 1 image\n")) << answer.text;
+  EXPECT_TRUE(test::contains(answer.text, "3 frames, 2.5 to 2.5 % object pixels\n"));
+  for (int k = 0; k < 3; ++k) {
+    const std::string name = "00000" + std::to_string(k) + ".png";
+    const cv::Mat mask = cv::imread((out / "masks" / name).string(), cv::IMREAD_UNCHANGED);
+    ASSERT_EQ(mask.type(), CV_8UC1);
+    EXPECT_EQ(cv::countNonZero(mask), 50);
+    EXPECT_EQ(cv::countNonZero(mask(cv::Rect(20, 8 + k, 10, 5)) == 255), 50) << k;
+    EXPECT_EQ(cv::imread((out / "overlays" / name).string()).size(), mask.size());
+  }
+  // The settings, their errors, and their place.
+  EXPECT_EQ(segment(background + "--frames 1 --set min_object_px=51 --set jitter_px=0").exit_code,
+            0);
+  EXPECT_EQ(cv::countNonZero(cv::imread((out / "masks/000001.png").string(), 0)), 0);
+  EXPECT_EQ(test::text_of(out / "segmentation.yaml"), "min_object_px: 51\njitter_px: 0\n");
+  const Answer wrong = segment(background + "--set jitter_px=0 --set jitter=1");
+  EXPECT_EQ(wrong.exit_code, 2);
+  EXPECT_TRUE(test::contains(wrong.text, "segmentation.yaml:2:")) << wrong.text;
+  EXPECT_TRUE(test::contains(segment("--set volume_m=rig").text, "volume_m needs a rig")) << "rig";
+  // Without a background file, the first images are the background.
+  EXPECT_EQ(segment("--background-frames 1 --frames 0").exit_code, 0);
+  EXPECT_EQ(cv::countNonZero(cv::imread((out / "masks/000000.png").string(), 0)), 0);
+  // A region of interest: the left half of the picture.
+  cv::Mat region(40, 50, CV_8UC1, cv::Scalar(0));
+  region(cv::Rect(0, 0, 25, 40)).setTo(1);
+  cv::imwrite((folder / "region.png").string(), region);
+  EXPECT_EQ(segment(background + "--set min_object_px=0 --frames 0 --region " +
+                    (folder / "region.png").string())
+                .exit_code,
+            0);
+  EXPECT_EQ(cv::countNonZero(cv::imread((out / "masks/000000.png").string(), 0)), 25);
+  EXPECT_EQ(segment(background + "--frames 5").exit_code, 1);
+  EXPECT_EQ(segment("--background /no/such.png").exit_code, 1);
+  EXPECT_EQ(fivepipe("segment /no/such.mp4 --out " + out.string()).exit_code, 1);
+  EXPECT_EQ(fivepipe("segment").exit_code, 2);
 }
 
 TEST(Command, ErrorsOfMapsHaveTheirExitCode) {

@@ -2,6 +2,7 @@
 #pragma once
 #include <gtest/gtest.h>
 
+#include "capture_node/lens/undistortion.h"
 #include "capture_node/segmentation/bit_morphology.h"
 #include "capture_node/segmentation/segmentation.h"
 #include "capture_node/sources/synthetic_source.h"
@@ -56,26 +57,28 @@ inline std::size_t count_not_in(const hull::ObjectPixels& a, const hull::ObjectP
   return a.count() - both(a, b).count();
 }
 
-// A synthetic camera and its segmenter, with a learned reference image.
+// A synthetic camera and its segmenter, with a learned background.
 struct TestCamera {
   TestCamera(const config::RigCamera& rig_camera, const config::SyntheticWorld& world,
              const config::SegmentationConfig& config, int background_frames = 24)
       : camera(rig_camera),
         source(world, rig_camera, 30, {}, test_room()),
-        segmenter(rig_camera, reference(background_frames), config) {}
-  capture::ReferenceImage reference(int frames) {
+        segmenter(background(background_frames), config),
+        undistortion(rig_camera) {}
+  capture::Background background(int frames) {
     std::vector<cv::Mat> empty;
     for (int i = 0; i < frames; ++i) empty.push_back(source.background(i));
-    return capture::learn_reference(empty);
+    return capture::learn_background(empty);
   }
   hull::ObjectPixels segment(std::int64_t frame) {
     cv::Mat image;
     EXPECT_EQ(source.read(frame, image), capture::ReadStatus::image);
-    return segmenter.segment(image).value();
+    return undistortion.published(segmenter.segment(image)->object);
   }
   config::RigCamera camera;
   capture::SyntheticImageSource source;
   capture::Segmenter segmenter;
+  capture::Undistortion undistortion;
 };
 
 }  // namespace fivepipe::test

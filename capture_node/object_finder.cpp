@@ -1,0 +1,140 @@
+#include "capture_node/object_finder.h"
+
+#include <algorithm>
+
+#include "capture_node/segmentation/image_mask.h"
+#include "capture_node/segmentation/matte.h"
+#include "capture_node/sources/synthetic_source.h"
+
+namespace fivepipe::capture {
+namespace {
+
+using Within = std::optional<hull::ObjectPixels>;
+
+// The captured pixels in which objects are searched; nullopt: all.
+Within searched_pixels(const config::RigCamera& camera, const config::SegmentationConfig& config) {
+  Within within;
+  if (config.volume_m) within = pixels_of_volume(camera, *config.volume_m);
+  if (const auto region = config.regions.find(camera.name); region != config.regions.end()) {
+    hull::ObjectPixels pixels = read_region(camera, region->second);
+    if (within) pixels.keep(*within);
+    within = std::move(pixels);
+  }
+  return within;
+}
+
+std::vector<cv::Mat> empty_frames(const config::RigCamera& camera,
+                                  const config::LearnedBackground& background,
+                                  ImageSource& source) {
+  if (!background.file.empty()) return read_background(camera, background.file);
+  std::vector<cv::Mat> images;
+  if (auto* synthetic = dynamic_cast<SyntheticImageSource*>(&source)) {
+    for (int i = 0; i < kSyntheticBackgroundFrames; ++i) images.push_back(synthetic->background(i));
+    return images;
+  }
+  for (int i = 0; i < std::min(background.frames, kMaxLearningFrames); ++i)
+    if (cv::Mat image; source.read(i, image) == ReadStatus::image) images.push_back(image);
+  if (images.empty())
+    throw_problems({{camera.name, SourceFault::no_frames,
+                     "no image of the empty scene; " + source.last_error()}});
+  return images;
+}
+
+class BackgroundFinder final : public ObjectFinder {
+ public:
+  explicit BackgroundFinder(Segmenter segmenter) : segmenter_(std::move(segmenter)) {}
+  Found find(const cv::Mat& image, std::int64_t) override {
+    std::optional<Segmentation> segmentation = segmenter_.segment(image);
+    if (!segmentation) return {{}, "the image is not 8-bit BGR of the size image_size_px"};
+    return {std::move(segmentation), ""};
+  }
+
+ private:
+  Segmenter segmenter_;
+};
+
+// Object pixels that are known, without steps of segmentation.
+ObjectFinder::Found known(hull::ObjectPixels pixels, const Within& within) {
+  if (within) pixels.keep(*within);
+  Segmentation segmentation;
+  segmentation.difference = {pixels, pixels, {pixels.width_px(), pixels.height_px()}};
+  segmentation.object = std::move(pixels);
+  return {std::move(segmentation), ""};
+}
+
+class MatteFinder final : public ObjectFinder {
+ public:
+  MatteFinder(std::unique_ptr<ImageSource> masks, Within within)
+      : masks_(std::move(masks)), within_(std::move(within)) {}
+  Found find(const cv::Mat&, std::int64_t index) override {
+    cv::Mat mask;
+    switch (masks_->read(index, mask)) {
+      case ReadStatus::image: return known(pixels_of_mask(mask), within_);
+      case ReadStatus::missing: return {{}, masks_->last_error()};
+      case ReadStatus::end: break;
+    }
+    return {{}, "the file of its masks has ended", true};
+  }
+
+ private:
+  std::unique_ptr<ImageSource> masks_;
+  Within within_;
+};
+
+class AlphaFinder final : public ObjectFinder {
+ public:
+  explicit AlphaFinder(Within within) : within_(std::move(within)) {}
+  Found find(const cv::Mat& image, std::int64_t) override {
+    if (image.type() != CV_8UC4) return {{}, "the picture has no 8-bit alpha channel"};
+    return known(pixels_of_alpha(image), within_);
+  }
+
+ private:
+  Within within_;
+};
+
+class ChromaFinder final : public ObjectFinder {
+ public:
+  ChromaFinder(const config::ChromaKey& key, Within within)
+      : keyer_(key), within_(std::move(within)) {}
+  Found find(const cv::Mat& image, std::int64_t) override {
+    if (image.type() != CV_8UC3) return {{}, "the image is not 8-bit BGR"};
+    return known(keyer_.object_pixels(image), within_);
+  }
+
+ private:
+  ChromaKeyer keyer_;
+  Within within_;
+};
+
+}  // namespace
+
+std::unique_ptr<ObjectFinder> open_object_finder(const config::RigCamera& camera,
+                                                 const config::CaptureConfig& config,
+                                                 ImageSource& source, double frame_rate_hz) {
+  Within within = searched_pixels(camera, config.segmentation);
+  const config::CameraSource& of_camera = config.sources.at(camera.name);
+  config::ObjectKey key;  // synthetic cameras learn a background
+  int first_frame = 0;
+  if (const auto* video = std::get_if<config::VideoSource>(&of_camera)) {
+    key = video->key;
+    first_frame = video->first_frame;
+  } else if (const auto* device = std::get_if<config::V4l2Source>(&of_camera)) {
+    key = device->key;
+  }
+  if (const auto* matte = std::get_if<config::MatteFile>(&key))
+    return std::make_unique<MatteFinder>(open_file_source(camera, {matte->file, {}, first_frame}),
+                                         std::move(within));
+  if (std::holds_alternative<config::AlphaChannel>(key))
+    return std::make_unique<AlphaFinder>(std::move(within));
+  if (const auto* screen = std::get_if<config::ChromaKey>(&key))
+    return std::make_unique<ChromaFinder>(*screen, std::move(within));
+  Segmenter segmenter(
+      learn_background(empty_frames(camera, std::get<config::LearnedBackground>(key), source),
+                       learning_settings(config.segmentation)),
+      config.segmentation, std::move(within));
+  segmenter.set_period_s(1 / frame_rate_hz);
+  return std::make_unique<BackgroundFinder>(std::move(segmenter));
+}
+
+}  // namespace fivepipe::capture

@@ -1,0 +1,207 @@
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "capture_node/segmentation/difference_simd.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cstring>
+
+#include "capture_node/segmentation/difference.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace fivepipe::capture {
+namespace HWY_NAMESPACE {
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+struct Bits {
+  std::uint64_t differs = 0, above = 0;
+};
+// What compare() finds of 64 pixels.
+struct Compared {
+  LevelPlanes levels;                   // compensated
+  std::array<std::uint8_t, 64> excess;  // beyond the bounds, of the channel farthest from them
+};
+
+// As compensated() in gain.h, for the even and the odd bytes.
+template <class D>
+HWY_INLINE hn::Vec<D> compensate(D d, hn::Vec<D> level, std::uint16_t inverse_gain) {
+  const hn::Repartition<std::uint16_t, D> wide;
+  const auto factor = hn::Set(wide, inverse_gain), high = hn::Set(wide, 0xff00),
+             half = hn::Set(wide, 8), most = hn::Set(wide, 255);
+  const auto bytes = hn::BitCast(wide, level);
+  const auto of = [&](auto shifted) {
+    return hn::Min(hn::ShiftRight<4>(hn::Add(hn::MulHigh(shifted, factor), half)), most);
+  };
+  const auto even = of(hn::ShiftLeft<8>(bytes)), odd = of(hn::And(bytes, high));
+  return hn::BitCast(d, hn::Or(even, hn::ShiftLeft<8>(odd)));
+}
+
+template <class D>
+HWY_INLINE std::uint64_t bits_of(D d, hn::Mask<D> mask) {
+  std::uint64_t bits = 0;
+  hn::StoreMaskBits(d, mask, reinterpret_cast<std::uint8_t*>(&bits));
+  return bits;
+}
+
+// Compares 64 pixels with their bounds.
+template <bool kCompensates>
+HWY_INLINE Bits compare(const std::uint8_t* bgr, const DifferenceTables::Word& table,
+                        const InverseGain& inverse_gain, Compared& compared) {
+  const hn::CappedTag<std::uint8_t, 64> d;
+  const auto zero = hn::Zero(d);
+  Bits bits;
+  for (std::size_t i = 0; i < 64; i += hn::Lanes(d)) {
+    hn::Vec<decltype(d)> channel[3];
+    hn::LoadInterleaved3(d, bgr + 3 * i, channel[0], channel[1], channel[2]);
+    auto above = zero, excess = zero;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const auto is_saturated = hn::Eq(channel[c], hn::Set(d, 255));
+      const auto level = kCompensates ? compensate(d, channel[c], inverse_gain[c]) : channel[c];
+      hn::StoreU(level, d, compared.levels[c].data() + i);
+      // Saturating subtraction: zero unless the level is out of bounds.
+      const auto over = hn::SaturatedSub(level, hn::LoadU(d, table.high[c].data() + i));
+      const auto under = hn::SaturatedSub(hn::LoadU(d, table.low[c].data() + i), level);
+      above = hn::Or(above, over);
+      excess = hn::Max(excess, hn::Max(over, hn::IfThenZeroElse(is_saturated, under)));
+    }
+    hn::StoreU(excess, d, compared.excess.data() + i);
+    bits.differs |= bits_of(d, hn::Ne(excess, zero)) << i;
+    bits.above |= bits_of(d, hn::Ne(above, zero)) << i;
+  }
+  return bits;
+}
+
+HWY_INLINE std::uint64_t strong_bits(const std::array<std::uint8_t, 64>& excess,
+                                     const std::array<std::uint8_t, 64>& strong_excess) {
+  const hn::CappedTag<std::uint8_t, 64> d;
+  std::uint64_t bits = 0;
+  for (std::size_t i = 0; i < 64; i += hn::Lanes(d)) {
+    const auto beyond =
+        hn::SaturatedSub(hn::LoadU(d, excess.data() + i), hn::LoadU(d, strong_excess.data() + i));
+    bits |= bits_of(d, hn::Ne(beyond, hn::Zero(d))) << i;
+  }
+  return bits;
+}
+
+// Those of the pixels `differs` whose levels no box holds.
+HWY_INLINE std::uint64_t not_held(std::uint64_t differs, const LevelPlanes& levels,
+                                  const std::vector<DifferenceTables::Boxes>& boxes) {
+  const hn::CappedTag<std::uint8_t, 64> d;
+  for (const auto& [low, high] : boxes) {
+    if (differs == 0) break;
+    for (std::size_t i = 0; i < 64; i += hn::Lanes(d)) {
+      auto outside = hn::Zero(d);
+      for (std::size_t c = 0; c < 3; ++c) {
+        const auto level = hn::LoadU(d, levels[c].data() + i);
+        outside = hn::Or(outside, hn::SaturatedSub(level, hn::LoadU(d, high[c].data() + i)));
+        outside = hn::Or(outside, hn::SaturatedSub(hn::LoadU(d, low[c].data() + i), level));
+      }
+      differs &= ~(bits_of(d, hn::Eq(outside, hn::Zero(d))) << i);
+    }
+  }
+  return differs;
+}
+
+// The pixels that look like shadow. The products are exact in float, so each instruction set gives
+// the same bits.
+HWY_INLINE std::uint64_t shadow_bits(const LevelPlanes& levels, const LevelPlanes& background,
+                                     float min_brightness) {
+  const hn::CappedTag<float, 16> d;
+  const hn::Rebind<std::int32_t, decltype(d)> d32;
+  const hn::Rebind<std::uint8_t, decltype(d)> d8;
+  const auto squared_levels = hn::Set(d, kShadowColour_levels * kShadowColour_levels),
+             squared_fraction = hn::Set(d, kShadowColourFraction * kShadowColourFraction),
+             least = hn::Set(d, min_brightness);
+  std::uint64_t bits = 0;
+  for (std::size_t i = 0; i < 64; i += hn::Lanes(d)) {
+    auto xr = hn::Zero(d), rr = xr, xx = xr;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const auto load = [&](const LevelPlanes& planes) {
+        return hn::ConvertTo(d, hn::PromoteTo(d32, hn::LoadU(d8, planes[c].data() + i)));
+      };
+      const auto x = load(levels), r = load(background);
+      xr = hn::Add(xr, hn::Mul(x, r));
+      rr = hn::Add(rr, hn::Mul(r, r));
+      xx = hn::Add(xx, hn::Mul(x, x));
+    }
+    const auto along = hn::Mul(hn::Div(xr, hn::Max(rr, hn::Set(d, 1.0f))), xr);
+    const auto is_bright = hn::Ge(xr, hn::Mul(least, rr));
+    const auto has_colour =
+        hn::Le(hn::Sub(xx, along), hn::Max(squared_levels, hn::Mul(squared_fraction, along)));
+    bits |= bits_of(d, hn::And(is_bright, has_colour)) << i;
+  }
+  return bits;
+}
+
+template <bool kCompensates>
+void classify(const cv::Mat& image, const DifferenceTables& tables,
+              const DifferenceRequest& request, Difference& result) {
+  const int words = tables.words_per_row;
+  std::uint64_t *const differs = result.differs.mutable_words().data(),
+                       *const strongly = result.strongly.mutable_words().data(),
+                       *const shadow = result.shadow.mutable_words().data();
+  std::array<std::uint8_t, 192> padded{};
+  Compared compared;
+  auto moving = tables.moving.begin();
+  for (int v = 0; v < tables.height_px; ++v)
+    for (int w = 0; w < words; ++w) {
+      const int word = v * words + w;
+      while (moving != tables.moving.end() && moving->word < word) ++moving;
+      const auto at = std::size_t(word);
+      const std::uint64_t within = request.within ? request.within->words()[at] : ~std::uint64_t(0);
+      if (within == 0) continue;
+      const std::uint8_t* bgr = image.ptr(v) + 192 * w;
+      if (const int pixels = tables.width_px - 64 * w; pixels < 64) {
+        std::memcpy(padded.data(), bgr, std::size_t(3 * pixels));
+        bgr = padded.data();
+      }
+      Bits bits = compare<kCompensates>(bgr, tables.words[at], request.inverse_gain, compared);
+      bits.differs &= within;
+      if (bits.differs == 0) continue;
+      if (moving != tables.moving.end() && moving->word == word)
+        bits.differs = not_held(bits.differs, compared.levels, moving->boxes);
+      differs[at] = bits.differs;
+      strongly[at] = bits.differs & strong_bits(compared.excess, tables.words[at].strong_excess);
+      const std::uint64_t darker = bits.differs & ~bits.above;
+      if (darker != 0 && request.shadow_min_brightness < 1)
+        shadow[at] = darker & shadow_bits(compared.levels, tables.mean[at],
+                                          float(request.shadow_min_brightness));
+    }
+}
+
+void classify_image(const cv::Mat& image, const DifferenceTables& tables,
+                    const DifferenceRequest& request, Difference& result) {
+  if (request.inverse_gain == kNoGain)
+    classify<false>(image, tables, request, result);
+  else
+    classify<true>(image, tables, request, result);
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace fivepipe::capture
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace fivepipe::capture {
+namespace {
+HWY_EXPORT(classify_image);
+}  // namespace
+
+Difference difference(const cv::Mat& image_bgr, const DifferenceTables& tables,
+                      const DifferenceRequest& request) {
+  const int width = tables.width_px, height = tables.height_px;
+  assert(image_bgr.type() == CV_8UC3 && image_bgr.cols == width && image_bgr.rows == height);
+  assert(!request.within ||
+         (request.within->width_px() == width && request.within->height_px() == height));
+  Difference result{hull::ObjectPixels(width, height), hull::ObjectPixels(width, height),
+                    hull::ObjectPixels(width, height)};
+  HWY_DYNAMIC_DISPATCH(classify_image)(image_bgr, tables, request, result);
+  return result;
+}
+
+}  // namespace fivepipe::capture
+#endif

@@ -1,0 +1,81 @@
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "capture_node/segmentation/difference.h"
+
+namespace fivepipe::capture {
+namespace {
+
+// Half the range of the rounded means in the 3x3 neighbourhood, of channel c.
+double gradient(const Background& background, int u, int v, int c) {
+  float least = 255, most = 0;
+  for (int y = std::max(0, v - 1); y <= std::min(background.height_px - 1, v + 1); ++y)
+    for (int x = std::max(0, u - 1); x <= std::min(background.width_px - 1, u + 1); ++x) {
+      const float level =
+          background.mean_levels[3 * (std::size_t(y) * background.width_px + x) + c];
+      least = std::min(least, level);
+      most = std::max(most, level);
+    }
+  return 0.5 * (most - least);
+}
+
+// Fills the tables of pixel (u, v).
+void fill(DifferenceTables& tables, const Background& background, const Tolerances& tolerances,
+          int u, int v) {
+  const std::size_t word = std::size_t(v) * tables.words_per_row + u / 64, lane = u % 64;
+  double widest = 0;
+  for (int c = 0; c < 3; ++c) {
+    const std::size_t k = 3 * (std::size_t(v) * background.width_px + u) + c;
+    const double mean = background.mean_levels[k];
+    double tolerance =
+        std::min(std::max(tolerances.floor_levels, tolerances.sigmas * background.sigma_levels[k]),
+                 std::max(tolerances.floor_levels, tolerances.ceiling_levels));
+    if (tolerances.jitter_px > 0) tolerance += tolerances.jitter_px * gradient(background, u, v, c);
+    widest = std::max(widest, tolerance);
+    const auto level = [](double x) { return std::uint8_t(std::clamp(x, 0.0, 255.0)); };
+    tables.words[word].low[c][lane] = level(std::ceil(mean - tolerance));
+    tables.words[word].high[c][lane] = level(std::floor(mean + tolerance));
+    tables.mean[word][c][lane] = level(std::floor(mean + 0.5));
+  }
+  tables.words[word].strong_excess[lane] =
+      std::uint8_t(std::clamp(std::floor((tolerances.strong_factor - 1) * widest), 0.0, 255.0));
+}
+
+}  // namespace
+
+DifferenceTables difference_tables(const Background& background, const Tolerances& tolerances) {
+  DifferenceTables tables;
+  tables.width_px = background.width_px;
+  tables.height_px = background.height_px;
+  tables.words_per_row = (background.width_px + 63) / 64;
+  DifferenceTables::Word beyond_row{};
+  for (auto& plane : beyond_row.high) plane.fill(255);
+  const std::size_t words = std::size_t(tables.words_per_row) * tables.height_px;
+  tables.words.assign(words, beyond_row);
+  tables.mean.assign(words, LevelPlanes{});
+  for (int v = 0; v < tables.height_px; ++v) refill_row(tables, background, tolerances, v);
+  LevelPlanes never{};
+  for (auto& plane : never) plane.fill(255);
+  for (const MovingPixel& pixel : background.moving) {
+    const int u = pixel.index % background.width_px, v = pixel.index / background.width_px;
+    const int word = v * tables.words_per_row + u / 64;
+    if (tables.moving.empty() || tables.moving.back().word != word)
+      tables.moving.push_back({word, {}});
+    auto& boxes = tables.moving.back().boxes;
+    while (boxes.size() < pixel.boxes.size()) boxes.push_back({never, LevelPlanes{}});
+    for (std::size_t i = 0; i < pixel.boxes.size(); ++i)
+      for (std::size_t c = 0; c < 3; ++c) {
+        boxes[i].low[c][u % 64] = pixel.boxes[i].low[c];
+        boxes[i].high[c][u % 64] = pixel.boxes[i].high[c];
+      }
+  }
+  return tables;
+}
+
+void refill_row(DifferenceTables& tables, const Background& background,
+                const Tolerances& tolerances, int v) {
+  for (int u = 0; u < tables.width_px; ++u) fill(tables, background, tolerances, u, v);
+}
+
+}  // namespace fivepipe::capture

@@ -1,0 +1,123 @@
+#include "capture_node/segmentation/gain.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+namespace fivepipe::capture {
+namespace {
+
+// Levels below give a coarse ratio, levels above saturate if the image becomes brighter.
+constexpr int kMinLevel = 30, kMaxLevel = 235;
+// A level of the image that may be saturated.
+constexpr int kSaturated = 250;
+// The histogram of ratios, with `kBinsPerUnit` bins per 1.
+constexpr int kBinsPerUnit = 64, kBins = 2 * kBinsPerUnit;
+// Samples within this of the most frequent ratio are averaged: four deviations of ordinary noise.
+constexpr int kNear_levels = 8;
+// Ratios have this unit, which keeps their products with levels in 32 bits.
+constexpr int kOne = 1 << 14;
+constexpr int kReciprocalBits = 20;
+// A smaller change moves no level by more than half of one.
+constexpr double kInvisible = 1.0 / 512;
+// Fraction of the samples that must agree.
+constexpr double kMinAgreeing = 0.2;
+
+}  // namespace
+
+std::vector<cv::Point> gain_grid(int width_px, int height_px) {
+  const double step = std::max(1.0, std::sqrt(double(width_px) * height_px / kGainSamples));
+  std::vector<cv::Point> grid;
+  for (double v = step / 2; v < height_px; v += step)
+    for (double u = step / 2; u < width_px; u += step) grid.emplace_back(int(u), int(v));
+  return grid;
+}
+
+GainEstimator::GainEstimator(std::span<const cv::Point> positions,
+                             std::span<const Bgr> background) {
+  assert(positions.size() == background.size());
+  for (std::size_t i = 0; i < positions.size(); ++i)
+    for (std::size_t c = 0; c < 3; ++c) {
+      if (background[i][c] >= kMinLevel && background[i][c] <= kMaxLevel) {
+        samples_[c].positions.push_back(positions[i]);
+        samples_[c].levels.push_back(background[i][c]);
+        samples_[c].bins_per_level.push_back((kBinsPerUnit << kReciprocalBits) / background[i][c]);
+      }
+    }
+}
+
+// Returns the most frequent ratio of levels, in units of 1 / kOne.
+int GainEstimator::most_frequent_ratio(std::span<const std::uint8_t> levels,
+                                       const Samples& samples) const {
+  std::array<int, kBins> histogram{};
+  for (std::size_t i = 0; i < levels.size(); ++i) {
+    const int bin = levels[i] * samples.bins_per_level[i] >> kReciprocalBits;
+    if (levels[i] < kSaturated && bin < kBins) ++histogram[std::size_t(bin)];
+  }
+  // Three neighbouring bins, because a ratio near a limit divides its samples.
+  int best = 0, most = -1;
+  for (int bin = 1; bin + 1 < kBins; ++bin) {
+    const auto b = std::size_t(bin);
+    const int count = histogram[b - 1] + 2 * histogram[b] + histogram[b + 1];
+    if (count > most) best = bin, most = count;
+  }
+  return (2 * best + 1) * kOne / (2 * kBinsPerUnit);
+}
+
+Gain GainEstimator::gain(const cv::Mat& image_bgr) const {
+  Gain result{1, 1, 1};
+  std::vector<std::uint8_t> levels;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const Samples& samples = samples_[c];
+    levels.clear();
+    for (const cv::Point& at : samples.positions)
+      levels.push_back(image_bgr.ptr(at.y)[3 * at.x + int(c)]);
+    int ratio = most_frequent_ratio(levels, samples);
+    int sum = 0, background_sum = 0, agreeing = 0;
+    for (int pass = 0; pass < 2; ++pass) {
+      sum = background_sum = agreeing = 0;
+      for (std::size_t i = 0; i < levels.size(); ++i) {
+        const int level = levels[i], background = samples.levels[i];
+        const int is_near = (level < kSaturated) &
+                            (std::abs(level * kOne - ratio * background) < kNear_levels * kOne);
+        sum += is_near * level;
+        background_sum += is_near * background;
+        agreeing += is_near;
+      }
+      if (background_sum > 0) ratio = int(std::lround(double(kOne) * sum / background_sum));
+    }
+    if (agreeing < kMinSamples || agreeing < kMinAgreeing * double(levels.size())) continue;
+    const double gain = double(sum) / background_sum;
+    if (gain > kMaxGain || gain * kMaxGain < 1 || std::abs(gain - 1) < kInvisible) continue;
+    result[c] = gain;
+  }
+  return result;
+}
+
+InverseGain inverse_of(const Gain& gain) {
+  InverseGain inverse;
+  for (std::size_t c = 0; c < 3; ++c) inverse[c] = std::uint16_t(std::lround(4096 / gain[c]));
+  return inverse;
+}
+
+std::uint8_t compensated(std::uint8_t level, std::uint16_t inverse_gain) {
+  // Sixteen times the quotient, rounded down as the SIMD code does it.
+  const unsigned sixteenfold = unsigned(level) * 256 * inverse_gain >> 16;
+  return std::uint8_t(std::min(255u, (sixteenfold + 8) >> 4));
+}
+
+GainTables compensating_tables(const Gain& gain) {
+  const InverseGain inverse = inverse_of(gain);
+  GainTables tables;
+  for (std::size_t c = 0; c < 3; ++c)
+    for (int level = 0; level < 256; ++level)
+      tables[c][std::size_t(level)] = compensated(std::uint8_t(level), inverse[c]);
+  return tables;
+}
+
+void apply(const GainTables& tables, const std::uint8_t* from_bgr, std::span<std::uint8_t> to_bgr) {
+  for (std::size_t i = 0; i < to_bgr.size(); i += 3)
+    for (std::size_t c = 0; c < 3; ++c) to_bgr[i + c] = tables[c][from_bgr[i + c]];
+}
+
+}  // namespace fivepipe::capture

@@ -1,0 +1,71 @@
+#include "common/config/segmentation_reader.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "common/config/image_path.h"
+#include "common/config/read_files.h"
+
+namespace fivepipe::config {
+namespace {
+
+// Pictures by camera.
+std::map<std::string, std::string> read_regions(YamlMap map, const Rig& rig, bool is_here) {
+  std::map<std::string, std::string> regions;
+  for (const std::string& camera : map.keys()) {
+    const bool is_known = std::any_of(rig.cameras.begin(), rig.cameras.end(),
+                                      [&](const RigCamera& known) { return known.name == camera; });
+    const bool is_left_out =
+        std::find(rig.left_out.begin(), rig.left_out.end(), camera) != rig.left_out.end();
+    std::string path = read_image_path(map, camera, 0, is_here);
+    if (is_known)
+      regions[camera] = std::move(path);
+    else if (!is_left_out)
+      map.problem_at(camera, fmt::format("rig {} has no camera {}", rig.name, camera));
+  }
+  map.finish();
+  return regions;
+}
+
+}  // namespace
+
+SegmentationConfig read_segmentation(YamlMap map, const Rig& rig, bool is_here) {
+  constexpr Range kLevels{0, 255}, kRadius_px{0, 64}, kArea_px{0, 1e6};
+  SegmentationConfig config;
+  config.threshold_sigmas = map.number("threshold_sigmas", {0, 1000}, config.threshold_sigmas);
+  config.threshold_floor_levels =
+      map.number("threshold_floor_levels", kLevels, config.threshold_floor_levels);
+  config.threshold_ceiling_levels =
+      map.number("threshold_ceiling_levels", kLevels,
+                 std::max(config.threshold_ceiling_levels, config.threshold_floor_levels));
+  if (config.threshold_ceiling_levels < config.threshold_floor_levels)
+    map.problem_at("threshold_ceiling_levels",
+                   fmt::format("threshold_ceiling_levels must be at least threshold_floor_levels "
+                               "({}), is {}",
+                               config.threshold_floor_levels, config.threshold_ceiling_levels));
+  config.jitter_px = map.number("jitter_px", {0, 10}, config.jitter_px);
+  config.hysteresis = map.number("hysteresis", {1, 10}, config.hysteresis);
+  config.moving_boxes = map.integer("moving_boxes", {0, 16}, config.moving_boxes);
+  config.gain_compensation = map.flag("gain_compensation", config.gain_compensation);
+  config.shadow_min_brightness =
+      map.number("shadow_min_brightness", {0, 1, true}, config.shadow_min_brightness);
+  config.min_object_px = map.integer("min_object_px", kArea_px, config.min_object_px);
+  config.max_hole_px = map.integer("max_hole_px", kArea_px, config.max_hole_px);
+  config.opening_px = map.integer("opening_px", kRadius_px, config.opening_px);
+  config.closing_px = map.integer("closing_px", kRadius_px, config.closing_px);
+  config.conservative = map.flag("conservative", config.conservative);
+  config.adaptation_s = map.number("adaptation_s", {0, 86400}, config.adaptation_s);
+  if (map.is_text("volume_m")) {
+    enum class Owner { rig_volume };
+    map.choice<Owner>("volume_m", {{"rig", Owner::rig_volume}});
+    config.volume_m = rig.volume_m;
+  } else if (map.has("volume_m")) {
+    config.volume_m = read_volume(map.map("volume_m"));
+  }
+  if (map.has("regions")) config.regions = read_regions(map.map("regions"), rig, is_here);
+  map.finish();
+  return config;
+}
+
+}  // namespace fivepipe::config

@@ -1,0 +1,77 @@
+#include "common/config/source_reader.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+#include "common/config/image_path.h"
+
+namespace fivepipe::config {
+namespace {
+
+constexpr Range kFirstFrame{0, kUnbounded};
+// A screen whose colour is nearer to grey has no hue that noise does not change.
+constexpr double kMinKeyRange = 0.2;
+constexpr const char *kMatte = "matte", *kAlpha = "alpha", *kChroma = "chroma_key",
+                     *kBackground = "background";
+
+ChromaKey read_chroma_key(YamlMap map) {
+  constexpr Range kHueAngle_deg{1, 90};
+  ChromaKey key;
+  key.rgb = map.rgb("rgb", key.rgb);
+  key.max_angle_deg = map.number("max_angle_deg", kHueAngle_deg, key.max_angle_deg);
+  key.min_chroma = map.number("min_chroma", {0, 1, true}, key.min_chroma);
+  map.finish();
+  const auto [least, most] = std::minmax_element(key.rgb.begin(), key.rgb.end());
+  if (*most - *least < kMinKeyRange)
+    map.problem(
+        fmt::format("chroma_key: the colour [{}] is too grey: its largest and smallest "
+                    "component must differ by at least {}",
+                    fmt::join(key.rgb, ", "), kMinKeyRange));
+  return key;
+}
+
+// Reads how objects are found. A video needs one of the keys; a camera learns its background unless
+// it has another one.
+ObjectKey read_object_key(YamlMap& map, int first_frame, bool is_video, bool is_here) {
+  std::vector<std::string> present;
+  for (const char* key : {kBackground, kMatte, kAlpha, kChroma})
+    if (map.has(key)) present.push_back(key);
+  if (present.size() > 1)
+    map.problem_at(present[1], fmt::format("{} and {} are both set: a camera finds its objects in "
+                                           "one way",
+                                           present[0], present[1]));
+  if (map.has(kChroma)) return read_chroma_key(map.map(kChroma));
+  if (is_video && map.has(kMatte))
+    return MatteFile{read_image_path(map, kMatte, first_frame, is_here)};
+  if (is_video && map.flag(kAlpha, false)) return AlphaChannel{};
+  LearnedBackground background;
+  if (is_video || map.has(kBackground))
+    background.file = read_image_path(map, kBackground, 0, is_here);
+  return background;
+}
+
+}  // namespace
+
+CameraSource read_source(YamlMap map, bool is_here) {
+  if (map.has("video") && map.has("v4l2"))
+    map.problem_at("v4l2", "video and v4l2 are both set: a camera has one source");
+  if (map.has("v4l2")) {
+    V4l2Source source;
+    source.device = map.text("v4l2");
+    source.key = read_object_key(map, 0, false, is_here);
+    const int frames = map.integer("background_frames", {1, 128}, LearnedBackground{}.frames);
+    if (auto* background = std::get_if<LearnedBackground>(&source.key)) background->frames = frames;
+    map.finish();
+    return source;
+  }
+  VideoSource source;
+  source.first_frame = map.integer("first_frame", kFirstFrame, 0);
+  source.file = read_image_path(map, "video", source.first_frame, is_here);
+  source.key = read_object_key(map, source.first_frame, true, is_here);
+  map.finish();
+  return source;
+}
+
+}  // namespace fivepipe::config
