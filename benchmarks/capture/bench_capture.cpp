@@ -9,6 +9,7 @@
 #include <opencv2/core/utility.hpp>
 
 #include "benchmarks/capture/methods.h"
+#include "benchmarks/capture/real_footage.h"
 #include "benchmarks/capture/scores.h"
 #include "benchmarks/capture/sequences.h"
 #include "benchmarks/support/suite.h"
@@ -220,7 +221,7 @@ constexpr bench::Suite kSuite{
         "seeds, "
         "which the benchmark searches first. F1 and IoU: 1 is perfect. Boundary: mean distance of "
         "the outlines. Takes several minutes.",
-    .example = "fivepipe bench capture --json out/capture.json",
+    .example = "fivepipe bench capture --footage recordings/seated4cam --json out/capture.json",
     .only_help =
         "only methods whose name contains this text, such as mog2; fivepipe is always "
         "measured"};
@@ -236,6 +237,8 @@ void run(const bench::Args& args) {
             << fmt::format("{}x{}, {} learning images, {} images per sequence", size.width_px,
                            size.height_px, kLearningImages, kImages)
             << std::endl;
+  nlohmann::ordered_json of_footage = nlohmann::ordered_json::array();
+  if (!args.footage.empty()) of_footage = measure_footage(args.footage);
   const std::vector<Choice> choices = tuned(all, args);
   const auto scores = on_sequences(choices, kMeasuredSeeds, "measuring", args);
   const auto times = times_ms(choices, args);
@@ -245,9 +248,11 @@ void run(const bench::Args& args) {
   print_table("boundary, px", choices, scores, 2,
               [](const Score& score) { return score.boundary_error_px(); });
   print_times(choices, times);
-  if (!args.json_file.empty())
-    base::write_json(args.json_file,
-                     base::suite_json("capture", "", json_of(choices, scores, times)));
+  if (!args.json_file.empty()) {
+    nlohmann::ordered_json results = json_of(choices, scores, times);
+    results.insert(results.end(), of_footage.begin(), of_footage.end());
+    base::write_json(args.json_file, base::suite_json("capture", "", results));
+  }
 }
 
 }  // namespace

@@ -9,6 +9,7 @@ namespace fivepipe::bench {
 
 struct Args {
   std::string json_file, plot_file;
+  std::string footage;            // folder of a recording; empty: none
   std::string only;               // a text that a result's name must contain; empty: all results
   std::vector<std::string> maps;  // folders
   int threads = 2;
@@ -27,6 +28,7 @@ struct Suite {
   const char* only_help = nullptr;
   const char* full_help = nullptr;
   const char* latency_help = nullptr;
+  const char* footage_help = nullptr;
 };
 
 // Parses the arguments and calls `run`. Returns the exit code: 0; 1 if `run` throws; 2 if the

@@ -156,41 +156,73 @@ TEST_F(Pipeline, ConfigurationErrorsAreListedTogetherAndEndWithTwo) {
     EXPECT_NE(log().find(problem), std::string::npos) << problem << '\n' << log();
 }
 
-// Offline work: the files end the run, and no frame is skipped, however slow the nodes are.
-TEST_F(Pipeline, EveryFrameOfTheFilesIsComposited) {
-  constexpr std::uint64_t kFrames = 40;
-  write_pictures(out_ / "files", kFrames);
-  const std::string deployment =
-      changed_deployment(out_ / "files", "sources: synthetic",
-                         "max_frames_in_flight: 2, sources: " + picture_sources());
-  std::map<std::uint64_t, int> composites;
-  Clock::time_point last_composite = Clock::now();
-  auto sessions = bus_.reader<bus::topics::ReplaySession>();
-  bool is_lossless = false;
-  Deployed deployed(deployment, domain_, out_, {"--every-frame"});
-  std::optional<int> exit_code;
-  EXPECT_TRUE(eventually(bus_, kStart * kSlowdown, [&] {
-    for (const auto& sample : composited_.take())
-      if (sample.valid()) {
-        ++composites[sample->frame];
-        last_composite = Clock::now();
-      }
-    for (const auto& sample : sessions.take())
-      is_lossless = is_lossless || (sample.valid() && sample->lossless);
-    return (exit_code = deployed.wait_for_end(0ms)).has_value();
-  }));
-  EXPECT_EQ(exit_code, 0) << log();
-  EXPECT_TRUE(is_lossless) << "the other nodes advance by frames";
-  EXPECT_LT(Clock::now() - last_composite, 10s * kSlowdown) << "it awaits no further frame";
-  EXPECT_EQ(composites.size(), kFrames);
-  for (const auto& [frame, count] : composites) {
-    EXPECT_LT(frame, kFrames);
-    EXPECT_EQ(count, 1) << frame;
+class EveryFrame : public Pipeline {
+ protected:
+  static constexpr std::uint64_t kFrames = 40;
+
+  std::string deployment() const {
+    write_pictures(out_ / "files", kFrames);
+    return changed_deployment(out_ / "files", "sources: synthetic",
+                              "max_frames_in_flight: 2, sources: " + picture_sources());
   }
-  const auto report = nlohmann::json::parse(std::ifstream(out_ / "report.json"));
-  for (const char* count : {"captured", "complete", "composited"})
-    EXPECT_EQ(report["frames"][count], kFrames) << count << report["frames"].dump(1);
-  EXPECT_EQ(report["frames"]["dropped"], nlohmann::json::object()) << report["frames"].dump(1);
+
+  // The run ends by itself, and every frame is captured, complete and composited once.
+  void expect_every_frame(Deployed& deployed) {
+    std::map<std::uint64_t, int> composites;
+    Clock::time_point last_composite = Clock::now();
+    std::optional<int> exit_code;
+    EXPECT_TRUE(eventually(bus_, kStart * kSlowdown, [&] {
+      for (const auto& sample : composited_.take())
+        if (sample.valid()) {
+          ++composites[sample->frame];
+          last_composite = Clock::now();
+        }
+      for (const auto& sample : sessions_.take())
+        is_lossless_ = is_lossless_ || (sample.valid() && sample->lossless);
+      return (exit_code = deployed.wait_for_end(0ms)).has_value();
+    }));
+    EXPECT_EQ(exit_code, 0) << log();
+    EXPECT_TRUE(is_lossless_) << "the other nodes advance by frames";
+    EXPECT_LT(Clock::now() - last_composite, 10s * kSlowdown) << "it awaits no further frame";
+    EXPECT_EQ(composites.size(), kFrames);
+    for (const auto& [frame, count] : composites) {
+      EXPECT_LT(frame, kFrames);
+      EXPECT_EQ(count, 1) << frame;
+    }
+    const auto report = nlohmann::json::parse(std::ifstream(out_ / "report.json"));
+    for (const char* count : {"captured", "complete", "composited"})
+      EXPECT_EQ(report["frames"][count], kFrames) << count << report["frames"].dump(1);
+    EXPECT_EQ(report["frames"]["dropped"], nlohmann::json::object()) << report["frames"].dump(1);
+  }
+
+  bus::Reader<bus::topics::ReplaySession> sessions_ = bus_.reader<bus::topics::ReplaySession>();
+  bool is_lossless_ = false;
+};
+
+// Offline work: the files end the run, and no frame is skipped, however slow the nodes are.
+TEST_F(EveryFrame, OfTheFilesIsComposited) {
+  Deployed deployed(deployment(), domain_, out_, {"--every-frame"});
+  expect_every_frame(deployed);
+}
+
+// recon_node is stopped as soon as its process exists, before it reads any topic.
+TEST_F(EveryFrame, WaitsForANodeThatStartsLate) {
+  Deployed deployed(deployment(), domain_, out_, {"--every-frame"});
+  pid_t late = 0;
+  const Clock::time_point until = Clock::now() + 20s;
+  while (late == 0 && Clock::now() < until)
+    for (const pid_t child : deployed.all_children()) {
+      std::error_code error;
+      const auto program =
+          std::filesystem::read_symlink("/proc/" + std::to_string(child) + "/exe", error);
+      if (!error && program.filename() == "recon_node") late = child;
+    }
+  ASSERT_GT(late, 0) << log();
+  kill(late, SIGSTOP);
+  // Long enough for all other nodes: they would have lost the first frames.
+  EXPECT_FALSE(eventually(bus_, 4s * kSlowdown, [&] { return !composited_.take().empty(); }));
+  kill(late, SIGCONT);
+  expect_every_frame(deployed);
 }
 
 TEST_F(Pipeline, WithoutARenderNodeEveryFrameIsRefused) {
