@@ -40,10 +40,14 @@ void in_parallel(base::WorkerPool& pool, std::size_t count, const Work& work) {
   if (failure) std::rethrow_exception(failure);
 }
 
-cv::Mat without_alpha(const cv::Mat& bgra) {
-  cv::Mat bgr(bgra.rows, bgra.cols, CV_8UC3);
+// Returns the image without its alpha channel. Returns an empty image if it is not 8-bit BGR or
+// BGRA.
+cv::Mat bgr_of(const cv::Mat& image) {
+  if (image.type() == CV_8UC3) return image;
+  if (image.type() != CV_8UC4) return {};
+  cv::Mat bgr(image.rows, image.cols, CV_8UC3);
   const int channels[] = {0, 0, 1, 1, 2, 2};
-  cv::mixChannels(&bgra, 1, &bgr, 1, channels, 3);
+  cv::mixChannels(&image, 1, &bgr, 1, channels, 3);
   return bgr;
 }
 
@@ -192,7 +196,14 @@ Capture::RawCapture Capture::raw_capture(Channel& channel, std::int64_t frame, s
   }
   raw_capture.published = config::published_camera(
       camera, config::eye_from_world_at(viewer_, double(frame) / frame_rate_hz_));
-  if (!channel.finder) return raw_capture;
+  if (!channel.finder) {
+    raw_capture.image = bgr_of(raw_capture.image);
+    if (raw_capture.image.empty()) {
+      result.status = CaptureStatus::missing;
+      result.reason = "the image is not 8-bit BGR";
+    }
+    return raw_capture;
+  }
   const auto segment_start = std::chrono::steady_clock::now();
   const ObjectFinder::Found found = channel.finder->find(raw_capture.image, index);
   if (found.segmentation)
@@ -204,7 +215,7 @@ Capture::RawCapture Capture::raw_capture(Channel& channel, std::int64_t frame, s
     raw_capture.image.release();
     return raw_capture;
   }
-  if (raw_capture.image.channels() == 4) raw_capture.image = without_alpha(raw_capture.image);
+  raw_capture.image = bgr_of(raw_capture.image);
   const hull::ObjectPixels& captured = found.segmentation->object;
   if (observer_) observer_(camera, raw_capture.image, *found.segmentation);
   result.diagnostics =

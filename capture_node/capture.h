@@ -12,7 +12,7 @@
 #include "capture_node/segmentation/segmentation.h"
 #include "capture_node/sources/source_error.h"
 #include "common/base/worker_pool.h"
-#include "common/config/capture_config.h"
+#include "common/config/capture/capture_config.h"
 #include "common/config/rig.h"
 #include "common/config/viewer.h"
 #include "common/hull/colour_region.h"
@@ -68,7 +68,8 @@ class Capture {
   std::vector<CapturedCamera> capture(std::int64_t frame, bool want_colour);
 
   // Receives the captured image of a camera that gives shape, and what segmentation found in it.
-  // capture() calls it from several threads, at most once for each camera.
+  // Each capture() that does not return precomputed frames calls it, from several threads, once for
+  // each camera; again if a file ends and all sources restart.
   using Observer =
       std::function<void(const config::RigCamera&, const cv::Mat& image_bgr, const Segmentation&)>;
   void set_observer(Observer observer) { observer_ = std::move(observer); }

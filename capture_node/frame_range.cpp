@@ -12,7 +12,8 @@ std::optional<FrameRange> parse_frame_range(const std::string& text) {
   while (true) {
     if (count == numbers.size()) return std::nullopt;
     const auto [after, error] = std::from_chars(at, end, numbers[count]);
-    if (error != std::errc() || numbers[count] < 0) return std::nullopt;
+    if (error != std::errc() || numbers[count] < 0 || numbers[count] > kMaxFrame)
+      return std::nullopt;
     ++count;
     if (after == end) break;
     if (*after != ':') return std::nullopt;

@@ -32,8 +32,14 @@ std::vector<cv::Mat> empty_frames(const config::RigCamera& camera,
     for (int i = 0; i < kSyntheticBackgroundFrames; ++i) images.push_back(synthetic->background(i));
     return images;
   }
-  for (int i = 0; i < std::min(background.frames, kMaxLearningFrames); ++i)
-    if (cv::Mat image; source.read(i, image) == ReadStatus::image) images.push_back(image);
+  bool is_bgr = true;
+  for (int i = 0; i < background.frames; ++i)
+    if (cv::Mat image; source.read(i, image) == ReadStatus::image) {
+      is_bgr = is_bgr && image.type() == CV_8UC3;
+      images.push_back(image);
+    }
+  if (!is_bgr)
+    throw_problems({{camera.name, SourceFault::hardware_failed, "its images are not 8-bit BGR"}});
   if (images.empty())
     throw_problems({{camera.name, SourceFault::no_frames,
                      "no image of the empty scene; " + source.last_error()}});
@@ -42,8 +48,13 @@ std::vector<cv::Mat> empty_frames(const config::RigCamera& camera,
 
 class BackgroundFinder final : public ObjectFinder {
  public:
-  explicit BackgroundFinder(Segmenter segmenter) : segmenter_(std::move(segmenter)) {}
-  Found find(const cv::Mat& image, std::int64_t) override {
+  BackgroundFinder(Segmenter segmenter, double frame_rate_hz)
+      : segmenter_(std::move(segmenter)), frame_rate_hz_(frame_rate_hz) {}
+  Found find(const cv::Mat& image, std::int64_t index) override {
+    // Pacing skips frames. After a restart of the file, the index decreases.
+    const std::int64_t elapsed = last_index_ && index > *last_index_ ? index - *last_index_ : 1;
+    last_index_ = index;
+    segmenter_.set_period_s(double(elapsed) / frame_rate_hz_);
     std::optional<Segmentation> segmentation = segmenter_.segment(image);
     if (!segmentation) return {{}, "the image is not 8-bit BGR of the size image_size_px"};
     return {std::move(segmentation), ""};
@@ -51,6 +62,8 @@ class BackgroundFinder final : public ObjectFinder {
 
  private:
   Segmenter segmenter_;
+  double frame_rate_hz_;
+  std::optional<std::int64_t> last_index_;
 };
 
 // Object pixels that are known, without steps of segmentation.
@@ -64,11 +77,12 @@ ObjectFinder::Found known(hull::ObjectPixels pixels, const Within& within) {
 
 class MatteFinder final : public ObjectFinder {
  public:
-  MatteFinder(std::unique_ptr<ImageSource> masks, Within within)
-      : masks_(std::move(masks)), within_(std::move(within)) {}
+  // offset: of the index of a mask from that of its image.
+  MatteFinder(std::unique_ptr<ImageSource> masks, std::int64_t offset, Within within)
+      : masks_(std::move(masks)), offset_(offset), within_(std::move(within)) {}
   Found find(const cv::Mat&, std::int64_t index) override {
     cv::Mat mask;
-    switch (masks_->read(index, mask)) {
+    switch (masks_->read(index + offset_, mask)) {
       case ReadStatus::image: return known(pixels_of_mask(mask), within_);
       case ReadStatus::missing: return {{}, masks_->last_error()};
       case ReadStatus::end: break;
@@ -78,6 +92,7 @@ class MatteFinder final : public ObjectFinder {
 
  private:
   std::unique_ptr<ImageSource> masks_;
+  std::int64_t offset_;
   Within within_;
 };
 
@@ -122,9 +137,13 @@ std::unique_ptr<ObjectFinder> open_object_finder(const config::RigCamera& camera
   } else if (const auto* device = std::get_if<config::V4l2Source>(&of_camera)) {
     key = device->key;
   }
-  if (const auto* matte = std::get_if<config::MatteFile>(&key))
-    return std::make_unique<MatteFinder>(open_file_source(camera, {matte->file, {}, first_frame}),
-                                         std::move(within));
+  if (const auto* matte = std::get_if<config::MatteFile>(&key)) {
+    auto masks = open_file_source(camera, {matte->file, {}, first_frame});
+    // Pictures and masks of one number belong together, also if the first ones are missing.
+    const auto image_number = source.first_number(), mask_number = masks->first_number();
+    const std::int64_t offset = image_number && mask_number ? *image_number - *mask_number : 0;
+    return std::make_unique<MatteFinder>(std::move(masks), offset, std::move(within));
+  }
   if (std::holds_alternative<config::AlphaChannel>(key))
     return std::make_unique<AlphaFinder>(std::move(within));
   if (const auto* screen = std::get_if<config::ChromaKey>(&key))
@@ -133,8 +152,7 @@ std::unique_ptr<ObjectFinder> open_object_finder(const config::RigCamera& camera
       learn_background(empty_frames(camera, std::get<config::LearnedBackground>(key), source),
                        learning_settings(config.segmentation)),
       config.segmentation, std::move(within));
-  segmenter.set_period_s(1 / frame_rate_hz);
-  return std::make_unique<BackgroundFinder>(std::move(segmenter));
+  return std::make_unique<BackgroundFinder>(std::move(segmenter), frame_rate_hz);
 }
 
 }  // namespace fivepipe::capture

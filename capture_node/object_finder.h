@@ -9,7 +9,7 @@
 
 #include "capture_node/segmentation/segmentation.h"
 #include "capture_node/sources/image_source.h"
-#include "common/config/capture_config.h"
+#include "common/config/capture/capture_config.h"
 #include "common/config/rig.h"
 
 namespace fivepipe::capture {

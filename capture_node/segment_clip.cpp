@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <fstream>
 #include <iostream>
-#include <limits>
 #include <opencv2/imgcodecs.hpp>
 
 #include "capture_node/frame_range.h"
@@ -19,6 +18,9 @@ namespace fivepipe::capture {
 namespace {
 
 namespace fs = std::filesystem;
+
+// A sequence with more gaps has numbers that do not count its frames, such as dates.
+constexpr int kMaxMissing = 1000;
 
 struct Options {
   fs::path clip, background, region, out;
@@ -46,8 +48,7 @@ config::SegmentationConfig read_settings(const Options& options) {
   for (const char* key : {"volume_m", "regions"})
     if (map.has(key))
       map.problem_at(key, fmt::format("{} needs a rig: use fivepipe maps, or --region", key));
-  const config::SegmentationConfig config =
-      config::read_segmentation(std::move(map), {}, options.region.empty());
+  const config::SegmentationConfig config = config::read_segmentation(std::move(map), {}, true);
   problems.throw_if_any();
   return config;
 }
@@ -68,10 +69,8 @@ void write_picture(const fs::path& file, const cv::Mat& picture) {
 }
 
 int run(const Options& options) {
-  const auto range =
-      options.frames.empty()
-          ? std::optional(FrameRange{0, std::numeric_limits<std::int64_t>::max() - 1, 1})
-          : parse_frame_range(options.frames);
+  const auto range = options.frames.empty() ? std::optional(FrameRange{0, kMaxFrame, 1})
+                                            : parse_frame_range(options.frames);
   if (!range)
     throw CLI::ValidationError("--frames", "expected N, A:B or A:B:STEP, got " + options.frames);
   for (const char* folder : {"masks", "overlays"}) fs::create_directories(options.out / folder);
@@ -81,6 +80,11 @@ int run(const Options& options) {
   const cv::Size size = image_size(camera, options.clip.string());
   camera.source = camera.published = geometry::pinhole_from_fov(size.width, size.height, 1);
   const auto clip = open_file_source(camera, {options.clip.string(), {}, 0});
+  for (const fs::path& file : {options.background, options.region})
+    if (!file.empty())
+      if (const cv::Size other = image_size(camera, file.string()); other != size)
+        throw std::runtime_error(fmt::format("{} has {}x{} px, the clip {}x{}", file.string(),
+                                             other.width, other.height, size.width, size.height));
   std::optional<hull::ObjectPixels> within;
   if (!options.region.empty()) within = read_region(camera, options.region.string());
   const std::vector<cv::Mat> learned = background_images(options, camera, *clip);
@@ -89,13 +93,15 @@ int run(const Options& options) {
   Segmenter segmenter(learn_background(learned, learning_settings(config)), config,
                       std::move(within));
   double least = 1, most = 0;
-  std::int64_t count = 0;
+  std::int64_t count = 0, missing = 0;
   for (std::int64_t frame = range->first; frame <= range->last; frame += range->step) {
     cv::Mat image;
     const ReadStatus status = clip->read(frame, image);
     if (status == ReadStatus::end) break;
     if (status == ReadStatus::missing) {
       std::cerr << '\n' << clip->last_error() << '\n';
+      if (++missing == kMaxMissing)
+        throw std::runtime_error(fmt::format("{} images are missing", missing));
       continue;
     }
     const Segmentation found = segmenter.segment(image).value();
@@ -115,9 +121,10 @@ int run(const Options& options) {
     throw std::runtime_error(
         fmt::format("{}: has no frame {}", options.clip.string(), range->first));
   std::cout << fmt::format(
-      "{} frame{}, {:.1f} to {:.1f} % object pixels\n"
+      "{} frame{}{}, {:.1f} to {:.1f} % object pixels\n"
       "{}: red are object pixels, blue is shadow, yellow differs but was dropped\n",
-      count, count == 1 ? "" : "s", 100 * least, 100 * most, (options.out / "overlays").string());
+      count, count == 1 ? "" : "s", missing > 0 ? fmt::format(", {} missing", missing) : "",
+      100 * least, 100 * most, (options.out / "overlays").string());
   return 0;
 }
 
@@ -145,7 +152,7 @@ int main(int argc, char** argv) {
                  "clip show it");
   app.add_option("--background-frames", options.background_frames,
                  "number of these images (default 30)")
-      ->check(CLI::Range(1, fivepipe::capture::kMaxLearningFrames));
+      ->check(CLI::Range(1, fivepipe::config::kMaxLearningImages));
   app.add_option("--frames", options.frames, "N, A:B or A:B:STEP, from 0 (default: all)");
   app.add_option("--region", options.region,
                  "picture of the clip's size: objects are only searched where it is not black");

@@ -224,7 +224,10 @@ constexpr bench::Suite kSuite{
     .example = "fivepipe bench capture --footage recordings/seated4cam --json out/capture.json",
     .only_help =
         "only methods whose name contains this text, such as mog2; fivepipe is always "
-        "measured"};
+        "measured",
+    .footage_help =
+        "folder of the recording seated4cam: compares fivepipe also with outlines that "
+        "were drawn by hand in its images"};
 
 void run(const bench::Args& args) {
   cv::setNumThreads(1);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <fstream>
 #include <sstream>
@@ -20,14 +21,15 @@ std::vector<std::vector<Outline::Vertex>> read_rings(const fs::path& file) {
   int number = 0;
   for (std::string line; std::getline(in, line);) {
     ++number;
-    line = line.substr(0, line.find('#'));
-    std::istringstream text(line);
-    Outline::Vertex vertex{};
-    std::string rest;
     if (line.find_first_not_of(" \t\r") == std::string::npos) {
       is_new = true;
       continue;
     }
+    line = line.substr(0, line.find('#'));
+    if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
+    std::istringstream text(line);
+    Outline::Vertex vertex{};
+    std::string rest;
     if (!(text >> vertex.u_px >> vertex.v_px) || text >> rest || !std::isfinite(vertex.u_px) ||
         !std::isfinite(vertex.v_px))
       throw std::runtime_error(
@@ -36,7 +38,19 @@ std::vector<std::vector<Outline::Vertex>> read_rings(const fs::path& file) {
     is_new = false;
     rings.back().push_back(vertex);
   }
+  if (rings.empty() ||
+      std::any_of(rings.begin(), rings.end(), [](const auto& ring) { return ring.size() < 3; }))
+    throw std::runtime_error(file.string() + ": a ring has fewer than three vertices");
   return rings;
+}
+
+int frame_of(const fs::path& file) {
+  const std::string name = file.stem().string();
+  int frame = 0;
+  const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), frame);
+  if (error != std::errc() || end != name.data() + name.size() || frame < 0)
+    throw std::runtime_error(file.string() + ": the name is not the number of a frame");
+  return frame;
 }
 
 }  // namespace
@@ -48,8 +62,8 @@ std::vector<Outline> read_outlines(const fs::path& folder) {
     if (!camera.is_directory()) continue;
     for (const auto& file : fs::directory_iterator(camera.path()))
       if (file.path().extension() == ".txt")
-        outlines.push_back({camera.path().filename().string(),
-                            std::stoi(file.path().stem().string()), read_rings(file.path())});
+        outlines.push_back(
+            {camera.path().filename().string(), frame_of(file.path()), read_rings(file.path())});
   }
   if (error || outlines.empty())
     throw std::runtime_error(folder.string() + ": there are no outlines in this folder");

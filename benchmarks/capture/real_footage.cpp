@@ -5,10 +5,13 @@
 #include <iostream>
 #include <map>
 #include <mutex>
+#include <set>
+#include <stdexcept>
 
 #include "benchmarks/capture/outlines.h"
 #include "benchmarks/capture/scores.h"
 #include "capture_node/capture.h"
+#include "common/base/result_file.h"
 #include "common/base/text_table.h"
 #include "common/config/deployment.h"
 
@@ -24,18 +27,24 @@ Maps segmented(const config::Deployment& deployment, const std::vector<Outline>&
   config::CaptureConfig config;
   for (const config::Node& node : deployment.nodes)
     if (const auto* capture = std::get_if<config::CaptureConfig>(&node.config)) config = *capture;
+  // A frame beyond the end of a file must not be one of its first frames again.
+  config.loop = false;
+  config.precomputed_frames = 0;
   capture::Capture capture(deployment.rig, deployment.viewer, config, deployment.frame_rate_hz);
-  std::map<int, bool> frames;
-  for (const Outline& outline : outlines) frames[outline.frame] = true;
+  std::set<int> frames;
+  for (const Outline& outline : outlines) frames.insert(outline.frame);
   Maps maps;
   std::mutex mutex;
-  for (const auto& [frame, unused] : frames) {
-    capture.set_observer([&, now = frame](const config::RigCamera& camera, const cv::Mat&,
-                                          const capture::Segmentation& segmentation) {
+  for (const int frame : frames) {
+    capture.set_observer([&, frame](const config::RigCamera& camera, const cv::Mat&,
+                                    const capture::Segmentation& segmentation) {
       const std::lock_guard lock(mutex);
-      maps[{camera.name, now}] = segmentation.object;
+      maps[{camera.name, frame}] = segmentation.object;
     });
-    capture.capture(frame, false);
+    for (const capture::CapturedCamera& camera : capture.capture(frame, false))
+      if (camera.status != capture::CaptureStatus::captured)
+        throw std::runtime_error(fmt::format("camera {}: no image of frame {}: {}", camera.camera,
+                                             frame, camera.reason));
   }
   return maps;
 }
@@ -50,7 +59,9 @@ std::map<std::string, OfCamera> scores(const std::vector<Outline>& outlines, con
   std::map<std::string, OfCamera> result;
   for (const Outline& outline : outlines) {
     const auto found = maps.find({outline.camera, outline.frame});
-    if (found == maps.end()) continue;
+    if (found == maps.end())
+      throw std::runtime_error(fmt::format("there is an outline of camera {}, frame {}, but no map",
+                                           outline.camera, outline.frame));
     const hull::ObjectPixels& pixels = found->second;
     const hull::ObjectPixels truth = pixels_inside(outline, pixels.width_px(), pixels.height_px());
     OfCamera& of_camera = result[outline.camera];
@@ -100,7 +111,7 @@ nlohmann::ordered_json measure_footage(const fs::path& data) {
   for (const auto& [camera, of] : of_fivepipe)
     results.push_back(
         {{"name", "capture/seated4cam/" + camera},
-         {"time_ms", {{"runs", 0}}},
+         {"time_ms", base::times_json({})},
          {"error",
           {{"one_minus_iou", 1 - of.score.iou()}, {"boundary_px", of.score.boundary_error_px()}}}});
   return results;

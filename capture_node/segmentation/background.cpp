@@ -113,7 +113,7 @@ bool is_moving(const Samples& samples, const float* mean, double max_deviation_l
     before = is_away;
   }
   return double(away) >= kMovingFraction * double(n) &&
-         double(runs) >= std::max(2.0, kMovingRunsPerFrame * double(n));
+         double(runs) >= std::max(kMinMovingRuns, kMovingRunsPerFrame * double(n));
 }
 
 // Divides the samples by equal parts of the range of the channel that varies most. Neighbouring
@@ -158,7 +158,7 @@ std::vector<ColourBox> boxes_of(const Samples& samples, int count) {
 
 Background learn_background(std::span<const cv::Mat> empty_frames,
                             const LearningSettings& settings) {
-  assert(!empty_frames.empty() && empty_frames.size() <= std::size_t(kMaxLearningFrames));
+  assert(!empty_frames.empty() && empty_frames.size() <= std::size_t(config::kMaxLearningImages));
   const int width = empty_frames[0].cols, height = empty_frames[0].rows;
   for ([[maybe_unused]] const cv::Mat& frame : empty_frames)
     assert(frame.type() == CV_8UC3 && frame.cols == width && frame.rows == height);

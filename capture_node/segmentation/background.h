@@ -7,6 +7,8 @@
 #include <span>
 #include <vector>
 
+#include "common/config/capture/capture_config.h"
+
 namespace fivepipe::capture {
 
 // An interval of levels of each channel b, g, r.
@@ -37,20 +39,20 @@ struct LearningSettings {
   int moving_boxes = 4;
 };
 
-// Learns the background from 1 to kMaxLearningFrames frames of the empty scene, all 8-bit BGR of
-// one size (asserted), in the order in which the camera took them. Takes the median first, then
-// mean and deviation of the samples near it, so that a person who crosses the scene in a minority
-// of the frames has no effect. With fewer than kMinFramesForNoise frames the noise is
-// kPlateSigma_levels.
+// Learns the background from 1 to config::kMaxLearningImages frames of the empty scene, all 8-bit
+// BGR of one size (asserted), in the order in which the camera took them. Takes the median first,
+// then mean and deviation of the samples near it, so that a person who crosses the scene in a
+// minority of the frames has no effect on them. With fewer than kMinFramesForNoise frames the noise
+// is kPlateSigma_levels.
 //
 // A pixel is moving if the samples far from its mean return again and again (Kim, Chalidabhongse,
-// Harwood, Davis 2005 ask the same of a codeword); somebody who walks past covers it once. Its
+// Harwood, Davis 2005 demand the same of a codeword); a person who walks past covers it once. Its
 // boxes divide the range of the channel that varies most, so that they follow the samples' curve
-// through colour space instead of enclosing all of it.
+// through colour space instead of enclosing all of it. They enclose all samples of the pixel, also
+// those of a person who walked past it.
 Background learn_background(std::span<const cv::Mat> empty_frames,
                             const LearningSettings& settings = {});
 
-inline constexpr int kMaxLearningFrames = 128;
 // Fewer samples give a standard deviation with an error above a quarter.
 inline constexpr int kMinFramesForNoise = 8;
 // Noise of an ordinary camera in room light.
@@ -61,9 +63,10 @@ inline constexpr double kTrim_sigmas = 4.0;
 inline constexpr double kTrimFloor_levels = 4.0;
 // A moving pixel differs from its mean in at least this fraction of the frames,
 inline constexpr double kMovingFraction = 0.1;
-// and in at least this many separate runs of frames per frame. Two people who walk past once make
-// two runs.
+// in at least this many separate runs of frames per frame,
 inline constexpr double kMovingRunsPerFrame = 1.0 / 12;
+// and in at least this many runs. Two people who walk past make two.
+inline constexpr double kMinMovingRuns = 3;
 // Margin of the boxes beyond the samples. These rarely include the extremes.
 inline constexpr int kMovingMargin_levels = 5;
 

@@ -15,12 +15,13 @@ namespace fivepipe::capture {
 // What a level must exceed to differ, grey levels of 255.
 struct Tolerances {
   // A pixel differs if a channel is farther from the mean than
-  //   min(max(floor, sigmas * measured sigma), ceiling) + jitter * gradient.
+  //   max(floor, min(ceiling, sigmas * measured sigma)) + jitter * gradient.
   double sigmas = 4, floor_levels = 8, ceiling_levels = 16;
   // The camera's movement against the background. The gradient is half the range of the levels in
   // the 3x3 neighbourhood.
   double jitter_px = 0.2;
-  // A pixel differs strongly if it is this many times as far. At least 1.
+  // A pixel differs strongly if a channel is farther than this many times the widest tolerance of
+  // the three. At least 1.
   double strong_factor = 2;
 };
 
@@ -46,7 +47,8 @@ struct DifferenceTables {
   std::vector<MovingWord> moving;  // by word
 };
 DifferenceTables difference_tables(const Background& background, const Tolerances& tolerances);
-// Computes the tables of row v again, after the background has changed there.
+// Computes the tables of row v again, after the background has changed there. The gradients of the
+// rows above and below also depend on it; they stay as they are.
 void refill_row(DifferenceTables& tables, const Background& background,
                 const Tolerances& tolerances, int v);
 

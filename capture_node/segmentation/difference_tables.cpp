@@ -7,7 +7,7 @@
 namespace fivepipe::capture {
 namespace {
 
-// Half the range of the rounded means in the 3x3 neighbourhood, of channel c.
+// Half the range of the means in the 3x3 neighbourhood, of channel c.
 double gradient(const Background& background, int u, int v, int c) {
   float least = 255, most = 0;
   for (int y = std::max(0, v - 1); y <= std::min(background.height_px - 1, v + 1); ++y)
@@ -28,9 +28,9 @@ void fill(DifferenceTables& tables, const Background& background, const Toleranc
   for (int c = 0; c < 3; ++c) {
     const std::size_t k = 3 * (std::size_t(v) * background.width_px + u) + c;
     const double mean = background.mean_levels[k];
-    double tolerance =
-        std::min(std::max(tolerances.floor_levels, tolerances.sigmas * background.sigma_levels[k]),
-                 std::max(tolerances.floor_levels, tolerances.ceiling_levels));
+    double tolerance = std::max(tolerances.floor_levels,
+                                std::min(tolerances.ceiling_levels,
+                                         tolerances.sigmas * double(background.sigma_levels[k])));
     if (tolerances.jitter_px > 0) tolerance += tolerances.jitter_px * gradient(background, u, v, c);
     widest = std::max(widest, tolerance);
     const auto level = [](double x) { return std::uint8_t(std::clamp(x, 0.0, 255.0)); };

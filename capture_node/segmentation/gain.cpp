@@ -96,7 +96,8 @@ Gain GainEstimator::gain(const cv::Mat& image_bgr) const {
 
 InverseGain inverse_of(const Gain& gain) {
   InverseGain inverse;
-  for (std::size_t c = 0; c < 3; ++c) inverse[c] = std::uint16_t(std::lround(4096 / gain[c]));
+  for (std::size_t c = 0; c < 3; ++c)
+    inverse[c] = std::uint16_t(std::lround(kInverseOne / gain[c]));
   return inverse;
 }
 

@@ -43,10 +43,11 @@ class GainEstimator {
   std::array<Samples, 3> samples_;  // by channel
 };
 
-// Fixed-point factors 1 / gain of the channels, in units of 1 / 4096.
+// Fixed-point factors 1 / gain of the channels, in units of 1 / kInverseOne.
 using InverseGain = std::array<std::uint16_t, 3>;
 InverseGain inverse_of(const Gain& gain);
-inline constexpr InverseGain kNoGain = {4096, 4096, 4096};
+inline constexpr std::uint16_t kInverseOne = 4096;
+inline constexpr InverseGain kNoGain = {kInverseOne, kInverseOne, kInverseOne};
 // Returns the level that the background's brightness would have given: level / gain, rounded.
 std::uint8_t compensated(std::uint8_t level, std::uint16_t inverse_gain);
 

@@ -15,14 +15,19 @@ Chroma chroma(float b, float g, float r) {
   return {-0.168736f * r - 0.331264f * g + 0.5f * b, 0.5f * r - 0.418688f * g - 0.081312f * b};
 }
 
-hull::ObjectPixels opaque_pixels(const cv::Mat& image, int channel) {
+// The pixels with a level of at least kOpaque_levels in one of the channels [first, end).
+hull::ObjectPixels opaque_pixels(const cv::Mat& image, int first, int end) {
   const int step = image.channels();
   hull::ObjectPixels pixels(image.cols, image.rows);
   const auto words = std::size_t(pixels.words_per_row());
   for (int v = 0; v < image.rows; ++v) {
     std::uint64_t* const row = pixels.mutable_words().data() + std::size_t(v) * words;
-    for (int u = 0; u < image.cols; ++u)
-      row[u / 64] |= std::uint64_t(image.ptr(v)[step * u + channel] >= kOpaque_levels) << (u % 64);
+    const std::uint8_t* const levels = image.ptr(v);
+    for (int u = 0; u < image.cols; ++u) {
+      bool is_opaque = false;
+      for (int c = first; c < end; ++c) is_opaque |= levels[step * u + c] >= kOpaque_levels;
+      row[u / 64] |= std::uint64_t(is_opaque) << (u % 64);
+    }
   }
   return pixels;
 }
@@ -30,19 +35,20 @@ hull::ObjectPixels opaque_pixels(const cv::Mat& image, int channel) {
 }  // namespace
 
 hull::ObjectPixels pixels_of_mask(const cv::Mat& mask) {
-  assert(mask.depth() == CV_8U);
-  return opaque_pixels(mask, 0);
+  assert(mask.depth() == CV_8U && mask.channels() <= 3);
+  return opaque_pixels(mask, 0, mask.channels());
 }
 
 hull::ObjectPixels pixels_of_alpha(const cv::Mat& bgra) {
   assert(bgra.type() == CV_8UC4);
-  return opaque_pixels(bgra, 3);
+  return opaque_pixels(bgra, 3, 4);
 }
 
 ChromaKeyer::ChromaKeyer(const config::ChromaKey& key) {
   const Chroma of_key =
       chroma(255 * float(key.rgb[2]), 255 * float(key.rgb[1]), 255 * float(key.rgb[0]));
   const float length = std::hypot(of_key.cb, of_key.cr);
+  assert(length > 0);
   cb_ = of_key.cb / length;
   cr_ = of_key.cr / length;
   min_chroma_ = float(key.min_chroma) * length;

@@ -3,7 +3,7 @@
 #pragma once
 #include <opencv2/core.hpp>
 
-#include "common/config/capture_config.h"
+#include "common/config/capture/capture_config.h"
 #include "common/hull/object_pixels.h"
 
 namespace fivepipe::capture {
@@ -11,7 +11,7 @@ namespace fivepipe::capture {
 // From this level on, a pixel of a mask or of an alpha channel is an object pixel.
 inline constexpr int kOpaque_levels = 128;
 
-// mask: 8-bit with 1 channel, or with 3 or 4, of which the first counts.
+// mask: 8-bit with 1 or 3 channels, of which the brightest counts.
 hull::ObjectPixels pixels_of_mask(const cv::Mat& mask);
 // The last channel of an 8-bit image with 4 channels.
 hull::ObjectPixels pixels_of_alpha(const cv::Mat& bgra);
@@ -21,6 +21,7 @@ hull::ObjectPixels pixels_of_alpha(const cv::Mat& bgra);
 // direction.
 class ChromaKeyer {
  public:
+  // The colour of the key is not grey (asserted).
   explicit ChromaKeyer(const config::ChromaKey& key);
   // Returns the pixels without the colour of the screen. image: 8-bit BGR.
   hull::ObjectPixels object_pixels(const cv::Mat& image_bgr) const;

@@ -4,16 +4,16 @@
 //   1. Gain: estimates by how much the whole image is brighter, and removes it (gain.h).
 //   2. Difference: the pixels whose levels are beyond the noise of their background, those that
 //      differ strongly, and those that look like shadow (difference.h).
-//   3. Shadow: drops the pixels that look like shadow, unless at least kObjectNeighbours of their
+//   3. Majority: keeps the pixels that differ strongly, and those that differ together with a
+//      majority of their neighbourhood.
+//   4. Shadow: drops the pixels that look like shadow, unless at least kObjectNeighbours of their
 //      neighbours differ without looking like it; beside these also the pixels with fewer than
 //      kShadowNeighbours such pixels in their neighbourhood.
-//   4. Majority: keeps the pixels that differ strongly, and those that differ together with a
-//      majority of their neighbourhood.
 //   5. Opening; then hysteresis and areas: keeps connected regions of at least min_object_px pixels
 //      with one that differs strongly (components.h).
 //   6. Closing, and holes of at most max_hole_px pixels are filled.
 //
-// Steps 3 to 5 can remove object pixels; with `conservative`, they are left out.
+// `conservative` skips steps 3 to 5, which drop pixels that differ.
 #pragma once
 #include <opencv2/core.hpp>
 #include <optional>
@@ -23,7 +23,7 @@
 #include "capture_node/segmentation/background.h"
 #include "capture_node/segmentation/difference.h"
 #include "capture_node/segmentation/gain.h"
-#include "common/config/capture_config.h"
+#include "common/config/capture/capture_config.h"
 #include "common/hull/object_pixels.h"
 
 namespace fivepipe::capture {

@@ -7,6 +7,7 @@
 
 #include "capture_node/sources/image_source.h"
 #include "common/base/readable_file.h"
+#include "common/config/capture/image_path.h"
 
 namespace fivepipe::capture {
 namespace {
@@ -34,6 +35,8 @@ class Frames {
   // estimate; reading to its end gives the exact number.
   virtual std::optional<std::int64_t> count() const = 0;
   virtual std::int64_t count_guess() const = 0;
+  // The number in the file name of frame 0; nullopt for a video or a single picture.
+  virtual std::optional<std::int64_t> first_number() const { return std::nullopt; }
 };
 
 class VideoFrames final : public Frames {
@@ -86,6 +89,9 @@ class SequenceFrames final : public Frames {
     return files_.rbegin()->first - files_.begin()->first + 1;
   }
   std::int64_t count_guess() const override { return *count(); }
+  std::optional<std::int64_t> first_number() const override {
+    return files_.size() > 1 ? std::optional(files_.begin()->first) : std::nullopt;
+  }
 
  private:
   std::map<std::int64_t, fs::path> files_;
@@ -120,14 +126,6 @@ std::map<std::int64_t, fs::path> files_of_pattern(const fs::path& pattern) {
   return files;
 }
 
-bool is_picture(const fs::path& file) {
-  std::string suffix = file.extension().string();
-  std::transform(suffix.begin(), suffix.end(), suffix.begin(),
-                 [](unsigned char c) { return char(std::tolower(c)); });
-  return suffix == ".png" || suffix == ".jpg" || suffix == ".jpeg" || suffix == ".bmp" ||
-         suffix == ".tif" || suffix == ".tiff" || suffix == ".ppm";
-}
-
 // Throws SourceError if the file is missing or cannot be decoded.
 std::unique_ptr<Frames> open_frames(const config::RigCamera& camera, const std::string& file,
                                     bool has_alpha = false) {
@@ -144,7 +142,7 @@ std::unique_ptr<Frames> open_frames(const config::RigCamera& camera, const std::
     frames = std::make_unique<SequenceFrames>(std::move(files), has_alpha);
   } else if (const auto why = base::why_unreadable(file)) {
     fail(SourceFault::not_found, *why);
-  } else if (is_picture(file)) {
+  } else if (config::is_single_picture(file)) {
     frames =
         std::make_unique<SequenceFrames>(std::map<std::int64_t, fs::path>{{0, file}}, has_alpha);
   } else if (has_alpha) {
@@ -195,6 +193,7 @@ class FileSource final : public ImageSource {
     return ReadStatus::missing;
   }
   std::string last_error() const override { return last_error_; }
+  std::optional<std::int64_t> first_number() const override { return frames_->first_number(); }
 
  private:
   std::string file_, last_error_;
@@ -239,6 +238,8 @@ std::vector<cv::Mat> read_background(const config::RigCamera& camera, const std:
 }
 
 hull::ObjectPixels read_region(const config::RigCamera& camera, const std::string& file) {
+  if (const auto why = base::why_unreadable(file))
+    throw_problems({{camera.name, SourceFault::not_found, file + ": " + *why}});
   const cv::Mat picture = cv::imread(file, cv::IMREAD_GRAYSCALE);
   if (picture.empty())
     throw_problems(

@@ -1,5 +1,6 @@
 // A camera's image source. To add a camera type:
-//   1. common/config/capture_config.h: add a struct to CameraSource, common/config/node_reader.cpp
+//   1. common/config/capture/capture_config.h: add a struct to CameraSource,
+//   common/config/capture/source_reader.cpp
 //      reads it from the deployment file;
 //   2. here: add a function that opens it, and implement ImageSource in a file of this folder;
 //   3. capture_node/capture.cpp: open_source() calls that function.
@@ -8,11 +9,12 @@
 #include <filesystem>
 #include <memory>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "capture_node/sources/source_error.h"
-#include "common/config/capture_config.h"
+#include "common/config/capture/capture_config.h"
 #include "common/config/rig.h"
 #include "common/hull/object_pixels.h"
 
@@ -37,6 +39,8 @@ class ImageSource {
   // Returns the time at which the camera took the last image (CLOCK_REALTIME) [ns]; 0 if the source
   // does not know it, as a file.
   virtual std::int64_t stamp_ns() const { return 0; }
+  // Returns the number in the file name of the first picture of a sequence; nullopt for others.
+  virtual std::optional<std::int64_t> first_number() const { return std::nullopt; }
   // Returns the reason for the last `missing`, for the user; empty if there is none.
   virtual std::string last_error() const { return {}; }
 };

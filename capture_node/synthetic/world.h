@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "capture_node/synthetic/actors/part.h"
-#include "common/config/capture_config.h"
+#include "common/config/capture/capture_config.h"
 
 namespace fivepipe::capture {
 

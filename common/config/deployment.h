@@ -8,7 +8,7 @@
 #include <variant>
 #include <vector>
 
-#include "common/config/capture_config.h"
+#include "common/config/capture/capture_config.h"
 #include "common/config/recon_config.h"
 #include "common/config/render_config.h"
 #include "common/config/rig.h"

@@ -6,7 +6,7 @@
 
 #include "common/base/machine.h"
 #include "common/config/segmentation_reader.h"
-#include "common/config/source_reader.h"
+#include "common/config/capture/source_reader.h"
 
 namespace fivepipe::config {
 

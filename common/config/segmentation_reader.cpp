@@ -4,11 +4,26 @@
 
 #include <algorithm>
 
-#include "common/config/image_path.h"
+#include "common/config/capture/image_path.h"
 #include "common/config/read_files.h"
+#include "common/geometry/box_visibility.h"
 
 namespace fivepipe::config {
 namespace {
+
+bool shape_camera(const Rig& rig, const std::string& name) {
+  return std::any_of(rig.cameras.begin(), rig.cameras.end(), [&](const RigCamera& camera) {
+    return camera.name == name && camera.gives_shape;
+  });
+}
+
+// Reports the cameras that see no part of the volume: their maps, and so the hull, would be empty.
+void check_volume(YamlMap& map, const Rig& rig, const Eigen::AlignedBox3d& volume_m) {
+  for (const RigCamera& camera : rig.cameras)
+    if (camera.gives_shape && camera.mount == Mount::world && camera.published.width_px > 0 &&
+        !geometry::is_box_visible(published_camera(camera), volume_m))
+      map.problem_at("volume_m", "camera " + camera.name + " sees no part of this volume_m");
+}
 
 // Pictures by camera.
 std::map<std::string, std::string> read_regions(YamlMap map, const Rig& rig, bool is_here) {
@@ -19,7 +34,9 @@ std::map<std::string, std::string> read_regions(YamlMap map, const Rig& rig, boo
     const bool is_left_out =
         std::find(rig.left_out.begin(), rig.left_out.end(), camera) != rig.left_out.end();
     std::string path = read_image_path(map, camera, 0, is_here);
-    if (is_known)
+    if (is_known && !shape_camera(rig, camera))
+      map.problem_at(camera, "camera " + camera + " gives no shape: it has no object pixels");
+    else if (is_known)
       regions[camera] = std::move(path);
     else if (!is_left_out)
       map.problem_at(camera, fmt::format("rig {} has no camera {}", rig.name, camera));
@@ -61,7 +78,9 @@ SegmentationConfig read_segmentation(YamlMap map, const Rig& rig, bool is_here) 
     map.choice<Owner>("volume_m", {{"rig", Owner::rig_volume}});
     config.volume_m = rig.volume_m;
   } else if (map.has("volume_m")) {
+    const std::size_t problems_before = map.problem_count();
     config.volume_m = read_volume(map.map("volume_m"));
+    if (map.problem_count() == problems_before) check_volume(map, rig, *config.volume_m);
   }
   if (map.has("regions")) config.regions = read_regions(map.map("regions"), rig, is_here);
   map.finish();

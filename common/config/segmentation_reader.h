@@ -1,6 +1,6 @@
 // Reads the mapping `segmentation` of a capture node.
 #pragma once
-#include "common/config/capture_config.h"
+#include "common/config/capture/capture_config.h"
 #include "common/config/rig.h"
 #include "common/config/yaml/yaml_reader.h"
 

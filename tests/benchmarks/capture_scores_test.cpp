@@ -30,10 +30,7 @@ TEST(CaptureScores, OfAShiftedSquare) {
   EXPECT_DOUBLE_EQ(shifted.f1(), 0.75);
   EXPECT_DOUBLE_EQ(shifted.iou(), 0.6);
   EXPECT_DOUBLE_EQ(shifted.recall(), 0.75);
-  // Of each outline's 76 pixels, 30 are on the other one. At the far side, the 20 px of a column are
-  // 5 px away; those of the rows between lie 1 to 4 px from the other's column.
-  EXPECT_GT(shifted.boundary_error_px(), 1.4);
-  EXPECT_LT(shifted.boundary_error_px(), 2.2);
+  EXPECT_NEAR(shifted.boundary_error_px(), 190.0 / 76, 1e-6) << "of all pairs of outline pixels";
 }
 
 TEST(CaptureScores, SumOverImagesAndAreDefinedWithoutPixels) {
@@ -59,7 +56,7 @@ TEST(CaptureOutlines, HoldThePixelsWhoseCentreIsInsideAnOddNumberOfRings) {
   std::filesystem::create_directories(folder.path / "cam2");
   std::filesystem::create_directories(folder.path / "cam1");
   std::ofstream(folder.path / "cam2" / "045.txt")
-      << "# a square with a hole\n9.5 4.5\n29.5 4.5\n29.5 24.5\n9.5 24.5\n\n"
+      << "# a square with a hole\n9.5 4.5\n29.5 4.5\n# a comment is no gap\n29.5 24.5\n9.5 24.5\n\n"
       << "14.5 9.5\r\n19.5 9.5\n19.5 14.5  # corner\n14.5 14.5\n";
   std::ofstream(folder.path / "cam1" / "007.txt") << "-50 -50\n200 -50\n200 10\n-50 10\n";
   std::ofstream(folder.path / "README.md") << "no camera\n";
@@ -83,6 +80,20 @@ TEST(CaptureOutlines, FaultsNameFileAndLine) {
   EXPECT_THROW(read_outlines(folder.path / "absent"), std::runtime_error);
   EXPECT_THROW(read_outlines(folder.path), std::runtime_error);
   std::filesystem::create_directories(folder.path / "cam1");
+  const auto expect = [&](const char* name, const char* text, const std::string& what) {
+    const auto file = folder.path / "cam1" / name;
+    std::ofstream(file) << text;
+    try {
+      read_outlines(folder.path);
+      ADD_FAILURE() << what;
+    } catch (const std::runtime_error& fault) {
+      EXPECT_EQ(fault.what(), file.string() + what);
+    }
+    std::filesystem::remove(file);
+  };
+  expect("000.txt", "1 2\n3 4\n", ": a ring has fewer than three vertices");
+  expect("000.txt", "", ": a ring has fewer than three vertices");
+  expect("notes.txt", "1 2\n3 4\n5 6\n", ": the name is not the number of a frame");
   for (const char* line : {"1 2\n3\n", "1 2\n3 4 5\n", "1 2\na b\n", "1 2\nnan 4\n"}) {
     const auto file = folder.path / "cam1" / "000.txt";
     std::ofstream(file) << line;
@@ -97,18 +108,19 @@ TEST(CaptureOutlines, FaultsNameFileAndLine) {
   }
 }
 
-// What the documentation states, on other seeds and a quarter of the width. Small images have more
-// outline for their area, so the limits are lower than those of the full size.
+// On another seed and a quarter of the width. The outline's pixels, which a lens may count to
+// either side, are a tenth of the object in images so small; without a lens, hardly any is wrong.
 TEST(CaptureAccuracy, FivepipeHoldsOnEverySequence) {
   const Method own = methods(true).front();
   ASSERT_EQ(own.name, "fivepipe");
+  constexpr double kMinF1 = 0.99, kMinF1OfCamouflage = 0.9;
   for (const Disturbance disturbance : kDisturbances) {
     const Sequence shown = sequence(disturbance, 31, 180, 122);
     const auto learned = own.settings[0].learn(shown.learning);
     Score score;
     for (std::size_t i = 0; i < shown.images.size(); ++i)
       score.add(learned->segment(shown.images[i]), shown.truth[i]);
-    EXPECT_GT(score.f1(), disturbance == Disturbance::camouflage ? 0.9 : 0.99)
+    EXPECT_GT(score.f1(), disturbance == Disturbance::camouflage ? kMinF1OfCamouflage : kMinF1)
         << name_of(disturbance);
   }
 }

@@ -179,8 +179,8 @@ TEST(Background, AMovingPixelHasTheColoursItSwingsThrough) {
   EXPECT_TRUE(learn_background(frames, one_colour).moving.empty());
 }
 
-// Somebody who stands in the scene for a fifth of the time, twice, is not its background.
-TEST(Background, WhoWalksPastDoesNotMakeItMoving) {
+// A person who crosses twice, in a fifth of the frames, is not background.
+TEST(Background, APersonWhoWalksPastDoesNotMakeItMoving) {
   const Background background = learn_background(room([](cv::Mat& frame, int n) {
     if ((n >= 10 && n < 16) || (n >= 40 && n < 46))
       frame(cv::Rect(20, 0, 20, 30)).setTo(cv::Scalar(30, 40, 50));
@@ -189,6 +189,23 @@ TEST(Background, WhoWalksPastDoesNotMakeItMoving) {
   const std::size_t inside = 3 * (10 * 70 + 30);
   EXPECT_NEAR(background.mean_levels[inside], 90, 1.5);
   EXPECT_NEAR(background.sigma_levels[inside], 1.5, 0.6);
+}
+
+// Also if few frames are learned from: two runs are two people.
+TEST(Background, TwoPeopleAreNoMovementInFewFrames) {
+  for (const int frames : {8, 12, 24}) {
+    const auto moving = [&](int runs) {
+      return learn_background(room(
+                                  [&](cv::Mat& frame, int n) {
+                                    if (n % 2 == 1 && n / 2 < runs)
+                                      frame.at<cv::Vec3b>(4, 4) = {200, 30, 30};
+                                  },
+                                  frames))
+          .moving.size();
+    };
+    EXPECT_EQ(moving(2), 0u) << frames;
+    EXPECT_EQ(moving(3), 1u) << frames;
+  }
 }
 
 // Movement must be frequent: in a tenth of the frames, and in a run of its own every twelve frames.

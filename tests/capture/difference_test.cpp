@@ -1,6 +1,7 @@
 // Classification of pixels against the background, compared with scalar code.
 #include <gtest/gtest.h>
 
+#include <hwy/targets.h>
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
@@ -91,7 +92,31 @@ TEST(Difference, MatchesAPixelByPixelReferenceAtAnyWidth) {
   }
 }
 
-TEST(Difference, IsOnlyClassifiedWhereItIsAsked) {
+TEST(Difference, IsTheSameWithEveryInstructionSet) {
+  const cv::Mat mean = random_image(645, 20, 5);
+  cv::Mat image = random_image(645, 20, 6);
+  for (int i = 0; i < 3 * 645 * 20; ++i)
+    if (i / 3 % 2 == 0) image.data[i] = std::uint8_t(0.75 * mean.data[i] + image.data[i] % 9);
+  Background background = background_of(mean, 5);
+  for (int i = 0; i < 645 * 20; i += 3)
+    background.moving.push_back({i, {{{0, 0, 0}, {90, 200, 255}}}});
+  std::vector<Difference> found;
+  hwy::SetSupportedTargetsForTest(0);
+  for (std::int64_t left = hwy::SupportedTargets(); left != 0; left &= left - 1) {
+    hwy::SetSupportedTargetsForTest(left & -left);
+    found.push_back(differences(image, background, {3, 8, 16, 0.2, 2},
+                                {inverse_of({1.1, 0.9, 1.05}), 0.5, nullptr}));
+  }
+  hwy::SetSupportedTargetsForTest(0);
+  for (const Difference& other : found) {
+    EXPECT_EQ(other.differs, found[0].differs);
+    EXPECT_EQ(other.strongly, found[0].strongly);
+    EXPECT_EQ(other.shadow, found[0].shadow);
+  }
+  EXPECT_GT(found[0].shadow.count(), 500u);
+}
+
+TEST(Difference, PixelsOutsideTheRequestDoNotDiffer) {
   const cv::Mat image(3, 150, CV_8UC3, cv::Scalar::all(200));
   hull::ObjectPixels within(150, 3);
   within.set_run(60, 131, 1);

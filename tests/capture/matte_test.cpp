@@ -19,8 +19,9 @@ namespace fs = std::filesystem;
 TEST(Matte, HalfWhiteAndHalfOpaqueAreObject) {
   cv::Mat mask(1, 256, CV_8UC1), colour(1, 256, CV_8UC3, cv::Scalar::all(255)),
       alpha(1, 256, CV_8UC4, cv::Scalar(255, 0, 0, 0));
+  colour.setTo(0);
   for (int u = 0; u < 256; ++u) {
-    mask.data[u] = colour.data[3 * u] = alpha.data[4 * u + 3] = std::uint8_t(u);
+    mask.data[u] = colour.data[3 * u + u % 3] = alpha.data[4 * u + 3] = std::uint8_t(u);
   }
   hull::ObjectPixels expected(256, 1);
   expected.set_run(128, 256, 0);
@@ -162,30 +163,83 @@ TEST_F(CaptureWithMattes, FaultsNameTheirCause) {
   EXPECT_THROW(capture("image", config::MatteFile{file("small")}, 0), SourceError);
 }
 
-// `volume_m` and `regions` apply to mattes too.
+// `volume_m` and `regions` apply to each way.
 TEST_F(CaptureWithMattes, OnlySearchedPixelsAreObjects) {
-  config::CaptureConfig config;
-  config.sources["cam"] = config::VideoSource{file("image"), config::MatteFile{file("mask")}, 0};
   cv::Mat region(162, 240, CV_8UC1, cv::Scalar(0));
   region(cv::Rect(100, 0, 40, 162)).setTo(200);
   cv::imwrite((folder_.path / "region.png").string(), region);
-  config.segmentation.regions["cam"] = (folder_.path / "region.png").string();
-  const auto in_region = Capture(rig_, viewer_, config, 30).capture(0, false);
-  EXPECT_EQ(in_region[0].pixels->bounds().u0_px, 100);
-  EXPECT_EQ(in_region[0].pixels->bounds().u1_px, 140);
-  config.segmentation.regions.clear();
-  config.segmentation.volume_m =
-      Eigen::AlignedBox3d(Eigen::Vector3d(-0.01, -0.01, 0.2), Eigen::Vector3d(0.01, 0.01, 0.22));
-  const auto in_volume = Capture(rig_, viewer_, config, 30).capture(0, false);
-  const auto centre = geometry::project(config::published_camera(rig_.cameras[0]), {0, 0, 0.21});
-  for (int v = 0; v < 162; ++v)
-    for (int u = 0; u < 240; ++u)
-      if (std::hypot(u - centre->x(), v - centre->y()) > 8) {
-        ASSERT_FALSE(in_volume[0].pixels->contains(u, v)) << u << ' ' << v;
-      }
+  cv::imwrite(
+      (folder_.path / "empty.png").string(),
+      SyntheticImageSource(world_, rig_.cameras[0], 30, {}, test::test_room()).background(0));
+  hull::ObjectPixels in_region(240, 162);
+  for (int v = 0; v < 162; ++v) in_region.set_run(100, 140, v);
+  const Eigen::AlignedBox3d box(Eigen::Vector3d(-0.1, -0.1, 0.2), Eigen::Vector3d(0.1, 0.1, 0.3));
+  const hull::ObjectPixels in_volume = pixels_of_volume(rig_.cameras[0], box),
+                           in_both = test::both(in_region, in_volume);
+  ASSERT_GT(in_both.count(), 0u);
+  ASSERT_LT(in_both.count(), std::min(in_region.count(), in_volume.count()));
+  const auto found = [&](const char* images, const config::ObjectKey& key, bool has_region,
+                         bool has_volume) {
+    config::CaptureConfig config;
+    config.sources["cam"] = config::VideoSource{file(images), key, 0};
+    if (has_region) config.segmentation.regions["cam"] = (folder_.path / "region.png").string();
+    if (has_volume) config.segmentation.volume_m = box;
+    return *Capture(rig_, viewer_, config, 30).capture(0, false)[0].pixels;
+  };
+  const config::ObjectKey learned =
+      config::LearnedBackground{(folder_.path / "empty.png").string()};
+  for (const auto& [images, key] : std::vector<std::pair<const char*, config::ObjectKey>>{
+           {"image", config::MatteFile{file("mask")}},
+           {"alpha", config::AlphaChannel{}},
+           {"screen", config::ChromaKey{{1, 1, 0}, 30, 0.3}}}) {
+    EXPECT_EQ(found(images, key, true, false), test::both(truth_[0], in_region)) << images;
+    EXPECT_EQ(found(images, key, false, true), test::both(truth_[0], in_volume)) << images;
+    EXPECT_EQ(found(images, key, true, true), test::both(truth_[0], in_both)) << images;
+  }
+  const hull::ObjectPixels segmented = found("image", learned, true, true);
+  EXPECT_GT(segmented.count(), 20u);
+  EXPECT_EQ(test::count_not_in(segmented, in_both), 0u);
   cv::imwrite((folder_.path / "region.png").string(), cv::Mat(3, 3, CV_8UC1, cv::Scalar(1)));
-  config.segmentation.regions["cam"] = (folder_.path / "region.png").string();
-  EXPECT_THROW(Capture(rig_, viewer_, config, 30), SourceError);
+  EXPECT_THROW(found("image", learned, true, false), SourceError);
+  fs::remove(folder_.path / "region.png");
+  EXPECT_THROW(found("image", learned, true, false), SourceError);
+}
+
+// Pictures and masks belong together by their number.
+TEST_F(CaptureWithMattes, AMissingFirstMaskShiftsNoOther) {
+  fs::remove(folder_.path / "mask0.png");
+  const config::MatteFile masks{file("mask")};
+  EXPECT_EQ(capture("image", masks, 0)[0].status, CaptureStatus::missing);
+  for (const int frame : {1, 2})
+    EXPECT_EQ(*capture("image", masks, frame)[0].pixels, truth_[std::size_t(frame)]) << frame;
+  config::CaptureConfig config;
+  config.sources["cam"] = config::VideoSource{file("image"), masks, 1};
+  EXPECT_EQ(*Capture(rig_, viewer_, config, 30).capture(1, false)[0].pixels, truth_[2]);
+}
+
+// A camera that gives only colour may have pictures with an alpha channel.
+TEST_F(CaptureWithMattes, AnAlphaChannelIsNoColour) {
+  config::RigCamera colour = rig_.cameras[0];
+  colour.name = "colour";
+  colour.gives_shape = false;
+  rig_.cameras.push_back(colour);
+  config::CaptureConfig config;
+  config.sources["cam"] = config::VideoSource{file("image"), config::MatteFile{file("mask")}, 0};
+  config.sources["colour"] = config::VideoSource{file("alpha"), config::AlphaChannel{}, 0};
+  const auto found = Capture(rig_, viewer_, config, 30).capture(0, true);
+  ASSERT_EQ(found.size(), 2u);
+  ASSERT_TRUE(found[0].colour && found[1].colour);
+  const cv::Mat image = cv::imread((folder_.path / "image0.png").string());
+  const hull::PixelRect& region = found[1].colour->region;
+  std::size_t k = 0, compared = 0;
+  for (int v = region.v0_px; v < region.v1_px; ++v)
+    for (int u = region.u0_px; u < region.u1_px; ++u)
+      for (int c = 0; c < 3; ++c, ++k)
+        if (found[1].colour->pixels.contains(u, v)) {
+          ASSERT_EQ(found[1].colour->bgr[k], image.at<cv::Vec3b>(v, u)[c]) << u << ' ' << v;
+          ++compared;
+        }
+  EXPECT_GT(compared, 300u);
 }
 
 // No point of the volume projects outside the searched pixels, with and without a lens.

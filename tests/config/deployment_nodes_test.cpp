@@ -49,7 +49,8 @@ TEST_F(DeploymentFile, ACameraFindsItsObjectsInOneWay) {
                std::get<CaptureConfig>(deployment.nodes[0].config).sources.at("left"))
         .key;
   };
-  EXPECT_EQ(std::get<MatteFile>(key_of("matte: a.png")).file, (folder() / "a.png").string());
+  write("m3.png", "any content");
+  EXPECT_EQ(std::get<MatteFile>(key_of("matte: m%d.png")).file, (folder() / "m%d.png").string());
   EXPECT_TRUE(std::holds_alternative<AlphaChannel>(key_of("alpha: true")));
   EXPECT_EQ(std::get<LearnedBackground>(key_of("background: a.png")).file,
             (folder() / "a.png").string());
@@ -64,11 +65,27 @@ TEST_F(DeploymentFile, ACameraFindsItsObjectsInOneWay) {
   EXPECT_EQ(defaults.min_chroma, 0.3);
   using ::testing::HasSubstr;
   EXPECT_THAT(problems(nodes("alpha: false")), ElementsAre(HasSubstr("background is missing")));
-  EXPECT_THAT(problems(nodes("matte: absent.png")),
-              ElementsAre(HasSubstr("absent.png: there is no such file")));
-  EXPECT_THAT(problems(nodes("matte: a.png, alpha: true")),
-              ElementsAre(HasSubstr("matte and alpha are both set: a camera finds its objects in "
-                                    "one way")));
+  EXPECT_THAT(problems(nodes("matte: x%d.png")),
+              ElementsAre(HasSubstr("x%d.png: there is no such file")));
+  EXPECT_THAT(problems(nodes("matte: a.png")),
+              ElementsAre(HasSubstr("matte must be a video or a sequence such as mask_%04d.png")));
+  EXPECT_TRUE(problems(nodes("background: a.png, alpha: false")).empty());
+  for (const char* unusable : {"matte: a.mp4", "alpha: true"})
+    EXPECT_THAT(problems(with_nodes("  - {name: c, program: capture_node, sources: {right: "
+                                    "synthetic, left: {v4l2: 0, " +
+                                    std::string(unusable) + "}}}\n")),
+                ElementsAre(HasSubstr("unknown key")))
+        << unusable;
+  for (const char* key : {"chroma_key: {}", "background: a.png"})
+    EXPECT_THAT(problems(with_nodes("  - {name: c, program: capture_node, sources: {right: "
+                                    "synthetic, left: {v4l2: 0, background_frames: 9, " +
+                                    std::string(key) + "}}}\n")),
+                ElementsAre(HasSubstr("background_frames is only for a camera that learns")))
+        << key;
+  EXPECT_THAT(
+      problems(nodes("background: a.png, alpha: true")),
+      ElementsAre(HasSubstr("background and alpha are both set: a camera finds its objects in "
+                            "one way")));
   EXPECT_THAT(problems(nodes("chroma_key: {rgb: [0.5, 0.6, 0.5]}")),
               ElementsAre(HasSubstr("the colour [0.5, 0.6, 0.5] is too grey")));
   EXPECT_THAT(problems(nodes("chroma_key: {max_angle_deg: 0, min_chroma: 0}")),
@@ -96,6 +113,9 @@ TEST_F(DeploymentFile, SegmentationHasAVolumeAndRegions) {
               ElementsAre(::testing::HasSubstr("volume_m must be one of rig; is \"all\"")));
   EXPECT_THAT(problems(nodes("volume_m: {min: [0, 0, 0], max: [1, -1, 1]}")),
               ElementsAre(::testing::HasSubstr("max must be greater than min (0) in y, is -1")));
+  EXPECT_THAT(problems(nodes("volume_m: {min: [0, 90, 0], max: [1, 91, 1]}")),
+              ElementsAre(::testing::HasSubstr("camera left sees no part of this volume_m"),
+                          ::testing::HasSubstr("camera right sees no part of this volume_m")));
   EXPECT_THAT(problems(nodes("regions: {middle: rig.yaml, left: absent.png}")),
               ElementsAre("deployment.yaml:10:38: rig two has no camera middle",
                           "deployment.yaml:10:54: left " + (folder() / "absent.png").string() +

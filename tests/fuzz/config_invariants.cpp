@@ -203,6 +203,22 @@ std::string broken_viewer(const Viewer& viewer) {
   return "";
 }
 
+// The chroma of a key is not zero.
+bool has_good_keys(const CaptureConfig& config) {
+  for (const auto& [camera, source] : config.sources) {
+    const auto* const video = std::get_if<VideoSource>(&source);
+    const auto* const device = std::get_if<V4l2Source>(&source);
+    const ObjectKey key = video ? video->key : device ? device->key : ObjectKey{};
+    const auto* const screen = std::get_if<ChromaKey>(&key);
+    if (!screen) continue;
+    const auto [darkest, brightest] = std::minmax_element(screen->rgb.begin(), screen->rgb.end());
+    if (!(*brightest - *darkest > 0.1) || !is_in(screen->max_angle_deg, 1, 90) ||
+        !is_positive(screen->min_chroma, 1))
+      return false;
+  }
+  return true;
+}
+
 struct BrokenNode {
   std::string operator()(const CaptureConfig& c) const {
     const SegmentationConfig& s = c.segmentation;
@@ -212,9 +228,9 @@ struct BrokenNode {
         is_in(s.threshold_ceiling_levels, s.threshold_floor_levels, 255) &&
         is_in(s.jitter_px, 0, 10) && is_in(s.hysteresis, 1, 10) && is_in(s.moving_boxes, 0, 16) &&
         is_positive(s.shadow_min_brightness, 1) && is_in(s.min_object_px, 0, 1e6) &&
-        is_in(s.max_hole_px, 0, 1e6) && is_in(s.opening_px, 0, 64) &&
-        is_in(s.closing_px, 0, 64) && is_in(s.adaptation_s, 0, 86400) &&
-        (!s.volume_m || !s.volume_m->isEmpty()) && is_in(c.max_frames_in_flight, 0, 64) &&
+        is_in(s.max_hole_px, 0, 1e6) && is_in(s.opening_px, 0, 64) && is_in(s.closing_px, 0, 64) &&
+        is_in(s.adaptation_s, 0, 86400) && (!s.volume_m || !s.volume_m->isEmpty()) &&
+        has_good_keys(c) && is_in(c.max_frames_in_flight, 0, 64) &&
         is_in(c.precomputed_frames, 0, 100000);
     return is_good ? "" : "a key of capture_node";
   }

@@ -11,4 +11,7 @@ namespace fivepipe::config {
 // machine (is_here); files of other hosts cannot be checked.
 std::string read_image_path(YamlMap& map, const std::string& key, int first_frame, bool is_here);
 
+// Returns true if the path names one picture: a png, jpg, bmp, tif or ppm file without a pattern.
+bool is_single_picture(const std::string& path);
+
 }  // namespace fivepipe::config

@@ -1,4 +1,8 @@
-#include "common/config/image_path.h"
+#include "common/config/capture/image_path.h"
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
 
 #include "common/base/readable_file.h"
 #include "common/base/regex.h"
@@ -29,6 +33,15 @@ std::string read_image_path(YamlMap& map, const std::string& key, int first_fram
   if (why && base::why_unreadable(frame_of_sequence(path, first_frame + 1)))
     map.problem_at(key, key + ' ' + path + ": " + *why);
   return path;
+}
+
+bool is_single_picture(const std::string& path) {
+  if (path.find('%') != std::string::npos) return false;
+  std::string suffix = std::filesystem::path(path).extension().string();
+  std::transform(suffix.begin(), suffix.end(), suffix.begin(),
+                 [](unsigned char c) { return char(std::tolower(c)); });
+  return suffix == ".png" || suffix == ".jpg" || suffix == ".jpeg" || suffix == ".bmp" ||
+         suffix == ".tif" || suffix == ".tiff" || suffix == ".ppm";
 }
 
 }  // namespace fivepipe::config

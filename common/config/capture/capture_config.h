@@ -23,10 +23,13 @@ struct ChromaKey {
   double min_chroma = 0.3;    // fraction of the screen's chroma, which its shadows reduce
 };
 
+// Bounds the memory while a background is learned: 800 MB for a camera of 1920x1080.
+inline constexpr int kMaxLearningImages = 128;
+
 // How the object pixels of a camera are found.
 struct LearnedBackground {
   std::string file;  // the empty scene: video, sequence or single picture; empty: the first images
-  int frames = 30;   // number of these images
+  int frames = 30;   // number of these images, at most kMaxLearningImages
 };
 struct MatteFile {
   std::string file;  // video or sequence of masks, frame by frame: from half white on, object
@@ -75,7 +78,7 @@ struct SyntheticWorld {
 // capture_node/segmentation/segmentation.h.
 struct SegmentationConfig {
   // A pixel differs from the background if a channel is farther from its mean than
-  //   min(max(floor, sigmas * measured noise), ceiling) + jitter * gradient.
+  //   max(floor, min(ceiling, sigmas * measured noise)) + jitter * gradient.
   double threshold_sigmas = 4;
   double threshold_floor_levels = 8, threshold_ceiling_levels = 16;  // grey levels of 255
   double jitter_px = 0.2;  // movement of the camera against its background
@@ -90,7 +93,7 @@ struct SegmentationConfig {
   int max_hole_px = 50;    // holes up to this area are filled
   int opening_px = 0;      // radius of the morphological opening; 0: none
   int closing_px = 0;      // radius of the morphological closing; 0: none
-  // Every pixel that differs is object: leaves out each step that can remove object pixels.
+  // Every pixel that differs is object: skips shadow, majority, hysteresis, areas and opening.
   bool conservative = false;
   // Time constant with which the background follows slow changes away from objects; 0: never.
   double adaptation_s = 0;

@@ -1,6 +1,6 @@
 // Reads the source of one camera: a video or a V4L2 camera, and how its objects are found.
 #pragma once
-#include "common/config/capture_config.h"
+#include "common/config/capture/capture_config.h"
 #include "common/config/yaml/yaml_reader.h"
 
 namespace fivepipe::config {

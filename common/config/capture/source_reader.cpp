@@ -1,11 +1,11 @@
-#include "common/config/source_reader.h"
+#include "common/config/capture/source_reader.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
 
-#include "common/config/image_path.h"
+#include "common/config/capture/image_path.h"
 
 namespace fivepipe::config {
 namespace {
@@ -35,17 +35,26 @@ ChromaKey read_chroma_key(YamlMap map) {
 // Reads how objects are found. A video needs one of the keys; a camera learns its background unless
 // it has another one.
 ObjectKey read_object_key(YamlMap& map, int first_frame, bool is_video, bool is_here) {
+  const std::vector<std::string> allowed =
+      is_video ? std::vector<std::string>{kBackground, kMatte, kAlpha, kChroma}
+               : std::vector<std::string>{kBackground, kChroma};
   std::vector<std::string> present;
-  for (const char* key : {kBackground, kMatte, kAlpha, kChroma})
-    if (map.has(key)) present.push_back(key);
+  for (const std::string& key : allowed)
+    if (map.has(key) && (key != kAlpha || map.flag(kAlpha))) present.push_back(key);
   if (present.size() > 1)
     map.problem_at(present[1], fmt::format("{} and {} are both set: a camera finds its objects in "
                                            "one way",
                                            present[0], present[1]));
   if (map.has(kChroma)) return read_chroma_key(map.map(kChroma));
-  if (is_video && map.has(kMatte))
-    return MatteFile{read_image_path(map, kMatte, first_frame, is_here)};
-  if (is_video && map.flag(kAlpha, false)) return AlphaChannel{};
+  if (is_video && map.has(kMatte)) {
+    MatteFile matte{read_image_path(map, kMatte, first_frame, is_here)};
+    if (is_single_picture(matte.file))
+      map.problem_at(kMatte,
+                     "matte must be a video or a sequence such as mask_%04d.png: one picture "
+                     "is the mask of one frame");
+    return matte;
+  }
+  if (is_video && map.has(kAlpha) && map.flag(kAlpha)) return AlphaChannel{};
   LearnedBackground background;
   if (is_video || map.has(kBackground))
     background.file = read_image_path(map, kBackground, 0, is_here);
@@ -61,8 +70,14 @@ CameraSource read_source(YamlMap map, bool is_here) {
     V4l2Source source;
     source.device = map.text("v4l2");
     source.key = read_object_key(map, 0, false, is_here);
-    const int frames = map.integer("background_frames", {1, 128}, LearnedBackground{}.frames);
-    if (auto* background = std::get_if<LearnedBackground>(&source.key)) background->frames = frames;
+    auto* const background = std::get_if<LearnedBackground>(&source.key);
+    if (background && background->file.empty())
+      background->frames =
+          map.integer("background_frames", {1, kMaxLearningImages}, background->frames);
+    else if (map.has("background_frames"))
+      map.problem_at(
+          "background_frames",
+          "background_frames is only for a camera that learns its background at the start");
     map.finish();
     return source;
   }
