@@ -5,8 +5,8 @@
 #include <algorithm>
 
 #include "common/base/machine.h"
-#include "common/config/segmentation_reader.h"
 #include "common/config/capture/source_reader.h"
+#include "common/config/segmentation_reader.h"
 
 namespace fivepipe::config {
 
