@@ -112,7 +112,7 @@ hull::ObjectPixels with_holes_filled(const hull::ObjectPixels& pixels, int max_a
   hull::ObjectPixels result = pixels;
   if (max_area_px <= 0) return result;
   const int words = pixels.words_per_row(), width = pixels.width_px(), height = pixels.height_px();
-  // A hole lies between the first and the last object pixel of its rows, so only the gaps between
+  // A hole is between the first and the last object pixel of its rows, so only the gaps between
   // runs count. A gap that reaches an end of its row is open; it needs no run, because what touches
   // it is marked as open.
   std::vector<Run> gaps;

@@ -246,7 +246,7 @@ TEST(Segmentation, ConservativeContainsTheNormalMap) {
     const hull::ObjectPixels object =
         hull::true_object_pixels(test::synthetic_object(world, frame / 30.0),
                                  config::published_camera(camera), hull::PixelRule::center);
-    // A thousandth of the object has the colour of what is behind it.
+    // A thousandth of the object has the colour of its background.
     EXPECT_LE(test::count_not_in(object, all), object.count() / 1000);
   }
 }
