@@ -8,6 +8,7 @@
 #include <opencv2/core/utility.hpp>
 #include <stdexcept>
 
+#include "capture_node/frozen_camera.h"
 #include "capture_node/lens/undistortion.h"
 #include "capture_node/object_colour.h"
 #include "capture_node/object_finder.h"
@@ -70,6 +71,7 @@ struct Capture::Channel {
   // Only cameras that give shape have these: how their objects are found, and the captured pixels
   // that the published image does not contain.
   std::unique_ptr<ObjectFinder> finder;
+  FrozenCamera frozen;
   hull::ObjectPixels outside_published;
   // Only the other cameras have it: the published pixels that the captured image sees.
   hull::ObjectPixels seen;
@@ -145,7 +147,8 @@ void Capture::open_source(Channel& channel,
 void Capture::precompute(const Progress& progress) {
   const std::size_t frames = std::size_t(std::max(0, config_.precomputed_frames));
   while (precomputed_.size() < frames) {
-    std::vector<CapturedCamera> next = capture_live(std::int64_t(precomputed_.size()), true);
+    std::vector<CapturedCamera> next =
+        capture_live(std::int64_t(precomputed_.size()), true, base::now_realtime_ns());
     if (ended_) break;
     precomputed_.push_back(std::move(next));
     if (progress) progress("precomputing frames", double(precomputed_.size()) / double(frames));
@@ -177,25 +180,44 @@ struct Capture::RawCapture {
   geometry::Camera published;
 };
 
+// Sets every pixel of a camera without an image, if the configuration wants that.
+void Capture::go_on_without(const config::RigCamera& camera, RawCapture& raw_capture) const {
+  if (config_.lost_camera != config::LostCamera::go_on) return;
+  const geometry::Pinhole& published = camera.published;
+  CapturedCamera& result = raw_capture.result;
+  result.pixels.emplace(published.width_px, published.height_px);
+  for (int v = 0; v < published.height_px; ++v) result.pixels->set_run(0, published.width_px, v);
+  result.reason += "; the hull goes on without it";
+}
+
 Capture::RawCapture Capture::raw_capture(Channel& channel, std::int64_t frame, std::int64_t index,
                                          std::int64_t now_ns, bool want_colour) const {
   const config::RigCamera& camera = *channel.camera;
   RawCapture raw_capture;
   CapturedCamera& result = raw_capture.result;
   result.camera = camera.name;
+  raw_capture.published = config::published_camera(
+      camera, config::eye_from_world_at(viewer_, double(frame) / frame_rate_hz_));
   if (!channel.finder && !(want_colour && camera.gives_colour)) return raw_capture;
   const auto start = std::chrono::steady_clock::now();
-  const ReadStatus status = channel.source->read(index, raw_capture.image);
+  ReadStatus status = channel.source->read(index, raw_capture.image);
+  while (status == ReadStatus::missing && config_.lost_camera == config::LostCamera::wait &&
+         channel.source->is_live() && go_on_waiting_ &&
+         go_on_waiting_(camera.name, channel.source->last_error()))
+    status = channel.source->read(index, raw_capture.image);
   result.read_s = base::seconds_since(start);
   const std::int64_t taken_ns = status == ReadStatus::image ? channel.source->stamp_ns() : 0;
   result.image_stamp_ns = taken_ns ? taken_ns : now_ns;
   if (status != ReadStatus::image) {
     result.status = status == ReadStatus::end ? CaptureStatus::ended : CaptureStatus::missing;
     result.reason = status == ReadStatus::end ? "its file has ended" : channel.source->last_error();
+    if (status == ReadStatus::missing && channel.finder) go_on_without(camera, raw_capture);
     return raw_capture;
   }
-  raw_capture.published = config::published_camera(
-      camera, config::eye_from_world_at(viewer_, double(frame) / frame_rate_hz_));
+  if (channel.source->is_live())
+    if (const double s = channel.frozen.frozen_s(raw_capture.image, base::now_realtime_ns());
+        s >= kMinFrozen_s)
+      result.diagnostics.push_back("frozen: it sends the same image again and again");
   if (!channel.finder) {
     raw_capture.image = bgr_of(raw_capture.image);
     if (raw_capture.image.empty()) {
@@ -205,21 +227,25 @@ Capture::RawCapture Capture::raw_capture(Channel& channel, std::int64_t frame, s
     return raw_capture;
   }
   const auto segment_start = std::chrono::steady_clock::now();
+  const double cpu_before_s = base::thread_cpu_s();
   const ObjectFinder::Found found = channel.finder->find(raw_capture.image, index);
   if (found.segmentation)
     result.pixels = channel.undistortion->published(found.segmentation->object);
   result.segment_s = base::seconds_since(segment_start);
+  result.segment_cpu_s = base::thread_cpu_s() - cpu_before_s;
   if (!found.segmentation) {
     result.status = found.ended ? CaptureStatus::ended : CaptureStatus::missing;
     result.reason = found.reason;
     raw_capture.image.release();
+    if (!found.ended) go_on_without(camera, raw_capture);
     return raw_capture;
   }
   raw_capture.image = bgr_of(raw_capture.image);
   const hull::ObjectPixels& captured = found.segmentation->object;
   if (observer_) observer_(camera, raw_capture.image, *found.segmentation);
-  result.diagnostics =
-      segmentation_diagnostics(*result.pixels, count_of_both(captured, channel.outside_published));
+  for (std::string& text :
+       segmentation_diagnostics(*result.pixels, count_of_both(captured, channel.outside_published)))
+    result.diagnostics.push_back(std::move(text));
   return raw_capture;
 }
 
@@ -240,6 +266,7 @@ void Capture::add_colours(std::int64_t frame, std::vector<RawCapture>& raw_captu
     const Channel& channel = *channels_[i];
     if (!channel.camera->gives_colour || raw_capture.image.empty()) return;
     const auto start = std::chrono::steady_clock::now();
+    const double cpu_before_s = base::thread_cpu_s();
     hull::ObjectPixels pixels =
         raw_capture.result.pixels
             ? *raw_capture.result.pixels
@@ -249,17 +276,18 @@ void Capture::add_colours(std::int64_t frame, std::vector<RawCapture>& raw_captu
       raw_capture.result.colour = colours_of(std::move(pixels), raw_capture.published,
                                              *channel.undistortion, raw_capture.image);
     raw_capture.result.segment_s += base::seconds_since(start);
+    raw_capture.result.segment_cpu_s += base::thread_cpu_s() - cpu_before_s;
   });
 }
 
-std::vector<CapturedCamera> Capture::capture_live(std::int64_t frame, bool want_colour) {
+std::vector<CapturedCamera> Capture::capture_live(std::int64_t frame, bool want_colour,
+                                                  std::int64_t stamp_ns) {
   if (frame < round_start_) round_start_ = 0;
   std::vector<RawCapture> raw_captures(channels_.size());
-  const std::int64_t now_ns = base::now_realtime_ns();
   const auto capture_all = [&] {
     in_parallel(pool_, channels_.size(), [&](std::size_t i) {
       raw_captures[i] =
-          raw_capture(*channels_[i], frame, frame - round_start_, now_ns, want_colour);
+          raw_capture(*channels_[i], frame, frame - round_start_, stamp_ns, want_colour);
     });
     return std::any_of(raw_captures.begin(), raw_captures.end(), [](const RawCapture& raw_capture) {
       return raw_capture.result.status == CaptureStatus::ended;
@@ -278,14 +306,15 @@ std::vector<CapturedCamera> Capture::capture_live(std::int64_t frame, bool want_
   return result;
 }
 
-std::vector<CapturedCamera> Capture::capture(std::int64_t frame, bool want_colour) {
-  if (precomputed_.empty()) return capture_live(frame, want_colour);
+std::vector<CapturedCamera> Capture::capture(std::int64_t frame, bool want_colour,
+                                             std::int64_t stamp_ns) {
+  if (stamp_ns == 0) stamp_ns = base::now_realtime_ns();
+  if (precomputed_.empty()) return capture_live(frame, want_colour, stamp_ns);
   std::vector<CapturedCamera> result = precomputed_[std::size_t(frame) % precomputed_.size()];
-  const std::int64_t now_ns = base::now_realtime_ns();
   for (CapturedCamera& camera : result) {
     if (!want_colour) camera.colour.reset();
-    camera.read_s = camera.segment_s = 0;
-    camera.image_stamp_ns = now_ns;
+    camera.read_s = camera.segment_s = camera.segment_cpu_s = 0;
+    camera.image_stamp_ns = stamp_ns;
   }
   return result;
 }

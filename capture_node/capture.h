@@ -32,19 +32,21 @@ struct CapturedCamera {
   std::string camera;  // its name in the rig
   CaptureStatus status = CaptureStatus::captured;
   std::string reason;  // empty if captured
-  // In the published geometry. Only cameras that give shape have it.
+  // In the published geometry. Only cameras that give shape have it; of a missing image, only with
+  // config.lost_camera `go_on`.
   std::optional<hull::ObjectPixels> pixels;
   // Only cameras that give colour have it, if the caller wants colour and the camera sees a part of
   // the hull that the viewer can see. Absent in all cameras if one camera sees no object pixels,
   // because the hull is then empty.
   std::optional<hull::ColourRegion> colour;
   // CLOCK_REALTIME at which the camera took the image. All sources without a clock of their own
-  // (files, synthetic cameras, precomputed frames) have the time of the call of capture().
+  // (files, synthetic cameras, precomputed frames) have the same time, see capture().
   std::int64_t image_stamp_ns = 0;
   // Diagnostics of this camera's object pixels, for the user.
   std::vector<std::string> diagnostics;
   // Time to read the image, and to compute pixels and colour from it.
   double read_s = 0, segment_s = 0;
+  double segment_cpu_s = 0;  // CPU time of the latter
 };
 
 class Capture {
@@ -64,8 +66,10 @@ class Capture {
   // Returns the cameras of `frame` >= 0, in the rig's order. An increasing `frame` is cheap; any
   // other reopens the files. Synthetic images and the head pose are those at frame / frame_rate_hz
   // [s]. With precomputed frames, returns the stored set frame % precomputed_frames. With
-  // config.loop, all sources restart together when the first of them ends.
-  std::vector<CapturedCamera> capture(std::int64_t frame, bool want_colour);
+  // config.loop, all sources restart together when the first of them ends. stamp_ns: time of images
+  // whose source has no clock (CLOCK_REALTIME); 0: the time of the call.
+  std::vector<CapturedCamera> capture(std::int64_t frame, bool want_colour,
+                                      std::int64_t stamp_ns = 0);
 
   // Receives the captured image of a camera that gives shape, and what segmentation found in it.
   // Each capture() that does not return precomputed frames calls it, from several threads, once for
@@ -73,6 +77,12 @@ class Capture {
   using Observer =
       std::function<void(const config::RigCamera&, const cv::Mat& image_bgr, const Segmentation&)>;
   void set_observer(Observer observer) { observer_ = std::move(observer); }
+
+  // With config.lost_camera `wait`, each further attempt to read the image of a camera asks this
+  // function, from several threads; false ends the wait. reason: why there is no image. Without it,
+  // nothing waits.
+  using GoOnWaiting = std::function<bool(const std::string& camera, const std::string& reason)>;
+  void set_go_on_waiting(GoOnWaiting go_on) { go_on_waiting_ = std::move(go_on); }
 
   // Returns true if the file of a camera has ended: no complete set follows.
   bool ended() const { return ended_; }
@@ -84,8 +94,10 @@ class Capture {
   // images whose source has no clock.
   RawCapture raw_capture(Channel& channel, std::int64_t frame, std::int64_t index,
                          std::int64_t now_ns, bool want_colour) const;
+  void go_on_without(const config::RigCamera& camera, RawCapture& raw_capture) const;
   void add_colours(std::int64_t frame, std::vector<RawCapture>& raw_captures);
-  std::vector<CapturedCamera> capture_live(std::int64_t frame, bool want_colour);
+  std::vector<CapturedCamera> capture_live(std::int64_t frame, bool want_colour,
+                                           std::int64_t stamp_ns);
   void open_channels(const Progress& progress);
   void open_source(Channel& channel, const std::shared_ptr<const Surroundings>& surroundings) const;
   void learn(Channel& channel) const;
@@ -96,6 +108,7 @@ class Capture {
   config::CaptureConfig config_;
   double frame_rate_hz_;
   Observer observer_;
+  GoOnWaiting go_on_waiting_;
   base::WorkerPool pool_;
   std::vector<std::unique_ptr<Channel>> channels_;
   std::vector<std::vector<CapturedCamera>> precomputed_;  // by frame, by camera

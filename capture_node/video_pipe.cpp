@@ -5,16 +5,14 @@
 #include <algorithm>
 #include <set>
 
-#include "capture_node/capture.h"
+#include "capture_node/following_pipe.h"
 #include "capture_node/frame_by_frame.h"
+#include "capture_node/frame_publisher.h"
 #include "capture_node/pacing.h"
 #include "common/base/realtime.h"
 #include "common/config/deployment.h"
 #include "common/pipeline/frames/tile_balancer.h"
-#include "common/pipeline/messages/camera_messages.h"
 #include "common/pipeline/messages/view_messages.h"
-#include "common/pipeline/node/frame_trace.h"
-#include "common/pipeline/node/status_names.h"
 
 namespace fivepipe::capture {
 namespace {
@@ -24,9 +22,6 @@ using namespace std::chrono_literals;
 // While frames in flight hold capture back, it wakes when the next frame is composited, or after
 // this time to read the clock.
 constexpr auto kPacingPollPeriod = 20ms;
-
-// Tile costs of frames older than this no longer represent the scene and are ignored.
-constexpr std::uint64_t kCostHistoryFrames = 64;
 
 // A reader holds 8 samples of a camera (bus.cpp).
 constexpr int kMaxFramesHeld = 7;
@@ -44,35 +39,24 @@ bool has_renderer(const config::Deployment& deployment) {
   });
 }
 
-// Without a clock, a file ends instead of starting again, and all its frames are captured.
-config::CaptureConfig once(config::CaptureConfig config) {
-  config.loop = false;
-  config.precomputed_frames = 0;
-  return config;
+bool captures(const config::Node& node) {
+  return std::holds_alternative<config::CaptureConfig>(node.config);
 }
 
+// The wiring of the first capture node of a deployment, which decides when a frame is captured.
 class VideoPipe {
  public:
   explicit VideoPipe(node::NodeContext& node)
       : node_(node),
         deployment_(node.deployment),
         config_(node::config_of<config::CaptureConfig>(node)),
-        infos_(node.bus.writer<bus::topics::CameraInfo>()),
+        has_followers_(std::count_if(deployment_.nodes.begin(), deployment_.nodes.end(), captures) >
+                       1),
         view_info_(node.bus.writer<bus::topics::ViewInfo>()),
         poses_(node.bus.writer<bus::topics::HeadPose>()),
-        colours_(node.bus.writer<bus::topics::ObjectColour>()),
-        maps_(node.bus.writer<bus::topics::ObjectPixelMap>()),
-        traces_(node.bus, node.status, node.node.name),
         composited_(node.bus.reader<bus::topics::FrameComposited>()),
         tile_costs_(node.bus.reader<bus::topics::TileCosts>()),
-        capture_(deployment_.rig, deployment_.viewer, node.every_frame ? once(config_) : config_,
-                 deployment_.frame_rate_hz, [this](std::string_view what, double fraction) {
-                   report_progress(what, fraction);
-                 }) {
-    node_.status.start_progress("");
-    for (const config::RigCamera& camera : deployment_.rig.cameras)
-      if (config_.sources.contains(camera.name))
-        infos_.write(messages::camera_info_message(camera));
+        publisher_(node) {
     view_info_.write(messages::view_info_message(deployment_.viewer));
   }
 
@@ -86,7 +70,7 @@ class VideoPipe {
  private:
   void run_by_clock() {
     Pacing pacing(deployment_.frame_rate_hz, config_.max_frames_in_flight, Pacing::Clock::now());
-    while (node::running() && !capture_.ended()) {
+    while (node::running() && !publisher_.ended()) {
       take_composited(pacing);
       take_tile_costs();
       const auto now = Pacing::Clock::now();
@@ -113,10 +97,11 @@ class VideoPipe {
     wait(kDiscovery);
     FrameByFrame frames(std::clamp(config_.max_frames_in_flight, 1, kMaxFramesHeld),
                         FrameByFrame::Clock::now());
-    while (node::running() && !(capture_.ended() && frames.is_done(FrameByFrame::Clock::now()))) {
+    while (node::running() && !(publisher_.ended() && frames.is_done(FrameByFrame::Clock::now()))) {
       take_composited(frames);
       take_tile_costs();
-      const auto frame = capture_.ended() ? std::nullopt : frames.next(FrameByFrame::Clock::now());
+      const auto frame =
+          publisher_.ended() ? std::nullopt : frames.next(FrameByFrame::Clock::now());
       if (!frame)
         node_.bus.wait(kPacingPollPeriod);
       else if (!publish(*frame))
@@ -151,11 +136,12 @@ class VideoPipe {
       (endpoint.writes ? writes : reads).emplace(endpoint.participant, endpoint.topic);
     std::set<std::string> missing;
     for (const config::Node& node : deployment_.nodes) {
-      const bool draws = std::holds_alternative<config::RenderConfig>(node.config),
-                 captures = std::holds_alternative<config::CaptureConfig>(node.config);
-      const char* const input =
-          draws ? bus::topics::HullTile::name : bus::topics::ObjectPixelMap::name;
-      if (!captures && !reads.contains({node.name, input})) missing.insert(node.name);
+      if (node.name == node_.node.name) continue;
+      const bool draws = std::holds_alternative<config::RenderConfig>(node.config);
+      const char* const input = draws            ? bus::topics::HullTile::name
+                                : captures(node) ? bus::topics::HeadPose::name
+                                                 : bus::topics::ObjectPixelMap::name;
+      if (!reads.contains({node.name, input})) missing.insert(node.name);
       if (draws && !writes.contains({node.name, bus::topics::FrameComposited::name}))
         missing.insert(node.name);
     }
@@ -169,12 +155,6 @@ class VideoPipe {
       if (const auto* recon = std::get_if<config::ReconConfig>(&node.config))
         return frames::TileBalancer(*recon);
     return std::nullopt;
-  }
-
-  // Returns false for frames that an earlier process of this node published: frame numbers restart
-  // with each process.
-  bool is_of_this_run(std::uint64_t frame) const {
-    return published_ && frame <= *published_ && *published_ - frame < kCostHistoryFrames;
   }
 
   // Pacer: Pacing or FrameByFrame.
@@ -193,86 +173,46 @@ class VideoPipe {
   void take_tile_costs() {
     for (const auto& sample : tile_costs_.take())
       if (sample.valid() && tile_balancer_ && deployment_.viewer.name == sample->viewer &&
-          is_of_this_run(sample->frame) &&
+          publisher_.has_published_lately(sample->frame) &&
           !tile_balancer_->add(sample->frame, sample->worker, messages::span_of(sample->tiles),
                                messages::span_of(sample->cost_ms)))
         node_.status.drop_from(tile_costs_.process(sample), {"bad_tile_costs", "", ""});
   }
 
-  // Reports in steps of ten percent. start_progress() logs a text only if it is new.
-  void report_progress(std::string_view what, double fraction) {
-    node_.status.start_progress(std::string(what) + ", " + std::to_string(10 * int(10 * fraction)) +
-                                " %");
-  }
-
-  // Returns false without publishing anything if the file of a camera has ended.
+  // Returns false without maps if the file of a camera has ended. Publishes the pose before the
+  // maps, so that a reader that has all maps of a frame also has its pose.
   bool publish(std::int64_t frame) {
-    node::FrameSteps steps;
-    steps.begin("capture");
-    std::vector<CapturedCamera> cameras = capture_.capture(frame, colours_.readers() > 0);
-    if (capture_.ended()) return false;
-    const std::uint64_t number = std::uint64_t(frame);
-    std::int64_t stamp_ns = 0;
-    for (const CapturedCamera& camera : cameras)
-      if (camera.image_stamp_ns && (!stamp_ns || camera.image_stamp_ns < stamp_ns))
-        stamp_ns = camera.image_stamp_ns;
-    // Publishes pose and colours before the maps, so that a reader that has all maps of a frame
-    // also has these.
-    messages::FramePose pose{
-        number,
-        stamp_ns,
-        config::eye_from_world_at(deployment_.viewer, double(frame) / deployment_.frame_rate_hz),
-        {}};
-    published_ = number;
-    if (tile_balancer_) pose.tile_owners = tile_balancer_->next();
-    messages::OutgoingPose pose_message =
-        messages::head_pose_message(deployment_.viewer, std::move(pose));
-    steps.begin("publish");
-    poses_.write(pose_message.message());
-    for (const CapturedCamera& camera : cameras) {
-      report_camera(camera);
-      if (camera.colour)
-        colours_.write(
-            messages::colour_message(camera.camera, number, camera.image_stamp_ns, *camera.colour)
-                .message());
-    }
-    for (const CapturedCamera& camera : cameras)
-      if (camera.pixels)
-        maps_.write(
-            messages::map_message(camera.camera, number, camera.image_stamp_ns, *camera.pixels)
-                .message());
-    node_.status.count(node::kFramesCaptured);
-    node_.status.latency(node::kCaptureToPublished,
-                         1e-9 * double(base::now_realtime_ns() - stamp_ns));
-    traces_.handled(number, stamp_ns, {}, std::move(steps));
+    // The other capture nodes capture their cameras when they receive the pose. It then has the
+    // time of the frame, because the images do not exist yet.
+    const std::int64_t start_ns = base::now_realtime_ns();
+    if (has_followers_) publish_pose(frame, start_ns);
+    auto set = publisher_.capture(frame, start_ns);
+    if (!set) return false;
+    if (!has_followers_) publish_pose(frame, set->stamp_ns);
+    publisher_.publish(std::move(*set));
     return true;
   }
 
-  void report_camera(const CapturedCamera& camera) {
-    if (camera.status == CaptureStatus::missing)
-      node_.status.drop({"missing_image", camera.camera, ""});
-    std::string diagnostics = camera.reason;
-    for (const std::string& diagnostic : camera.diagnostics)
-      diagnostics += (diagnostics.empty() ? "" : "; ") + diagnostic;
-    node_.status.diagnostic("camera " + camera.camera, diagnostics);
-    node_.status.latency("read", camera.read_s);
-    node_.status.latency("segment", camera.segment_s);
+  void publish_pose(std::int64_t frame, std::int64_t stamp_ns) {
+    messages::FramePose pose{
+        std::uint64_t(frame),
+        stamp_ns,
+        config::eye_from_world_at(deployment_.viewer, double(frame) / deployment_.frame_rate_hz),
+        {}};
+    if (tile_balancer_) pose.tile_owners = tile_balancer_->next();
+    poses_.write(messages::head_pose_message(deployment_.viewer, std::move(pose)).message());
   }
 
   node::NodeContext& node_;
   const config::Deployment& deployment_;
   const config::CaptureConfig& config_;
-  bus::Writer<bus::topics::CameraInfo> infos_;
+  bool has_followers_;  // other capture nodes
   bus::Writer<bus::topics::ViewInfo> view_info_;
   bus::Writer<bus::topics::HeadPose> poses_;
-  bus::Writer<bus::topics::ObjectColour> colours_;
-  bus::Writer<bus::topics::ObjectPixelMap> maps_;
-  node::FrameTracer traces_;
   bus::Reader<bus::topics::FrameComposited> composited_;
   bus::Reader<bus::topics::TileCosts> tile_costs_;
   std::optional<frames::TileBalancer> tile_balancer_ = balancer_of(deployment_);
-  std::optional<std::uint64_t> published_;  // newest published frame
-  Capture capture_;
+  FramePublisher publisher_;
 };
 
 }  // namespace
@@ -283,7 +223,12 @@ void run_video_pipe(node::NodeContext& node) {
         2, node.deployment.file.string() +
                ": --every-frame needs a render_node, whose composites pace the capture");
   try {
-    VideoPipe(node).run();
+    const auto first =
+        std::find_if(node.deployment.nodes.begin(), node.deployment.nodes.end(), captures);
+    if (first->name == node.node.name)
+      VideoPipe(node).run();
+    else
+      run_following_pipe(node);
   } catch (const HardwareMissing& missing) {
     throw node::NodeFailure(3, missing.what());
   } catch (const SourceError& error) {

@@ -11,9 +11,13 @@
 #include "benchmarks/capture/outlines.h"
 #include "benchmarks/capture/scores.h"
 #include "capture_node/capture.h"
+#include "common/base/machine.h"
 #include "common/base/result_file.h"
 #include "common/base/text_table.h"
+#include "common/base/timing.h"
+#include "common/base/worker_pool.h"
 #include "common/config/deployment.h"
+#include "common/hull/carving_diagnosis.h"
 
 namespace fivepipe::capture_bench {
 namespace {
@@ -23,30 +27,85 @@ namespace fs = std::filesystem;
 // Object pixels of captured images, by camera and frame.
 using Maps = std::map<std::pair<std::string, int>, hull::ObjectPixels>;
 
-Maps segmented(const config::Deployment& deployment, const std::vector<Outline>& outlines) {
-  config::CaptureConfig config;
-  for (const config::Node& node : deployment.nodes)
-    if (const auto* capture = std::get_if<config::CaptureConfig>(&node.config)) config = *capture;
+struct Recording {
+  std::string name;     // of its folder, of its deployment and of the folder of its outlines
+  bool is_drawn_twice;  // some images, by two persons
+  int volume_frames;    // frames whose hull volume is measured; 0: none
+};
+const Recording kRecordings[] = {{"seated4cam", true, 0}, {"balance4cam", false, 100}};
+
+const Recording& recording_in(const fs::path& data) {
+  const std::string name = fs::weakly_canonical(data).filename().string();
+  for (const Recording& recording : kRecordings)
+    if (recording.name == name) return recording;
+  throw std::runtime_error(
+      fmt::format("{}: there are no outlines of this recording. The folder must have the name "
+                  "seated4cam or balance4cam",
+                  data.string()));
+}
+
+// Captures frames of a deployment's files.
+class Footage {
+ public:
+  explicit Footage(const config::Deployment& deployment)
+      : deployment_(deployment),
+        capture_(deployment.rig, deployment.viewer, once(deployment), deployment.frame_rate_hz) {}
+
+  // Throws if a camera has no image of the frame.
+  std::vector<capture::CapturedCamera> at(int frame, const capture::Capture::Observer& observer) {
+    capture_.set_observer(observer);
+    std::vector<capture::CapturedCamera> set = capture_.capture(frame, false);
+    for (const capture::CapturedCamera& camera : set)
+      if (camera.status != capture::CaptureStatus::captured)
+        throw std::runtime_error(fmt::format("camera {}: no image of frame {}: {}", camera.camera,
+                                             frame, camera.reason));
+    return set;
+  }
+  const config::Deployment& deployment() const { return deployment_; }
+
+ private:
   // A frame beyond the end of a file must not be one of its first frames again.
-  config.loop = false;
-  config.precomputed_frames = 0;
-  capture::Capture capture(deployment.rig, deployment.viewer, config, deployment.frame_rate_hz);
+  static config::CaptureConfig once(const config::Deployment& deployment) {
+    config::CaptureConfig config;
+    for (const config::Node& node : deployment.nodes)
+      if (const auto* capture = std::get_if<config::CaptureConfig>(&node.config)) config = *capture;
+    config.loop = false;
+    config.precomputed_frames = 0;
+    return config;
+  }
+
+  const config::Deployment& deployment_;
+  capture::Capture capture_;
+};
+
+Maps segmented(Footage& footage, const std::vector<Outline>& outlines) {
   std::set<int> frames;
   for (const Outline& outline : outlines) frames.insert(outline.frame);
   Maps maps;
   std::mutex mutex;
-  for (const int frame : frames) {
-    capture.set_observer([&, frame](const config::RigCamera& camera, const cv::Mat&,
-                                    const capture::Segmentation& segmentation) {
+  for (const int frame : frames)
+    footage.at(frame, [&](const config::RigCamera& camera, const cv::Mat&,
+                          const capture::Segmentation& segmentation) {
       const std::lock_guard lock(mutex);
       maps[{camera.name, frame}] = segmentation.object;
     });
-    for (const capture::CapturedCamera& camera : capture.capture(frame, false))
-      if (camera.status != capture::CaptureStatus::captured)
-        throw std::runtime_error(fmt::format("camera {}: no image of frame {}: {}", camera.camera,
-                                             frame, camera.reason));
-  }
   return maps;
+}
+
+// Volume of the visual hull in the rig's volume_m [m^3], by frame.
+std::vector<double> hull_volumes_m3(Footage& footage, int frames) {
+  const config::Rig& rig = footage.deployment().rig;
+  base::WorkerPool pool(base::core_count());
+  std::vector<double> volumes;
+  for (int frame = 0; frame < frames; ++frame) {
+    std::vector<hull::Silhouette> silhouettes;
+    for (capture::CapturedCamera& camera : footage.at(frame, {}))
+      for (const config::RigCamera& in_rig : rig.cameras)
+        if (in_rig.name == camera.camera && camera.pixels)
+          silhouettes.push_back({config::published_camera(in_rig), std::move(*camera.pixels)});
+    volumes.push_back(hull::diagnose_volume(silhouettes, rig.volume_m, pool).hull.volume_m3);
+  }
+  return volumes;
 }
 
 // Scores by camera.
@@ -85,19 +144,15 @@ void add_rows(base::TextTable& table, const char* what,
 }  // namespace
 
 nlohmann::ordered_json measure_footage(const fs::path& data) {
+  const Recording& recording = recording_in(data);
   const fs::path root = FIVEPIPE_SOURCE_DIR, drawn = root / "benchmarks/footage/outlines";
-  const config::Deployment deployment = config::load_deployment(
-      root / "launch/deployments/seated4cam.yaml", {{"data", fs::absolute(data).string()}});
-  const std::vector<Outline> outlines = read_outlines(drawn / "seated4cam"),
-                             again = read_outlines(drawn / "seated4cam_again");
-  Maps first;  // the first drawing of the images that were drawn twice
-  for (const config::RigCamera& camera : deployment.rig.cameras)
-    for (const Outline& outline : outlines)
-      if (outline.camera == camera.name)
-        first[{outline.camera, outline.frame}] =
-            pixels_inside(outline, camera.source.width_px, camera.source.height_px);
-  const auto of_fivepipe = scores(outlines, segmented(deployment, outlines));
-  base::TextTable table({{"seated4cam"},
+  const config::Deployment deployment =
+      config::load_deployment(root / "launch/deployments" / (recording.name + ".yaml"),
+                              {{"data", fs::absolute(data).string()}});
+  const std::vector<Outline> outlines = read_outlines(drawn / recording.name);
+  Footage footage(deployment);
+  const auto of_fivepipe = scores(outlines, segmented(footage, outlines));
+  base::TextTable table({{recording.name},
                          {"camera"},
                          {"images", true},
                          {"IoU", true},
@@ -105,15 +160,35 @@ nlohmann::ordered_json measure_footage(const fs::path& data) {
                          {"recall", true},
                          {"boundary, px", true}});
   add_rows(table, "fivepipe and the outlines", of_fivepipe);
-  add_rows(table, "outlines, drawn twice", scores(again, first));
+  if (recording.is_drawn_twice) {
+    Maps first;  // the first drawing of each image
+    for (const config::RigCamera& camera : deployment.rig.cameras)
+      for (const Outline& outline : outlines)
+        if (outline.camera == camera.name)
+          first[{outline.camera, outline.frame}] =
+              pixels_inside(outline, camera.source.width_px, camera.source.height_px);
+    add_rows(table, "outlines, drawn twice",
+             scores(read_outlines(drawn / (recording.name + "_again")), first));
+  }
   std::cout << table.text() << '\n';
   nlohmann::ordered_json results = nlohmann::ordered_json::array();
   for (const auto& [camera, of] : of_fivepipe)
-    results.push_back(
-        {{"name", "capture/seated4cam/" + camera},
-         {"time_ms", base::times_json({})},
-         {"error",
-          {{"one_minus_iou", 1 - of.score.iou()}, {"boundary_px", of.score.boundary_error_px()}}}});
+    results.push_back({{"name", "capture/" + recording.name + "/" + camera},
+                       {"time_ms", base::times_json({})},
+                       {"error",
+                        {{"one_minus_iou", 1 - of.score.iou()},
+                         {"one_minus_recall", 1 - of.score.recall()},
+                         {"boundary_px", of.score.boundary_error_px()}}}});
+  if (recording.volume_frames > 0) {
+    Footage again(deployment);
+    const std::vector<double> volumes = hull_volumes_m3(again, recording.volume_frames);
+    std::cout << fmt::format(
+        "volume of the hull in {} frames: {:.4f} to {:.4f} m3, median {:.4f}\n\n", volumes.size(),
+        base::percentile(volumes, 0), base::percentile(volumes, 1), base::percentile(volumes, 0.5));
+    results.push_back({{"name", "capture/" + recording.name + "/hull_volume_m3"},
+                       {"time_ms", base::times_json({})},
+                       {"values", volumes}});
+  }
   return results;
 }
 

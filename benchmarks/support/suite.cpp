@@ -26,7 +26,10 @@ void add_options(CLI::App& app, const Suite& suite, Args& args) {
     app.add_option("--latency-ms", args.latency_ms, suite.latency_help)
         ->check(CLI::Range(0.0, 10'000.0));
   if (suite.footage_help)
-    app.add_option("--footage", args.footage, suite.footage_help)->check(CLI::ExistingDirectory);
+    app.add_option("--footage", args.footage, suite.footage_help)
+        ->check(CLI::ExistingDirectory)
+        ->take_all()
+        ->allow_extra_args(false);
   if (suite.full_help) app.add_flag("--full", args.full, suite.full_help)->excludes(quick);
 }
 

@@ -9,9 +9,8 @@ namespace fivepipe::bench {
 
 struct Args {
   std::string json_file, plot_file;
-  std::string footage;            // folder of a recording; empty: none
-  std::string only;               // a text that a result's name must contain; empty: all results
-  std::vector<std::string> maps;  // folders
+  std::string only;  // a text that a result's name must contain; empty: all results
+  std::vector<std::string> maps, footage;  // folders; footage: of recordings
   int threads = 2;
   bool quick = false, full = false;
   std::optional<double> latency_ms;

@@ -15,15 +15,17 @@ struct Contents {
 };
 
 Contents contents_of(const hull::ObjectPixels& pixels, int u0, int v0, int u1, int v1) {
+  const auto row_words = std::size_t(pixels.words_per_row());
+  const int first = u0 >> 6, last = (u1 - 1) >> 6;
   std::uint64_t set = 0, unset = 0;
-  for (int v = v0; v < v1 && !(set && unset); ++v) {
-    const std::uint64_t* row = pixels.words().data() + std::size_t(v) * pixels.words_per_row();
-    for (int w = u0 >> 6; w <= (u1 - 1) >> 6; ++w) {
-      std::uint64_t mask = ~std::uint64_t(0);
-      if (w == u0 >> 6) mask &= ~std::uint64_t(0) << (u0 & 63);
-      if (w == (u1 - 1) >> 6) mask &= ~std::uint64_t(0) >> (63 - ((u1 - 1) & 63));
-      set |= row[w] & mask;
-      unset |= ~row[w] & mask;
+  for (int w = first; w <= last; ++w) {
+    std::uint64_t mask = ~std::uint64_t(0);
+    if (w == first) mask &= ~std::uint64_t(0) << (u0 & 63);
+    if (w == last) mask &= ~std::uint64_t(0) >> (63 - ((u1 - 1) & 63));
+    const std::uint64_t* word = pixels.words().data() + std::size_t(v0) * row_words + w;
+    for (int v = v0; v < v1; ++v, word += row_words) {
+      set |= *word & mask;
+      unset |= ~*word & mask;
     }
   }
   return {set != 0, unset == 0};

@@ -84,8 +84,10 @@ std::uint64_t sum_is_at_least(int count, const std::uint64_t (&ones)[3],
   // sum >= count, from the lowest bit: a higher bit decides unless it is equal.
   const std::uint64_t bits[4] = {bit0, bit1, bit2, bit3};
   std::uint64_t is_at_least = ~std::uint64_t(0);
-  for (int i = 0; i < 4; ++i)
-    is_at_least = count >> i & 1 ? bits[i] & is_at_least : bits[i] | is_at_least;
+  for (int i = 0; i < 4; ++i) {
+    const std::uint64_t equal = count >> i & 1 ? 0 : ~std::uint64_t(0);
+    is_at_least = (bits[i] & is_at_least) | (equal & (bits[i] | is_at_least));
+  }
   return is_at_least;
 }
 

@@ -1,5 +1,6 @@
 // The difference image (paper, section 3.1) by table lookup: classifies the pixels of an image
-// against the background, 64 at a time.
+// against the background, 64 at a time. Most words hold background only. Their levels are compared
+// as they lie in the image, because separating the channels takes longer than comparing them.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -25,13 +26,20 @@ struct Tolerances {
   double strong_factor = 2;
 };
 
-// Levels of the 64 pixels of one word, by channel b, g, r. Pixels beyond the row never differ.
+// Levels of the 64 pixels of one word, interleaved as in an image: b, g, r of the first pixel, and
+// so on. Pixels beyond the row never differ.
+using WordLevels = std::array<std::uint8_t, 192>;
+// The same by channel b, g, r.
 using LevelPlanes = std::array<std::array<std::uint8_t, 64>, 3>;
 
 // The tables of one camera, by word, row-major as ObjectPixels.
 struct DifferenceTables {
-  struct Word {
-    LevelPlanes low, high;                       // inclusive bounds of the background's levels
+  struct Bounds {
+    WordLevels low, high;  // inclusive bounds of the background's levels
+  };
+  // What only words with a pixel that differs need.
+  struct Details {
+    LevelPlanes mean;                            // rounded
     std::array<std::uint8_t, 64> strong_excess;  // beyond the bounds by more: differs strongly
   };
   struct Boxes {  // one for each pixel; an empty one has low 255 and high 0
@@ -42,8 +50,8 @@ struct DifferenceTables {
     std::vector<Boxes> boxes;
   };
   int width_px = 0, height_px = 0, words_per_row = 0;
-  std::vector<Word> words;
-  std::vector<LevelPlanes> mean;   // rounded
+  std::vector<Bounds> bounds;
+  std::vector<Details> details;
   std::vector<MovingWord> moving;  // by word
 };
 DifferenceTables difference_tables(const Background& background, const Tolerances& tolerances);
@@ -55,12 +63,10 @@ void refill_row(DifferenceTables& tables, const Background& background,
 // Shadow preserves a surface's colour and reduces its brightness. With the pixel x and the
 // background r, s = x.r / r.r is the brightness ratio and |x - s r| the colour distortion, both in
 // grey levels (Horprasert, Harwood, Davis 1999). A pixel looks like shadow if s is at least the
-// minimum brightness, and the colour distortion at most
-// max(kShadowColour_levels, kShadowColourFraction * s|r|).
-// Noise of three channels and rounding of the background.
+// minimum brightness, and the colour distortion at most max(kShadowColour_levels, tan(tint) *
+// s|r|), where `tint` is the largest angle between the colours: indirect light from the walls has
+// another tint than the blocked light. Noise of three channels and rounding of the background.
 inline constexpr float kShadowColour_levels = 8.0f;
-// Indirect light from the walls has another tint than the blocked light: 2.9 degrees.
-inline constexpr float kShadowColourFraction = 0.05f;
 
 struct Difference {
   hull::ObjectPixels differs;
@@ -73,6 +79,7 @@ struct DifferenceRequest {
   InverseGain inverse_gain = kNoGain;
   // Minimum brightness of a shadow; 1: `shadow` stays empty.
   double shadow_min_brightness = 0.5;
+  double shadow_tint_degrees = 2;
   // Only these pixels are classified; the others do not differ. nullptr: all.
   const hull::ObjectPixels* within = nullptr;
 };

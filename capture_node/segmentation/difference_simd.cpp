@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <cstring>
+#include <numbers>
 
 #include "capture_node/segmentation/difference.h"
 
@@ -25,18 +27,51 @@ struct Compared {
   std::array<std::uint8_t, 64> excess;  // beyond the bounds, of the channel farthest from them
 };
 
-// As compensated() in gain.h, for the even and the odd bytes.
-template <class D>
-HWY_INLINE hn::Vec<D> compensate(D d, hn::Vec<D> level, std::uint16_t inverse_gain) {
+// As compensated() in gain.h, for the even and the odd bytes, each with its own factor.
+template <class D, class Wide = hn::Vec<hn::Repartition<std::uint16_t, D>>>
+HWY_INLINE hn::Vec<D> compensate(D d, hn::Vec<D> level, Wide even_factor, Wide odd_factor) {
   const hn::Repartition<std::uint16_t, D> wide;
-  const auto factor = hn::Set(wide, inverse_gain), high = hn::Set(wide, 0xff00),
-             half = hn::Set(wide, 8), most = hn::Set(wide, 255);
+  const auto high = hn::Set(wide, 0xff00), half = hn::Set(wide, 8), most = hn::Set(wide, 255);
   const auto bytes = hn::BitCast(wide, level);
-  const auto of = [&](auto shifted) {
+  const auto of = [&](auto shifted, auto factor) {
     return hn::Min(hn::ShiftRight<4>(hn::Add(hn::MulHigh(shifted, factor), half)), most);
   };
-  const auto even = of(hn::ShiftLeft<8>(bytes)), odd = of(hn::And(bytes, high));
+  const auto even = of(hn::ShiftLeft<8>(bytes), even_factor),
+             odd = of(hn::And(bytes, high), odd_factor);
   return hn::BitCast(d, hn::Or(even, hn::ShiftLeft<8>(odd)));
+}
+
+// The factors of the even and of the odd bytes of a word.
+struct Factors {
+  alignas(64) std::array<std::uint16_t, 96> even, odd;
+};
+Factors factors_of(const InverseGain& inverse_gain) {
+  Factors factors;
+  for (std::size_t i = 0; i < 96; ++i) {
+    factors.even[i] = inverse_gain[2 * i % 3];
+    factors.odd[i] = inverse_gain[(2 * i + 1) % 3];
+  }
+  return factors;
+}
+
+// Whether a level of the word is out of its bounds. Saturated levels count too, so a word without
+// any has no pixel that differs.
+template <bool kCompensates>
+HWY_INLINE bool any_out_of_bounds(const std::uint8_t* bgr, const DifferenceTables::Bounds& bounds,
+                                  const Factors& factors) {
+  const hn::CappedTag<std::uint8_t, 64> d;
+  const hn::Repartition<std::uint16_t, decltype(d)> wide;
+  auto outside = hn::Zero(d);
+  for (std::size_t i = 0; i < 192; i += hn::Lanes(d)) {
+    auto level = hn::LoadU(d, bgr + i);
+    if (kCompensates)
+      level = compensate(d, level, hn::LoadU(wide, factors.even.data() + i / 2),
+                         hn::LoadU(wide, factors.odd.data() + i / 2));
+    // Saturating subtraction: zero unless the level is out of bounds.
+    outside = hn::Or(outside, hn::SaturatedSub(level, hn::LoadU(d, bounds.high.data() + i)));
+    outside = hn::Or(outside, hn::SaturatedSub(hn::LoadU(d, bounds.low.data() + i), level));
+  }
+  return !hn::AllTrue(d, hn::Eq(outside, hn::Zero(d)));
 }
 
 template <class D>
@@ -47,23 +82,25 @@ HWY_INLINE std::uint64_t bits_of(D d, hn::Mask<D> mask) {
 }
 
 // Compares 64 pixels with their bounds.
-template <bool kCompensates>
-HWY_INLINE Bits compare(const std::uint8_t* bgr, const DifferenceTables::Word& table,
+HWY_INLINE Bits compare(const std::uint8_t* bgr, const DifferenceTables::Bounds& bounds,
                         const InverseGain& inverse_gain, Compared& compared) {
   const hn::CappedTag<std::uint8_t, 64> d;
+  const hn::Repartition<std::uint16_t, decltype(d)> wide;
   const auto zero = hn::Zero(d);
   Bits bits;
   for (std::size_t i = 0; i < 64; i += hn::Lanes(d)) {
-    hn::Vec<decltype(d)> channel[3];
+    hn::Vec<decltype(d)> channel[3], low[3], high[3];
     hn::LoadInterleaved3(d, bgr + 3 * i, channel[0], channel[1], channel[2]);
+    hn::LoadInterleaved3(d, bounds.low.data() + 3 * i, low[0], low[1], low[2]);
+    hn::LoadInterleaved3(d, bounds.high.data() + 3 * i, high[0], high[1], high[2]);
     auto above = zero, excess = zero;
     for (std::size_t c = 0; c < 3; ++c) {
       const auto is_saturated = hn::Eq(channel[c], hn::Set(d, 255));
-      const auto level = kCompensates ? compensate(d, channel[c], inverse_gain[c]) : channel[c];
+      const auto factor = hn::Set(wide, inverse_gain[c]);
+      const auto level = compensate(d, channel[c], factor, factor);
       hn::StoreU(level, d, compared.levels[c].data() + i);
-      // Saturating subtraction: zero unless the level is out of bounds.
-      const auto over = hn::SaturatedSub(level, hn::LoadU(d, table.high[c].data() + i));
-      const auto under = hn::SaturatedSub(hn::LoadU(d, table.low[c].data() + i), level);
+      const auto over = hn::SaturatedSub(level, high[c]);
+      const auto under = hn::SaturatedSub(low[c], level);
       above = hn::Or(above, over);
       excess = hn::Max(excess, hn::Max(over, hn::IfThenZeroElse(is_saturated, under)));
     }
@@ -108,13 +145,12 @@ HWY_INLINE std::uint64_t not_held(std::uint64_t differs, const LevelPlanes& leve
 // The pixels that look like shadow. The products are exact in float, so each instruction set gives
 // the same bits.
 HWY_INLINE std::uint64_t shadow_bits(const LevelPlanes& levels, const LevelPlanes& background,
-                                     float min_brightness) {
+                                     float min_brightness, float max_tint) {
   const hn::CappedTag<float, 16> d;
   const hn::Rebind<std::int32_t, decltype(d)> d32;
   const hn::Rebind<std::uint8_t, decltype(d)> d8;
   const auto squared_levels = hn::Set(d, kShadowColour_levels * kShadowColour_levels),
-             squared_fraction = hn::Set(d, kShadowColourFraction * kShadowColourFraction),
-             least = hn::Set(d, min_brightness);
+             squared_tint = hn::Set(d, max_tint * max_tint), least = hn::Set(d, min_brightness);
   std::uint64_t bits = 0;
   for (std::size_t i = 0; i < 64; i += hn::Lanes(d)) {
     auto xr = hn::Zero(d), rr = xr, xx = xr;
@@ -130,7 +166,7 @@ HWY_INLINE std::uint64_t shadow_bits(const LevelPlanes& levels, const LevelPlane
     const auto along = hn::Mul(hn::Div(xr, hn::Max(rr, hn::Set(d, 1.0f))), xr);
     const auto is_bright = hn::Ge(xr, hn::Mul(least, rr));
     const auto has_colour =
-        hn::Le(hn::Sub(xx, along), hn::Max(squared_levels, hn::Mul(squared_fraction, along)));
+        hn::Le(hn::Sub(xx, along), hn::Max(squared_levels, hn::Mul(squared_tint, along)));
     bits |= bits_of(d, hn::And(is_bright, has_colour)) << i;
   }
   return bits;
@@ -144,6 +180,8 @@ void classify(const cv::Mat& image, const DifferenceTables& tables,
                        *const strongly = result.strongly.mutable_words().data(),
                        *const shadow = result.shadow.mutable_words().data();
   std::array<std::uint8_t, 192> padded{};
+  const Factors factors = factors_of(request.inverse_gain);
+  const auto max_tint = float(std::tan(request.shadow_tint_degrees * std::numbers::pi / 180));
   Compared compared;
   auto moving = tables.moving.begin();
   for (int v = 0; v < tables.height_px; ++v)
@@ -158,17 +196,18 @@ void classify(const cv::Mat& image, const DifferenceTables& tables,
         std::memcpy(padded.data(), bgr, std::size_t(3 * pixels));
         bgr = padded.data();
       }
-      Bits bits = compare<kCompensates>(bgr, tables.words[at], request.inverse_gain, compared);
+      if (!any_out_of_bounds<kCompensates>(bgr, tables.bounds[at], factors)) continue;
+      Bits bits = compare(bgr, tables.bounds[at], request.inverse_gain, compared);
       bits.differs &= within;
       if (bits.differs == 0) continue;
       if (moving != tables.moving.end() && moving->word == word)
         bits.differs = not_held(bits.differs, compared.levels, moving->boxes);
       differs[at] = bits.differs;
-      strongly[at] = bits.differs & strong_bits(compared.excess, tables.words[at].strong_excess);
+      strongly[at] = bits.differs & strong_bits(compared.excess, tables.details[at].strong_excess);
       const std::uint64_t darker = bits.differs & ~bits.above;
       if (darker != 0 && request.shadow_min_brightness < 1)
-        shadow[at] = darker & shadow_bits(compared.levels, tables.mean[at],
-                                          float(request.shadow_min_brightness));
+        shadow[at] = darker & shadow_bits(compared.levels, tables.details[at].mean,
+                                          float(request.shadow_min_brightness), max_tint);
     }
 }
 

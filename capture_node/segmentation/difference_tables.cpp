@@ -34,11 +34,11 @@ void fill(DifferenceTables& tables, const Background& background, const Toleranc
     if (tolerances.jitter_px > 0) tolerance += tolerances.jitter_px * gradient(background, u, v, c);
     widest = std::max(widest, tolerance);
     const auto level = [](double x) { return std::uint8_t(std::clamp(x, 0.0, 255.0)); };
-    tables.words[word].low[c][lane] = level(std::ceil(mean - tolerance));
-    tables.words[word].high[c][lane] = level(std::floor(mean + tolerance));
-    tables.mean[word][c][lane] = level(std::floor(mean + 0.5));
+    tables.bounds[word].low[3 * lane + c] = level(std::ceil(mean - tolerance));
+    tables.bounds[word].high[3 * lane + c] = level(std::floor(mean + tolerance));
+    tables.details[word].mean[c][lane] = level(std::floor(mean + 0.5));
   }
-  tables.words[word].strong_excess[lane] =
+  tables.details[word].strong_excess[lane] =
       std::uint8_t(std::clamp(std::floor((tolerances.strong_factor - 1) * widest), 0.0, 255.0));
 }
 
@@ -49,11 +49,11 @@ DifferenceTables difference_tables(const Background& background, const Tolerance
   tables.width_px = background.width_px;
   tables.height_px = background.height_px;
   tables.words_per_row = (background.width_px + 63) / 64;
-  DifferenceTables::Word beyond_row{};
-  for (auto& plane : beyond_row.high) plane.fill(255);
+  DifferenceTables::Bounds beyond_row{};
+  beyond_row.high.fill(255);
   const std::size_t words = std::size_t(tables.words_per_row) * tables.height_px;
-  tables.words.assign(words, beyond_row);
-  tables.mean.assign(words, LevelPlanes{});
+  tables.bounds.assign(words, beyond_row);
+  tables.details.assign(words, {});
   for (int v = 0; v < tables.height_px; ++v) refill_row(tables, background, tolerances, v);
   LevelPlanes never{};
   for (auto& plane : never) plane.fill(255);

@@ -15,8 +15,11 @@ constexpr int kSaturated = 250;
 constexpr int kBinsPerUnit = 64, kBins = 2 * kBinsPerUnit;
 // Samples within this of the most frequent ratio are averaged: four deviations of ordinary noise.
 constexpr int kNear_levels = 8;
-// Ratios have this unit, which keeps their products with levels in 32 bits.
-constexpr int kOne = 1 << 14;
+// Ratios have the unit 1 / kOne, levels of the background 1 / kBackgroundLevel. The upper half of
+// their 32-bit product is a level with the unit 1 / kLevel, so that the compiler finds 16-bit
+// instructions for it.
+constexpr int kOne = 1 << 14, kBackgroundLevel = 1 << 6, kLevel = 1 << 4;
+static_assert(kOne * kBackgroundLevel == kLevel << 16);
 constexpr int kReciprocalBits = 20;
 // A smaller change moves no level by more than half of one.
 constexpr double kInvisible = 1.0 / 512;
@@ -40,20 +43,23 @@ GainEstimator::GainEstimator(std::span<const cv::Point> positions,
     for (std::size_t c = 0; c < 3; ++c) {
       if (background[i][c] >= kMinLevel && background[i][c] <= kMaxLevel) {
         samples_[c].positions.push_back(positions[i]);
-        samples_[c].levels.push_back(background[i][c]);
+        samples_[c].levels.push_back(std::uint16_t(kBackgroundLevel * background[i][c]));
         samples_[c].bins_per_level.push_back((kBinsPerUnit << kReciprocalBits) / background[i][c]);
       }
     }
 }
 
 // Returns the most frequent ratio of levels, in units of 1 / kOne.
-int GainEstimator::most_frequent_ratio(std::span<const std::uint8_t> levels,
-                                       const Samples& samples) const {
-  std::array<int, kBins> histogram{};
+int GainEstimator::most_frequent_ratio(std::span<const std::uint16_t> levels,
+                                       const Samples& samples) {
+  // Most samples have the same ratio. Two histograms keep one increment from waiting for the last.
+  std::array<std::array<int, kBins>, 2> histograms{};
   for (std::size_t i = 0; i < levels.size(); ++i) {
     const int bin = levels[i] * samples.bins_per_level[i] >> kReciprocalBits;
-    if (levels[i] < kSaturated && bin < kBins) ++histogram[std::size_t(bin)];
+    if (levels[i] < kSaturated && bin < kBins) ++histograms[i % 2][std::size_t(bin)];
   }
+  std::array<int, kBins> histogram;
+  for (std::size_t b = 0; b < kBins; ++b) histogram[b] = histograms[0][b] + histograms[1][b];
   // Three neighbouring bins, because a ratio near a limit divides its samples.
   int best = 0, most = -1;
   for (int bin = 1; bin + 1 < kBins; ++bin) {
@@ -66,28 +72,35 @@ int GainEstimator::most_frequent_ratio(std::span<const std::uint8_t> levels,
 
 Gain GainEstimator::gain(const cv::Mat& image_bgr) const {
   Gain result{1, 1, 1};
-  std::vector<std::uint8_t> levels;
+  std::vector<std::uint16_t> levels;
   for (std::size_t c = 0; c < 3; ++c) {
     const Samples& samples = samples_[c];
-    levels.clear();
-    for (const cv::Point& at : samples.positions)
-      levels.push_back(image_bgr.ptr(at.y)[3 * at.x + int(c)]);
-    int ratio = most_frequent_ratio(levels, samples);
+    const std::size_t count = samples.positions.size();
+    levels.resize(count);
+    for (std::size_t i = 0; i < count; ++i) {
+      const cv::Point& at = samples.positions[i];
+      levels[i] = image_bgr.ptr(at.y)[3 * at.x + int(c)];
+    }
+    auto ratio = std::uint16_t(most_frequent_ratio(levels, samples));
     int sum = 0, background_sum = 0, agreeing = 0;
     for (int pass = 0; pass < 2; ++pass) {
       sum = background_sum = agreeing = 0;
-      for (std::size_t i = 0; i < levels.size(); ++i) {
-        const int level = levels[i], background = samples.levels[i];
-        const int is_near = (level < kSaturated) &
-                            (std::abs(level * kOne - ratio * background) < kNear_levels * kOne);
+      for (std::size_t i = 0; i < count; ++i) {
+        const auto level = std::int16_t(levels[i]), background = std::int16_t(samples.levels[i]);
+        const auto expected = std::int16_t((unsigned(ratio) * samples.levels[i]) >> 16);
+        const auto away = std::int16_t(kLevel * level - expected);
+        const auto is_near = std::int16_t((level < kSaturated) & (away < kNear_levels * kLevel) &
+                                          (away > -kNear_levels * kLevel));
         sum += is_near * level;
         background_sum += is_near * background;
         agreeing += is_near;
       }
-      if (background_sum > 0) ratio = int(std::lround(double(kOne) * sum / background_sum));
+      if (background_sum > 0)
+        ratio = std::uint16_t(std::min<long>(
+            std::lround(double(kOne) * kBackgroundLevel * sum / background_sum), 0xffff));
     }
-    if (agreeing < kMinSamples || agreeing < kMinAgreeing * double(levels.size())) continue;
-    const double gain = double(sum) / background_sum;
+    if (agreeing < kMinSamples || agreeing < kMinAgreeing * double(count)) continue;
+    const double gain = double(kBackgroundLevel) * sum / background_sum;
     if (gain > kMaxGain || gain * kMaxGain < 1 || std::abs(gain - 1) < kInvisible) continue;
     result[c] = gain;
   }

@@ -35,10 +35,10 @@ class GainEstimator {
  private:
   struct Samples {
     std::vector<cv::Point> positions;
-    std::vector<int> levels;          // of the background
-    std::vector<int> bins_per_level;  // of the histogram of ratios, fixed-point
+    std::vector<std::uint16_t> levels;  // of the background, fixed-point
+    std::vector<int> bins_per_level;    // of the histogram of ratios, fixed-point
   };
-  int most_frequent_ratio(std::span<const std::uint8_t> levels, const Samples& samples) const;
+  static int most_frequent_ratio(std::span<const std::uint16_t> levels, const Samples& samples);
 
   std::array<Samples, 3> samples_;  // by channel
 };

@@ -80,7 +80,7 @@ std::optional<Segmentation> Segmenter::segment(const cv::Mat& image_bgr) {
   result.difference =
       difference(image_bgr, tables_,
                  {inverse_gain, config_.conservative ? 1.0 : config_.shadow_min_brightness,
-                  within_ ? &*within_ : nullptr});
+                  config_.shadow_tint_degrees, within_ ? &*within_ : nullptr});
   result.object =
       config_.conservative ? result.difference.differs : object_pixels(result.difference);
   if (config_.closing_px > 0) result.object = closed(std::move(result.object), config_.closing_px);

@@ -43,6 +43,8 @@ class ImageSource {
   virtual std::optional<std::int64_t> first_number() const { return std::nullopt; }
   // Returns the reason for the last `missing`, for the user; empty if there is none.
   virtual std::string last_error() const { return {}; }
+  // Returns true if a missing image may still arrive, as from a camera.
+  virtual bool is_live() const { return false; }
 };
 
 // Opens a video file, an image sequence (printf pattern) or a single picture. Of source.key, only

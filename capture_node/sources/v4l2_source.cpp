@@ -147,6 +147,7 @@ class V4l2ImageSource final : public ImageSource {
   }
   std::int64_t stamp_ns() const override { return stamp_ns_; }
   std::string last_error() const override { return last_error_; }
+  bool is_live() const override { return true; }
 
  private:
   bool wait_for_new(std::chrono::milliseconds limit) {

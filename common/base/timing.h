@@ -13,6 +13,10 @@ double percentile(std::vector<double> values, double p);
 double mean(const std::vector<double>& values);  // 0 if there are no values
 
 double seconds_since(std::chrono::steady_clock::time_point start);
+// User and system time of the calling thread, and of all threads of the process, since their start
+// [s].
+double thread_cpu_s();
+double process_cpu_s();
 
 // A method runs at most `runs` times. It stops earlier once its runs have taken more than `s`
 // seconds, but not before `min_runs`.

@@ -77,6 +77,10 @@ CaptureConfig read_capture(YamlMap& map, const Rig& rig, ParsedNode& parsed) {
   if (map.has("segmentation"))
     config.segmentation =
         read_segmentation(map.map("segmentation"), rig, runs_here(parsed.node.host));
+  config.lost_camera = map.choice<LostCamera>(
+      "lost_camera",
+      {{"drop", LostCamera::drop}, {"wait", LostCamera::wait}, {"continue", LostCamera::go_on}},
+      config.lost_camera);
   config.loop = map.flag("loop", config.loop);
   config.max_frames_in_flight =
       map.integer("max_frames_in_flight", {0, 64}, config.max_frames_in_flight);

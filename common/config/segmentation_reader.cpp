@@ -67,6 +67,8 @@ SegmentationConfig read_segmentation(YamlMap map, const Rig& rig, bool is_here) 
   config.gain_compensation = map.flag("gain_compensation", config.gain_compensation);
   config.shadow_min_brightness =
       map.number("shadow_min_brightness", {0, 1, true}, config.shadow_min_brightness);
+  config.shadow_tint_degrees =
+      map.number("shadow_tint_degrees", {0, 45}, config.shadow_tint_degrees);
   config.min_object_px = map.integer("min_object_px", kArea_px, config.min_object_px);
   config.max_hole_px = map.integer("max_hole_px", kArea_px, config.max_hole_px);
   config.opening_px = map.integer("opening_px", kRadius_px, config.opening_px);

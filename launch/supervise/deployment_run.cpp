@@ -281,6 +281,7 @@ class DeploymentRun {
     input.build_type = base::build_type();
     input.cpu = base::cpu_name();
     input.cores = base::core_count();
+    if (!settings_.every_frame) input.requested_rate_hz = deployment_.frame_rate_hz;
     input.deployment = settings_.deployment;
     input.start_stamp_ns = start_stamp_ns_;
     input.stop_stamp_ns = stop_stamp_ns_;

@@ -10,6 +10,7 @@
 #include "common/base/text_table.h"
 #include "common/pipeline/node/status_names.h"
 #include "launch/supervise/status/largest_counts.h"
+#include "launch/supervise/work_per_set.h"
 
 namespace fivepipe::launch {
 namespace {
@@ -237,6 +238,19 @@ std::string latency_line(const json& latency) {
       latency["max"].get<double>());
 }
 
+std::string work_lines(const json& report) {
+  const json& work = report["core_ms_per_set"];
+  if (work.is_null()) return "";
+  std::string parts;
+  for (const auto& [part, ms] : work.items())
+    if (part != "sum")
+      parts += fmt::format("{}{} {:.1f}", parts.empty() ? "" : ", ", part, ms.get<double>());
+  const std::string bound = report["rate_bound"];
+  return fmt::format("processor time per set: {:.1f} core-ms ({})\n", work["sum"].get<double>(),
+                     parts) +
+         (bound.empty() ? "" : fmt::format("the rate is bound by {}\n", bound));
+}
+
 // Returns one line per element of `elements`, at most kMaxShownCounts, and one about the remaining
 // ones.
 template <class LineOf>
@@ -327,6 +341,9 @@ json report_from(const ReportInput& input) {
     for (const auto& [reason, count] : summed(of_node, &ProcessStatus::drops))
       dropped[reason] += count;
   }
+  const double frame_rate_hz =
+      composited > 1 && composited_for_s > 0 ? double(composited - 1) / composited_for_s : 0.0;
+  const json work = core_ms_per_set(input, composited);
   return {
       {"version", input.version},
       {"commit", input.commit},
@@ -342,8 +359,9 @@ json report_from(const ReportInput& input) {
         {"composited", composited},
         {"dropped", largest_drops(dropped)}}},
       {"refused_from", largest(all_refused(input.statuses))},
-      {"frame_rate_hz",
-       composited > 1 && composited_for_s > 0 ? double(composited - 1) / composited_for_s : 0.0},
+      {"frame_rate_hz", frame_rate_hz},
+      {"core_ms_per_set", work},
+      {"rate_bound", what_bounds_the_rate(input, work, frame_rate_hz)},
       {"latency_ms", frame_latency(input.statuses)},
       {"collisions", collisions(input.statuses)},
       {"empty_cameras", empty_cameras(input.statuses)},
@@ -353,8 +371,8 @@ json report_from(const ReportInput& input) {
 }
 
 std::string table_of(const json& report) {
-  return frames_line(report) + events_of(report) + recorder_line(report["recorder"]) +
-         nodes_table(report["nodes"]);
+  return frames_line(report) + work_lines(report) + events_of(report) +
+         recorder_line(report["recorder"]) + nodes_table(report["nodes"]);
 }
 
 }  // namespace fivepipe::launch

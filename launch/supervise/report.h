@@ -27,7 +27,8 @@ struct RecorderHistory {
 struct ReportInput {
   std::string version, commit, build_type;
   std::string cpu;
-  int cores = 0;
+  int cores = 0;                            // of this host
+  std::optional<double> requested_rate_hz;  // nullopt: as fast as possible
   std::string deployment;
   std::int64_t start_stamp_ns = 0;  // CLOCK_REALTIME
   std::int64_t stop_stamp_ns = 0;   // when the supervisor began to stop the nodes
@@ -45,7 +46,8 @@ struct ReportInput {
 // set that two nodes miss counts twice. frame_rate_hz: frames composited after the first one,
 // divided by the time from the first one to the stop. latency_ms: of the slowest render_node; null
 // if no frame was composited. Counts of a restarted node are sums over its processes; its latencies
-// are those of the process that handled the most frames.
+// are those of the process that handled the most frames. core_ms_per_set, rate_bound:
+// work_per_set.h.
 nlohmann::json report_from(const ReportInput& input);
 
 // Formats a report for people.

@@ -125,6 +125,8 @@ TEST_F(CapturePictures, AMissingPictureIsNamedAndTheOtherCamerasGoOn) {
   EXPECT_EQ(set[0].colour.value().pixels, *set[0].pixels);
   EXPECT_GT(set[0].read_s, 0);
   EXPECT_GT(set[0].segment_s, 0);
+  EXPECT_GT(set[0].segment_cpu_s, 0);
+  EXPECT_LE(set[0].segment_cpu_s, set[0].segment_s + 1e-3);
   EXPECT_EQ(set[1].status, CaptureStatus::missing);
   EXPECT_NE(set[1].reason.find("frame 1 is missing or cannot be decoded"), std::string::npos)
       << set[1].reason;
@@ -139,6 +141,36 @@ TEST_F(CapturePictures, AMissingPictureIsNamedAndTheOtherCamerasGoOn) {
   }
   EXPECT_FALSE(capture.ended());
   EXPECT_EQ(capture.capture(2, false)[1].status, CaptureStatus::captured);
+}
+
+// Every pixel of the missing picture is an object pixel; the colours of the other camera go on.
+TEST_F(CapturePictures, GoesOnWithoutAMissingPictureIfConfigured) {
+  for (const int frame : {0, 1, 2}) write("cam0", frame);
+  for (const int frame : {0, 2}) write("cam1", frame);
+  config_.lost_camera = config::LostCamera::go_on;
+  Capture capture(rig_, test_viewer(), config_, 30);
+  const auto set = capture.capture(1, true);
+  EXPECT_EQ(set[1].status, CaptureStatus::missing);
+  EXPECT_NE(set[1].reason.find("; the hull goes on without it"), std::string::npos)
+      << set[1].reason;
+  EXPECT_EQ(set[1].pixels.value().count(), 240u * 162u);
+  EXPECT_FALSE(set[1].colour);
+  EXPECT_TRUE(set[1].diagnostics.empty());
+  EXPECT_EQ(set[0].colour.value().pixels, *set[0].pixels);
+  EXPECT_EQ(capture.capture(2, false)[1].pixels.value().bounds(),
+            (hull::PixelRect{80, 50, 110, 80}));
+}
+
+// No picture arrives later.
+TEST_F(CapturePictures, DoesNotWaitForAMissingPicture) {
+  for (const int frame : {0, 1}) write("cam0", frame);
+  for (const int frame : {0, 2}) write("cam1", frame);
+  config_.lost_camera = config::LostCamera::wait;
+  Capture capture(rig_, test_viewer(), config_, 30);
+  capture.set_go_on_waiting([](const std::string&, const std::string&) { return true; });
+  const auto set = capture.capture(1, false);
+  EXPECT_EQ(set[1].status, CaptureStatus::missing);
+  EXPECT_FALSE(set[1].pixels);
 }
 
 TEST_F(CapturePictures, ObjectPixelsOutsideThePublishedImageAreReported) {

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <random>
 
 #include "capture_node/segmentation/difference.h"
@@ -36,18 +37,18 @@ Difference differences(const cv::Mat& image, const Background& background,
 
 // The definition of shadow, in the float arithmetic of the product.
 bool looks_like_shadow(const std::uint8_t* pixel_bgr, const std::uint8_t* background_bgr,
-                       double min_brightness) {
+                       const DifferenceRequest& request) {
   int xr = 0, rr = 0, xx = 0;
   for (int c = 0; c < 3; ++c) {
     xr += pixel_bgr[c] * background_bgr[c];
     rr += background_bgr[c] * background_bgr[c];
     xx += pixel_bgr[c] * pixel_bgr[c];
   }
-  if (!(float(xr) >= float(min_brightness) * float(rr))) return false;
+  if (!(float(xr) >= float(request.shadow_min_brightness) * float(rr))) return false;
   const float along = float(xr) / float(std::max(rr, 1)) * float(xr);  // (s|r|)^2
+  const auto tint = float(std::tan(request.shadow_tint_degrees * std::numbers::pi / 180));
   const float max_squared_distortion =
-      std::max(kShadowColour_levels * kShadowColour_levels,
-               kShadowColourFraction * kShadowColourFraction * along);
+      std::max(kShadowColour_levels * kShadowColour_levels, tint * tint * along);
   return float(xx) - along <= max_squared_distortion;
 }
 
@@ -62,8 +63,9 @@ TEST(Difference, MatchesAPixelByPixelReferenceAtAnyWidth) {
         image.data[i] = cv::saturate_cast<std::uint8_t>(0.75 * mean.data[i] + image.data[i] % 9);
     const InverseGain inverse_gain = inverse_of({1.1, 0.9, 1.0});
     for (const InverseGain& inverse : {kNoGain, inverse_gain}) {
+      const DifferenceRequest request{inverse, 0.6, 5, nullptr};
       const Difference found =
-          differences(image, background_of(mean, 9), {3, 12, 255, 0, 2.5}, {inverse, 0.6, nullptr});
+          differences(image, background_of(mean, 9), {3, 12, 255, 0, 2.5}, request);
       for (int v = 0; v < height; ++v)
         for (int u = 0; u < width; ++u) {
           const cv::Vec3b &raw = image.at<cv::Vec3b>(v, u), &room = mean.at<cv::Vec3b>(v, u);
@@ -81,7 +83,7 @@ TEST(Difference, MatchesAPixelByPixelReferenceAtAnyWidth) {
           ASSERT_EQ(found.differs.contains(u, v), differs) << width << ": " << u << ' ' << v;
           ASSERT_EQ(found.strongly.contains(u, v), excess > 40) << u << ' ' << v;  // 1.5 * 27
           ASSERT_EQ(found.shadow.contains(u, v),
-                    differs && !above && looks_like_shadow(level, &room[0], 0.6))
+                    differs && !above && looks_like_shadow(level, &room[0], request))
               << width << ": " << u << ' ' << v;
         }
       if (width > 60) {
@@ -105,7 +107,7 @@ TEST(Difference, IsTheSameWithEveryInstructionSet) {
   for (std::int64_t left = hwy::SupportedTargets(); left != 0; left &= left - 1) {
     hwy::SetSupportedTargetsForTest(left & -left);
     found.push_back(differences(image, background, {3, 8, 16, 0.2, 2},
-                                {inverse_of({1.1, 0.9, 1.05}), 0.5, nullptr}));
+                                {inverse_of({1.1, 0.9, 1.05}), 0.5, 2, nullptr}));
   }
   hwy::SetSupportedTargetsForTest(0);
   for (const Difference& other : found) {
@@ -120,8 +122,8 @@ TEST(Difference, PixelsOutsideTheRequestDoNotDiffer) {
   const cv::Mat image(3, 150, CV_8UC3, cv::Scalar::all(200));
   hull::ObjectPixels within(150, 3);
   within.set_run(60, 131, 1);
-  const Difference found =
-      differences(image, uniform_background(150, 3, 100, 1), plain(6, 12), {kNoGain, 0.5, &within});
+  const Difference found = differences(image, uniform_background(150, 3, 100, 1), plain(6, 12),
+                                       {kNoGain, 0.5, 2, &within});
   EXPECT_EQ(found.differs, within);
   EXPECT_EQ(found.strongly, within);
 }
@@ -154,7 +156,7 @@ TEST(Difference, BoundsStayInTheRangeOfALevel) {
 TEST(Difference, ASaturatedLevelIsNeverTooDark) {
   const Background background = uniform_background(70, 1, 240, 1);
   const InverseGain brighter = inverse_of({1.2, 1.2, 1.2});  // 255 becomes 212
-  const DifferenceRequest request{brighter, 1, nullptr};
+  const DifferenceRequest request{brighter, 1, 2, nullptr};
   const auto count = [&](int level) {
     return differences(cv::Mat(1, 70, CV_8UC3, cv::Scalar::all(level)), background, plain(6, 12),
                        request)
@@ -247,13 +249,14 @@ TEST(Difference, AMovingPixelHasTheLevelsOfItsBoxes) {
 }
 
 // Compares with the definition (Horprasert, Harwood, Davis 1999) in double: shadow keeps the colour
-// to within 8 levels or 5 % of the brightness, whichever is more.
+// to within 8 levels or the angle of the request, whichever is more.
 TEST(Shadow, MatchesItsDefinitionAtTheLimits) {
   constexpr double kRounding = 1e-3;  // of the float computation, in levels and in brightness
   constexpr int kWidth = 800, kHeight = 100;
   std::mt19937 random(7);
   int shadows = 0, others = 0, near_limit = 0;
-  for (const double min_brightness : {0.2, 0.4, 0.55, 0.8}) {
+  for (const auto& [min_brightness, tint_degrees] :
+       {std::pair{0.2, 1.0}, {0.4, 2.0}, {0.55, 3.0}, {0.8, 8.0}}) {
     cv::Mat room = random_image(kWidth, kHeight, random()), image = room.clone();
     for (int i = 0; i < kWidth * kHeight; ++i) {
       // Near the limits: a fraction of the room's level, and up to 25 levels of another colour.
@@ -263,8 +266,9 @@ TEST(Shadow, MatchesItsDefinitionAtTheLimits) {
             cv::saturate_cast<std::uint8_t>(fraction * room.data[k] + int(random() % 51) - 25);
     }
     // Every pixel that is not above its bound differs: no tolerance.
-    const Difference found =
-        differences(image, background_of(room, 0), plain(0, 0), {kNoGain, min_brightness, nullptr});
+    const Difference found = differences(image, background_of(room, 0), plain(0, 0),
+                                         {kNoGain, min_brightness, tint_degrees, nullptr});
+    const double tint = std::tan(tint_degrees * std::numbers::pi / 180);
     for (int v = 0; v < kHeight; ++v)
       for (int u = 0; u < kWidth; ++u) {
         const cv::Vec3b &x = image.at<cv::Vec3b>(v, u), &r = room.at<cv::Vec3b>(v, u);
@@ -275,7 +279,7 @@ TEST(Shadow, MatchesItsDefinitionAtTheLimits) {
         }
         const double s = pixel.dot(background) / background.squaredNorm(),
                      distortion_levels = (pixel - s * background).norm(),
-                     limit_levels = std::max(8.0, 0.05 * s * background.norm());
+                     limit_levels = std::max(8.0, tint * s * background.norm());
         if (std::abs(s - min_brightness) < kRounding || pixel == background ||
             std::abs(distortion_levels - limit_levels) < kRounding * limit_levels)
           continue;
@@ -295,7 +299,7 @@ TEST(Shadow, HasTheColourAndTheBrightnessOfTheRoom) {
   const auto is_shadow = [](const cv::Vec3b& pixel, const cv::Vec3b& room, double min_brightness) {
     return differences(cv::Mat(1, 1, CV_8UC3, cv::Scalar(pixel)),
                        background_of(cv::Mat(1, 1, CV_8UC3, cv::Scalar(room)), 0), plain(0, 0),
-                       {kNoGain, min_brightness, nullptr})
+                       {kNoGain, min_brightness, 2, nullptr})
                .shadow.count() == 1;
   };
   const cv::Vec3b table(160, 170, 150), half(96, 102, 90), quarter(40, 43, 38), skin(70, 86, 112),

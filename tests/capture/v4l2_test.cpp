@@ -506,6 +506,61 @@ TEST_F(V4l2, CaptureNeedsAnImageOfTheEmptyScene) {
   }
 }
 
+// The camera pauses for longer than a read waits.
+TEST_F(V4l2, CaptureWaitsForACameraIfConfigured) {
+  const test::TestFolder folder;
+  cv::imwrite((folder.path / "empty.png").string(), picture(50));
+  config::Rig rig;
+  rig.cameras = {camera()};
+  config::Viewer viewer;
+  viewer.path = {{0, {0, -0.8, 0.8}, {0, 0, 0.2}}};
+  config::CaptureConfig config;
+  config.lost_camera = config::LostCamera::wait;
+  config.sources["cam"] = config::V4l2Source{
+      kDevice, config::LearnedBackground{(folder.path / "empty.png").string(), 3}};
+  driver().push({picture(50)});
+  Capture capture(rig, viewer, config, 30);
+  driver().wait_until_taken();
+  std::vector<std::string> reasons;
+  capture.set_go_on_waiting([&](const std::string& name, const std::string& reason) {
+    reasons.push_back(name + ": " + reason);
+    driver().push({picture(90)});
+    return true;
+  });
+  EXPECT_EQ(capture.capture(0, false).at(0).status, CaptureStatus::captured);
+  EXPECT_EQ(reasons, std::vector<std::string>{"cam: /dev/null: no image within 0.5 s"});
+  capture.set_go_on_waiting([](const std::string&, const std::string&) { return false; });
+  EXPECT_EQ(capture.capture(1, false).at(0).status, CaptureStatus::missing);
+  driver().go_on();
+}
+
+TEST_F(V4l2, ACameraThatSendsTheSameImageIsFrozen) {
+  config::Rig rig;
+  rig.cameras = {camera()};
+  config::CaptureConfig config;
+  config.sources["cam"] = config::V4l2Source{kDevice, config::LearnedBackground{"", 1}};
+  config::Viewer viewer;
+  viewer.path = {{0, {0, -0.8, 0.8}, {0, 0, 0.2}}};
+  driver().go_on();
+  Capture capture(rig, viewer, config, 30);
+  const auto is_frozen = [&](int frame) {
+    const auto set = capture.capture(frame, false);
+    return std::any_of(
+        set[0].diagnostics.begin(), set[0].diagnostics.end(),
+        [](const std::string& text) { return text.starts_with("frozen: it sends the same"); });
+  };
+  const auto start = std::chrono::steady_clock::now();
+  EXPECT_FALSE(is_frozen(0));
+  int frame = 1;
+  while (!is_frozen(frame) && std::chrono::steady_clock::now() - start < 10s) ++frame;
+  EXPECT_GE(std::chrono::steady_clock::now() - start, 1s);
+  EXPECT_LT(std::chrono::steady_clock::now() - start, 10s);
+  driver().go_on(picture(2));
+  const int reads = driver().reads();
+  while (driver().reads() < reads + 2) std::this_thread::yield();
+  EXPECT_FALSE(is_frozen(frame + 1));
+}
+
 TEST_F(V4l2, CaptureTakesTheStampOfTheImage) {
   config::Rig rig;
   rig.cameras = {camera()};

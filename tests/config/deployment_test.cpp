@@ -102,6 +102,7 @@ nodes:
     sources:
       left: {v4l2: /dev/v4l/by-id/some-camera, background_frames: 12}
     loop: false
+    lost_camera: continue
   - name: film
     program: capture_node
     sources:
@@ -115,6 +116,7 @@ nodes:
       moving_boxes: 7
       gain_compensation: false
       shadow_min_brightness: 1
+      shadow_tint_degrees: 4
       min_object_px: 11
       max_hole_px: 22
       opening_px: 1
@@ -192,6 +194,7 @@ TEST_F(FullDeployment, HasTheKeysOfItsCaptureNodes) {
   EXPECT_EQ(d.nodes[0].cores, (std::vector<int>{2, 3}));
   const auto& files = std::get<CaptureConfig>(d.nodes[0].config);
   EXPECT_FALSE(files.loop);
+  EXPECT_EQ(files.lost_camera, LostCamera::go_on);
   EXPECT_EQ(std::get<V4l2Source>(files.sources.at("left")).device, "/dev/v4l/by-id/some-camera");
   EXPECT_EQ(std::get<LearnedBackground>(std::get<V4l2Source>(files.sources.at("left")).key).frames,
             12);
@@ -204,6 +207,7 @@ TEST_F(FullDeployment, HasTheKeysOfItsCaptureNodes) {
   EXPECT_EQ(film.segmentation.threshold_sigmas, 5);
   EXPECT_EQ(film.segmentation.threshold_floor_levels, 10);
   EXPECT_EQ(film.segmentation.shadow_min_brightness, 1);
+  EXPECT_EQ(film.segmentation.shadow_tint_degrees, 4);
   EXPECT_EQ(film.segmentation.threshold_ceiling_levels, 30);
   EXPECT_EQ(film.segmentation.jitter_px, 0.5);
   EXPECT_EQ(film.segmentation.hysteresis, 3);

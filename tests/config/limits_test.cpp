@@ -51,7 +51,8 @@ nodes:
       right: {video: plate.png, background: plate.png, first_frame: LOW}
     segmentation: {threshold_sigmas: LOW, threshold_floor_levels: LOW,
                    threshold_ceiling_levels: LOW, jitter_px: LOW, hysteresis: LOW,
-                   moving_boxes: LOW, shadow_min_brightness: LOW, min_object_px: LOW,
+                   moving_boxes: LOW, shadow_min_brightness: LOW, shadow_tint_degrees: LOW,
+                   min_object_px: LOW,
                    max_hole_px: LOW, opening_px: LOW, closing_px: LOW, adaptation_s: LOW}
     synthetic: {seed: LOW, period_s: LOW, noise_sigma_levels: LOW}
     max_frames_in_flight: LOW
@@ -116,6 +117,7 @@ TEST_F(Limits, EachNumberOfADeploymentHasItsRange) {
           "jitter_px must be from 0 to 10, is -1e9", "hysteresis must be from 1 to 10, is -1e9",
           "moving_boxes must be from 0 to 16, is -1e9",
           "shadow_min_brightness must be greater than 0 and at most 1, is -1e9",
+          "shadow_tint_degrees must be from 0 to 45, is -1e9",
           "min_object_px must be from 0 to 1000000, is -1e9",
           "max_hole_px must be from 0 to 1000000, is -1e9",
           "opening_px must be from 0 to 64, is -1e9", "closing_px must be from 0 to 64, is -1e9",
@@ -255,6 +257,7 @@ TEST_F(Limits, AnAbsentKeyOfADeploymentHasItsDefault) {
   EXPECT_EQ(capture.segmentation.moving_boxes, 4);
   EXPECT_TRUE(capture.segmentation.gain_compensation);
   EXPECT_EQ(capture.segmentation.shadow_min_brightness, 0.5);
+  EXPECT_EQ(capture.segmentation.shadow_tint_degrees, 2);
   EXPECT_EQ(capture.segmentation.min_object_px, 30);
   EXPECT_EQ(capture.segmentation.max_hole_px, 50);
   EXPECT_EQ(capture.segmentation.opening_px, 0);
@@ -269,6 +272,7 @@ TEST_F(Limits, AnAbsentKeyOfADeploymentHasItsDefault) {
   EXPECT_TRUE(capture.synthetic.cast_shadow);
   EXPECT_FALSE(capture.synthetic.prerender);
   EXPECT_TRUE(capture.loop);
+  EXPECT_EQ(capture.lost_camera, LostCamera::drop);
   EXPECT_EQ(capture.max_frames_in_flight, 3);
   EXPECT_EQ(capture.precomputed_frames, 0);
 

@@ -227,8 +227,9 @@ struct BrokenNode {
         is_in(s.threshold_sigmas, 0, 1000) && is_in(s.threshold_floor_levels, 0, 255) &&
         is_in(s.threshold_ceiling_levels, s.threshold_floor_levels, 255) &&
         is_in(s.jitter_px, 0, 10) && is_in(s.hysteresis, 1, 10) && is_in(s.moving_boxes, 0, 16) &&
-        is_positive(s.shadow_min_brightness, 1) && is_in(s.min_object_px, 0, 1e6) &&
-        is_in(s.max_hole_px, 0, 1e6) && is_in(s.opening_px, 0, 64) && is_in(s.closing_px, 0, 64) &&
+        is_positive(s.shadow_min_brightness, 1) && is_in(s.shadow_tint_degrees, 0, 45) &&
+        is_in(s.min_object_px, 0, 1e6) && is_in(s.max_hole_px, 0, 1e6) &&
+        is_in(s.opening_px, 0, 64) && is_in(s.closing_px, 0, 64) &&
         is_in(s.adaptation_s, 0, 86400) && (!s.volume_m || !s.volume_m->isEmpty()) &&
         has_good_keys(c) && is_in(c.max_frames_in_flight, 0, 64) &&
         is_in(c.precomputed_frames, 0, 100000);

@@ -315,6 +315,10 @@ TEST_F(CaptureNode, PublishesPoseColoursAndMapsOfTheSameFrame) {
   EXPECT_GT(report.latencies.at("read").p50_ms, 0);
   EXPECT_EQ(report.latencies.at("segment").count, 3 * frames);
   EXPECT_GT(report.latencies.at("segment").p50_ms, 0);
+  EXPECT_GT(report.counts.at(node::kSegmentationCpu), 0u);
+  EXPECT_GT(report.counts.at(node::kPublishingCpu), 0u);
+  EXPECT_GT(report.counts.at(node::kFramesCpu),
+            report.counts.at(node::kSegmentationCpu) + report.counts.at(node::kPublishingCpu));
   EXPECT_EQ(report.latencies.at("capture").count, frames);
   EXPECT_EQ(report.latencies.at("publish").count, frames);
   EXPECT_EQ(report.latencies.at(node::kCaptureToPublished).count, frames);

@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <fstream>
+#include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
+#include <set>
 #include <sstream>
 
 #include "common/config/deployment.h"
@@ -177,6 +179,7 @@ class EveryFrame : public Pipeline {
           ++composites[sample->frame];
           last_composite = Clock::now();
         }
+      if (listen_also_) listen_also_();
       for (const auto& sample : sessions_.take())
         is_lossless_ = is_lossless_ || (sample.valid() && sample->lossless);
       return (exit_code = deployed.wait_for_end(0ms)).has_value();
@@ -197,6 +200,7 @@ class EveryFrame : public Pipeline {
 
   bus::Reader<bus::topics::ReplaySession> sessions_ = bus_.reader<bus::topics::ReplaySession>();
   bool is_lossless_ = false;
+  std::function<void()> listen_also_;
 };
 
 // Offline work: the files end the run, and no frame is skipped, however slow the nodes are.
@@ -223,6 +227,68 @@ TEST_F(EveryFrame, WaitsForANodeThatStartsLate) {
   EXPECT_FALSE(eventually(bus_, 4s * kSlowdown, [&] { return !composited_.take().empty(); }));
   kill(late, SIGCONT);
   expect_every_frame(deployed);
+}
+
+// The pictures of all cameras are the same, so the maps of a frame are too if every node takes the
+// same picture for it.
+TEST_F(EveryFrame, OfTwoCaptureNodesIsComposited) {
+  auto maps = bus_.reader<bus::topics::ObjectPixelMap>();
+  const std::string node_of_far =
+      "  - {name: capture_far, program: capture_node, sources: {far: {video: f%d.ppm, background: "
+      "f0.ppm}}}\n";
+  const std::string file = deployment();
+  const std::string text =
+      replaced(replaced(text_of(file), " far: {video: f%d.ppm, background: f0.ppm},", ""),
+               "  - {name: recon_a", node_of_far + "  - {name: recon_a");
+  std::ofstream(file) << text;
+  Deployed deployed(file, domain_, out_, {"--every-frame"});
+  std::map<std::uint64_t, std::map<std::string, std::vector<std::uint8_t>>> runs;  // by camera
+  std::map<std::uint64_t, std::set<std::int64_t>> stamps_ns;
+  listen_also_ = [&] {
+    for (const auto& sample : maps.take()) {
+      if (!sample.valid()) continue;
+      const auto bytes = messages::span_of(sample->payload);
+      runs[sample->frame][sample->camera].assign(bytes.begin(), bytes.end());
+      stamps_ns[sample->frame].insert(sample->capture_stamp_ns);
+    }
+  };
+  expect_every_frame(deployed);
+  int compared = 0;
+  for (const auto& [frame, by_camera] : runs) {
+    if (by_camera.size() < 3) continue;  // the test's reader has missed one
+    EXPECT_EQ(by_camera.at("left"), by_camera.at("far")) << frame;
+    EXPECT_EQ(by_camera.at("left"), by_camera.at("right")) << frame;
+    EXPECT_EQ(stamps_ns[frame].size(), 1u) << frame;
+    ++compared;
+  }
+  EXPECT_GT(compared, int(kFrames) / 2);
+}
+
+TEST_F(Pipeline, TwoCaptureNodesCaptureTheSameFrames) {
+  auto maps = bus_.reader<bus::topics::ObjectPixelMap>();
+  Deployed deployed(
+      changed_deployment(
+          out_ / "files", "sources: synthetic, synthetic: {seed: 1, period_s: 4.0}}\n",
+          "sources: {left: synthetic, right: synthetic}}\n  - {name: capture_far, program: "
+          "capture_node, sources: {far: synthetic}}\n"),
+      domain_, out_, {"--duration", "3"});
+  std::map<std::uint64_t, std::map<std::string, std::int64_t>> stamps_ns;  // by frame and camera
+  EXPECT_TRUE(eventually(bus_, kStart, [&] {
+    listen();
+    for (const auto& sample : maps.take())
+      if (sample.valid()) stamps_ns[sample->frame][sample->camera] = sample->capture_stamp_ns;
+    return frames_seen_ >= 30;
+  })) << log();
+  ASSERT_EQ(deployed.wait_for_end(40s), 0) << log();
+  int complete = 0;
+  for (const auto& [frame, by_camera] : stamps_ns) {
+    if (by_camera.size() < 3) continue;
+    ++complete;
+    EXPECT_EQ(by_camera.at("left"), by_camera.at("far")) << frame;
+  }
+  EXPECT_GE(complete, 20);
+  const auto report = nlohmann::json::parse(std::ifstream(out_ / "report.json"));
+  EXPECT_GT(report["nodes"]["capture_far"]["counts"]["frames_captured"].get<int>(), 20);
 }
 
 TEST_F(Pipeline, WithoutARenderNodeEveryFrameIsRefused) {

@@ -89,6 +89,8 @@ struct SegmentationConfig {
   // A darker pixel is shadow if its brightness is at least this fraction of the background's and it
   // keeps the background's colour; 1: no pixel is shadow.
   double shadow_min_brightness = 0.5;
+  // Largest angle between the colours of a shadow and of its background.
+  double shadow_tint_degrees = 2;
   int min_object_px = 30;  // smaller regions are no objects
   int max_hole_px = 50;    // holes up to this area are filled
   int opening_px = 0;      // radius of the morphological opening; 0: none
@@ -103,10 +105,18 @@ struct SegmentationConfig {
   std::map<std::string, std::string> regions;  // by camera
 };
 
+// What happens to a frame for which a camera that gives shape has no image.
+//   drop:  the frame has no map of this camera, so that its set stays incomplete.
+//   wait:  capture_node waits until the camera delivers again. Files do not.
+//   go_on: every pixel of this camera is an object pixel, so that the camera limits the hull only
+//          by the border of its image.
+enum class LostCamera { drop, wait, go_on };
+
 struct CaptureConfig {
   std::map<std::string, CameraSource> sources;  // by name of the camera that this node reads
   SyntheticWorld synthetic;
   SegmentationConfig segmentation;
+  LostCamera lost_camera = LostCamera::drop;
   bool loop = true;              // files restart at their end; frame numbers continue
   int max_frames_in_flight = 3;  // published and not yet composited; 0: no pacing
   // Captures this many frames before the start and publishes them repeatedly; 0: live.

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
-#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -18,6 +17,7 @@
 
 #include "common/base/realtime.h"
 #include "common/base/text_table.h"
+#include "common/base/timing.h"
 #include "common/base/version.h"
 #include "common/pipeline/messages/wire_conversions.h"
 #include "common/pipeline/node/drop_counts.h"
@@ -63,13 +63,6 @@ struct LatencyWindow {
   }
 };
 
-double cpu_s() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  const auto seconds = [](const timeval& t) { return double(t.tv_sec) + 1e-6 * double(t.tv_usec); };
-  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
-}
-
 double resident_mb() {
   std::ifstream statm("/proc/self/statm");
   std::size_t total = 0, resident = 0;
@@ -89,6 +82,7 @@ struct TopicTotals {
 struct NodeState {
   std::uint64_t newest_frame = 0;
   bool has_handled_frame = false;
+  double cpu_at_first_frame_s = 0;  // of the process; valid if has_handled_frame
   std::deque<Clock::time_point> frame_times;
   std::string gl_renderer;
   std::map<std::string, std::uint64_t> counts, empty_cameras;
@@ -214,8 +208,11 @@ struct NodeStatusReporter::Impl {
     message.final_report = final_report;
     message.frame = state.newest_frame;
     message.frame_rate_hz = double(state.frame_times.size()) / kRateWindow_s;
-    message.cpu_s = cpu_s();
+    message.cpu_s = base::process_cpu_s();
     message.memory_mb = resident_mb();
+    if (state.has_handled_frame)
+      state.counts[kFramesCpu] =
+          std::uint64_t(std::max(0.0, 1e6 * (message.cpu_s - state.cpu_at_first_frame_s)));
     set_truncated(message.gl_renderer, state.gl_renderer);
     StatusLists lists(state);
     lock.unlock();
@@ -327,6 +324,7 @@ void NodeStatusReporter::frame_handled(std::uint64_t frame) {
   const std::scoped_lock lock(impl_->mutex);
   NodeState& state = impl_->state;
   state.newest_frame = frame;
+  if (!state.has_handled_frame) state.cpu_at_first_frame_s = base::process_cpu_s();
   state.has_handled_frame = true;
   state.frame_times.push_back(Clock::now());
   if (state.frame_times.size() > kMaxFrameTimes) state.frame_times.pop_front();

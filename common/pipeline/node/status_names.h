@@ -8,6 +8,12 @@ inline constexpr const char* kFramesCaptured = "frames_captured";
 inline constexpr const char* kFrameSetsComplete = "frame_sets_complete";
 inline constexpr const char* kFramesComposited = "frames_composited";
 
+// CPU time [us] of the process since its first frame; of it, capture_node's part for finding object
+// pixels and cutting out colours, and for publishing. The rest of capture_node's reads images.
+inline constexpr const char* kFramesCpu = "cpu_us_frames";
+inline constexpr const char* kSegmentationCpu = "cpu_us_segmentation";
+inline constexpr const char* kPublishingCpu = "cpu_us_publishing";
+
 // Begins the name of a count: messages that the node refused, by the process that sent them.
 // NodeStatus truncates the name to 64 characters, so that 24 remain for the host with every number
 // of a process: equal numbers on hosts with names that begin with the same 24 count together.

@@ -110,6 +110,28 @@ TEST(NodeStatus, ReportsTheProcess) {
   EXPECT_EQ(last.frame_rate_hz, 0);
 }
 
+TEST(NodeStatus, CountsTheCpuTimeOfTheFramesAfterTheFirst) {
+  const auto work = [] {
+    for (const double until_s = cpu_time_s() + 0.2; cpu_time_s() < until_s;) {
+    }
+  };
+  bus::Bus bus({test::own_domain()});
+  double since_first_s = 0;
+  Reported last = reported(bus, [&](NodeStatusReporter& status) {
+    work();
+    status.frame_handled(0);
+    const double at_first_s = cpu_time_s();
+    work();
+    status.frame_handled(1);
+    since_first_s = cpu_time_s() - at_first_s;
+  });
+  const double counted_s = 1e-6 * double(last.counts.at(kFramesCpu));
+  EXPECT_GE(counted_s, since_first_s - 0.02);
+  EXPECT_LE(counted_s, since_first_s + 0.1);  // the final report takes some
+  last = reported(bus, [](NodeStatusReporter&) {});
+  EXPECT_FALSE(last.counts.contains(kFramesCpu)) << "no frame";
+}
+
 // Nearest rank above: the value at floor(q n) of the sorted ones.
 TEST(NodeStatus, ReportsQuantilesOfTheNewestLatencies) {
   constexpr int kWindow = 1 << 14;

@@ -1,0 +1,105 @@
+#include "capture_node/following_pipe.h"
+
+#include <deque>
+#include <utility>
+#include <variant>
+
+#include "capture_node/frame_publisher.h"
+#include "capture_node/pacing.h"
+#include "common/pipeline/frames/camera_writers.h"
+#include "common/pipeline/messages/view_messages.h"
+#include "common/pipeline/messages/wire_conversions.h"
+
+namespace fivepipe::capture {
+namespace {
+
+class FollowingPipe {
+ public:
+  explicit FollowingPipe(node::NodeContext& node)
+      : node_(node),
+        poses_(node.bus.reader<bus::topics::HeadPose>()),
+        composited_(node.bus.reader<bus::topics::FrameComposited>()),
+        publisher_(node) {}
+
+  void run() {
+    while (node::running() && !publisher_.ended()) {
+      take_poses();
+      if (due_.empty()) {
+        node_.bus.wait(node::kMaxWait);
+        continue;
+      }
+      // The first node does not wait for this one: with a clock, only its newest frame can still be
+      // captured at its time.
+      if (!node_.every_frame) skip_all_but_newest();
+      const Due due = due_.front();
+      due_.pop_front();
+      if (auto set = publisher_.capture(due.frame, due.stamp_ns)) {
+        last_ = set->frame;
+        publisher_.publish(std::move(*set));
+      }
+    }
+    if (node_.every_frame) wait_until_composited();
+  }
+
+ private:
+  struct Due {
+    std::int64_t frame, stamp_ns;
+  };
+  // A reader of poses holds 8 of them (bus.cpp), and so many frames can be in flight.
+  static constexpr std::size_t kMaxDue = 8;
+
+  void take_poses() {
+    constexpr std::size_t kHead = 0;  // the only source of poses
+    for (const auto& sample : poses_.take()) {
+      if (!sample.valid() || node_.deployment.viewer.name != sample->viewer) continue;
+      const auto pose = messages::head_pose_from(*sample);
+      if (const auto* bad = std::get_if<messages::BadMessage>(&pose)) {
+        node_.status.drop_from(poses_.process(sample), *bad);
+        continue;
+      }
+      if (!writers_.judge(kHead, sample.writer()).is_current) {
+        node_.status.drop({"other_writer", sample->viewer, ""});
+        continue;
+      }
+      const auto& of_frame = std::get<messages::FramePose>(pose);
+      due_.push_back({std::int64_t(of_frame.frame), of_frame.capture_stamp_ns});
+      if (due_.size() > kMaxDue) skip_first();
+    }
+  }
+  void skip_all_but_newest() {
+    while (due_.size() > 1) skip_first();
+  }
+  void skip_first() {
+    due_.pop_front();
+    node_.status.drop("pipeline_busy");
+  }
+
+  // This node's end ends the deployment, so it waits for the frames in flight.
+  void wait_until_composited() {
+    const auto until = Pacing::Clock::now() + kFinish;
+    std::optional<std::uint64_t> newest;
+    while (node::running() && last_ && (!newest || *newest < *last_) &&
+           Pacing::Clock::now() < until) {
+      node_.bus.wait(node::kMaxWait);
+      for (const auto& sample : composited_.take())
+        if (sample.valid() && node_.deployment.viewer.name == sample->viewer &&
+            !messages::why_implausible(sample->frame, sample->composited_stamp_ns))
+          newest = sample->frame;
+    }
+  }
+  static constexpr std::chrono::seconds kFinish{20};
+
+  node::NodeContext& node_;
+  bus::Reader<bus::topics::HeadPose> poses_;
+  bus::Reader<bus::topics::FrameComposited> composited_;
+  frames::CameraWriters writers_;
+  std::deque<Due> due_;
+  std::optional<std::uint64_t> last_;  // published
+  FramePublisher publisher_;
+};
+
+}  // namespace
+
+void run_following_pipe(node::NodeContext& node) { FollowingPipe(node).run(); }
+
+}  // namespace fivepipe::capture
