@@ -127,7 +127,8 @@ class ChromaFinder final : public ObjectFinder {
 std::unique_ptr<ObjectFinder> open_object_finder(const config::RigCamera& camera,
                                                  const config::CaptureConfig& config,
                                                  ImageSource& source, double frame_rate_hz) {
-  Within within = searched_pixels(camera, config.segmentation);
+  const config::SegmentationConfig& segmentation = config.segmentation_for(camera.name);
+  Within within = searched_pixels(camera, segmentation);
   const config::CameraSource& of_camera = config.sources.at(camera.name);
   config::ObjectKey key;  // synthetic cameras learn a background
   int first_frame = 0;
@@ -150,8 +151,8 @@ std::unique_ptr<ObjectFinder> open_object_finder(const config::RigCamera& camera
     return std::make_unique<ChromaFinder>(*screen, std::move(within));
   Segmenter segmenter(
       learn_background(empty_frames(camera, std::get<config::LearnedBackground>(key), source),
-                       learning_settings(config.segmentation)),
-      config.segmentation, std::move(within));
+                       learning_settings(segmentation)),
+      segmentation, std::move(within));
   return std::make_unique<BackgroundFinder>(std::move(segmenter), frame_rate_hz);
 }
 

@@ -45,12 +45,13 @@ config::SegmentationConfig read_settings(const Options& options) {
   if (!text) throw std::runtime_error(file.string() + ": cannot be written");
   config::Problems problems;
   config::YamlMap map = config::YamlMap::load(file, problems);
-  for (const char* key : {"volume_m", "regions"})
+  for (const char* key : {"volume_m", "regions", "cameras"})
     if (map.has(key))
       map.problem_at(key, fmt::format("{} needs a rig: use fivepipe maps, or --region", key));
-  const config::SegmentationConfig config = config::read_segmentation(std::move(map), {}, true);
+  config::CaptureConfig config;
+  config::read_segmentation(std::move(map), {}, true, config);
   problems.throw_if_any();
-  return config;
+  return config.segmentation;
 }
 
 std::vector<cv::Mat> background_images(const Options& options, const config::RigCamera& camera,

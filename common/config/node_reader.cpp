@@ -75,8 +75,7 @@ CaptureConfig read_capture(YamlMap& map, const Rig& rig, ParsedNode& parsed) {
   config.sources = read_sources(map, rig, parsed);
   if (map.has("synthetic")) config.synthetic = read_synthetic_world(map.map("synthetic"));
   if (map.has("segmentation"))
-    config.segmentation =
-        read_segmentation(map.map("segmentation"), rig, runs_here(parsed.node.host));
+    read_segmentation(map.map("segmentation"), rig, runs_here(parsed.node.host), config);
   config.lost_camera = map.choice<LostCamera>(
       "lost_camera",
       {{"drop", LostCamera::drop}, {"wait", LostCamera::wait}, {"continue", LostCamera::go_on}},

@@ -11,10 +11,18 @@
 namespace fivepipe::config {
 namespace {
 
-bool shape_camera(const Rig& rig, const std::string& name) {
-  return std::any_of(rig.cameras.begin(), rig.cameras.end(), [&](const RigCamera& camera) {
-    return camera.name == name && camera.gives_shape;
-  });
+// Returns true if the key of `map` is a camera of the rig that gives shape. Reports any other one,
+// unless the deployment leaves it out.
+bool is_shape_camera(YamlMap& map, const std::string& key, const Rig& rig) {
+  for (const RigCamera& camera : rig.cameras) {
+    if (camera.name != key) continue;
+    if (!camera.gives_shape)
+      map.problem_at(key, "camera " + key + " gives no shape: it has no object pixels");
+    return camera.gives_shape;
+  }
+  if (std::find(rig.left_out.begin(), rig.left_out.end(), key) == rig.left_out.end())
+    map.problem_at(key, fmt::format("rig {} has no camera {}", rig.name, key));
+  return false;
 }
 
 // Reports the cameras that see no part of the volume: their maps, and so the hull, would be empty.
@@ -29,32 +37,21 @@ void check_volume(YamlMap& map, const Rig& rig, const Eigen::AlignedBox3d& volum
 std::map<std::string, std::string> read_regions(YamlMap map, const Rig& rig, bool is_here) {
   std::map<std::string, std::string> regions;
   for (const std::string& camera : map.keys()) {
-    const bool is_known = std::any_of(rig.cameras.begin(), rig.cameras.end(),
-                                      [&](const RigCamera& known) { return known.name == camera; });
-    const bool is_left_out =
-        std::find(rig.left_out.begin(), rig.left_out.end(), camera) != rig.left_out.end();
     std::string path = read_image_path(map, camera, 0, is_here);
-    if (is_known && !shape_camera(rig, camera))
-      map.problem_at(camera, "camera " + camera + " gives no shape: it has no object pixels");
-    else if (is_known)
-      regions[camera] = std::move(path);
-    else if (!is_left_out)
-      map.problem_at(camera, fmt::format("rig {} has no camera {}", rig.name, camera));
+    if (is_shape_camera(map, camera, rig)) regions[camera] = std::move(path);
   }
   map.finish();
   return regions;
 }
 
-}  // namespace
-
-SegmentationConfig read_segmentation(YamlMap map, const Rig& rig, bool is_here) {
-  constexpr Range kLevels{0, 255}, kRadius_px{0, 64}, kArea_px{0, 1e6};
-  SegmentationConfig config;
+// Reads the settings that every camera can have for itself. config: the values of absent keys.
+SegmentationConfig read_settings(YamlMap& map, SegmentationConfig config, const Rig& rig) {
+  constexpr Range kGreyLevels{0, 255}, kRadius_px{0, 64}, kArea_px{0, 1e6};
   config.threshold_sigmas = map.number("threshold_sigmas", {0, 1000}, config.threshold_sigmas);
   config.threshold_floor_levels =
-      map.number("threshold_floor_levels", kLevels, config.threshold_floor_levels);
+      map.number("threshold_floor_levels", kGreyLevels, config.threshold_floor_levels);
   config.threshold_ceiling_levels =
-      map.number("threshold_ceiling_levels", kLevels,
+      map.number("threshold_ceiling_levels", kGreyLevels,
                  std::max(config.threshold_ceiling_levels, config.threshold_floor_levels));
   if (config.threshold_ceiling_levels < config.threshold_floor_levels)
     map.problem_at("threshold_ceiling_levels",
@@ -84,9 +81,33 @@ SegmentationConfig read_segmentation(YamlMap map, const Rig& rig, bool is_here) 
     config.volume_m = read_volume(map.map("volume_m"));
     if (map.problem_count() == problems_before) check_volume(map, rig, *config.volume_m);
   }
-  if (map.has("regions")) config.regions = read_regions(map.map("regions"), rig, is_here);
-  map.finish();
   return config;
+}
+
+// Settings by camera.
+std::map<std::string, SegmentationConfig> read_cameras(YamlMap map,
+                                                       const SegmentationConfig& of_all,
+                                                       const Rig& rig) {
+  std::map<std::string, SegmentationConfig> by_camera;
+  for (const std::string& camera : map.keys()) {
+    YamlMap settings = map.map(camera);
+    SegmentationConfig of_camera = read_settings(settings, of_all, rig);
+    settings.finish();
+    if (is_shape_camera(map, camera, rig)) by_camera[camera] = std::move(of_camera);
+  }
+  map.finish();
+  return by_camera;
+}
+
+}  // namespace
+
+void read_segmentation(YamlMap map, const Rig& rig, bool is_here, CaptureConfig& config) {
+  config.segmentation = read_settings(map, {}, rig);
+  if (map.has("regions"))
+    config.segmentation.regions = read_regions(map.map("regions"), rig, is_here);
+  if (map.has("cameras"))
+    config.segmentation_of = read_cameras(map.map("cameras"), config.segmentation, rig);
+  map.finish();
 }
 
 }  // namespace fivepipe::config

@@ -117,6 +117,7 @@ nodes:
       gain_compensation: false
       shadow_min_brightness: 1
       shadow_tint_degrees: 4
+      cameras: {right: {threshold_floor_levels: 12, max_hole_px: 9}}
       min_object_px: 11
       max_hole_px: 22
       opening_px: 1
@@ -208,6 +209,12 @@ TEST_F(FullDeployment, HasTheKeysOfItsCaptureNodes) {
   EXPECT_EQ(film.segmentation.threshold_floor_levels, 10);
   EXPECT_EQ(film.segmentation.shadow_min_brightness, 1);
   EXPECT_EQ(film.segmentation.shadow_tint_degrees, 4);
+  ASSERT_EQ(film.segmentation_of.size(), 1u);
+  const SegmentationConfig& of_right = film.segmentation_for("right");
+  EXPECT_EQ(of_right.threshold_floor_levels, 12);
+  EXPECT_EQ(of_right.max_hole_px, 9);
+  EXPECT_EQ(of_right.shadow_tint_degrees, 4) << "inherited";
+  EXPECT_EQ(film.segmentation_for("left").threshold_floor_levels, 10);
   EXPECT_EQ(film.segmentation.threshold_ceiling_levels, 30);
   EXPECT_EQ(film.segmentation.jitter_px, 0.5);
   EXPECT_EQ(film.segmentation.hysteresis, 3);

@@ -219,18 +219,23 @@ bool has_good_keys(const CaptureConfig& config) {
   return true;
 }
 
+bool is_good_segmentation(const SegmentationConfig& s) {
+  return is_in(s.threshold_sigmas, 0, 1000) && is_in(s.threshold_floor_levels, 0, 255) &&
+         is_in(s.threshold_ceiling_levels, s.threshold_floor_levels, 255) &&
+         is_in(s.jitter_px, 0, 10) && is_in(s.hysteresis, 1, 10) && is_in(s.moving_boxes, 0, 16) &&
+         is_positive(s.shadow_min_brightness, 1) && is_in(s.shadow_tint_degrees, 0, 45) &&
+         is_in(s.min_object_px, 0, 1e6) && is_in(s.max_hole_px, 0, 1e6) &&
+         is_in(s.opening_px, 0, 64) && is_in(s.closing_px, 0, 64) &&
+         is_in(s.adaptation_s, 0, 86400) && (!s.volume_m || !s.volume_m->isEmpty());
+}
+
 struct BrokenNode {
   std::string operator()(const CaptureConfig& c) const {
-    const SegmentationConfig& s = c.segmentation;
     const bool is_good =
         is_in(c.synthetic.period_s, 0.1, 3600) && is_in(c.synthetic.noise_sigma_levels, 0, 255) &&
-        is_in(s.threshold_sigmas, 0, 1000) && is_in(s.threshold_floor_levels, 0, 255) &&
-        is_in(s.threshold_ceiling_levels, s.threshold_floor_levels, 255) &&
-        is_in(s.jitter_px, 0, 10) && is_in(s.hysteresis, 1, 10) && is_in(s.moving_boxes, 0, 16) &&
-        is_positive(s.shadow_min_brightness, 1) && is_in(s.shadow_tint_degrees, 0, 45) &&
-        is_in(s.min_object_px, 0, 1e6) && is_in(s.max_hole_px, 0, 1e6) &&
-        is_in(s.opening_px, 0, 64) && is_in(s.closing_px, 0, 64) &&
-        is_in(s.adaptation_s, 0, 86400) && (!s.volume_m || !s.volume_m->isEmpty()) &&
+        is_good_segmentation(c.segmentation) &&
+        std::all_of(c.segmentation_of.begin(), c.segmentation_of.end(),
+                    [](const auto& of) { return is_good_segmentation(of.second); }) &&
         has_good_keys(c) && is_in(c.max_frames_in_flight, 0, 64) &&
         is_in(c.precomputed_frames, 0, 100000);
     return is_good ? "" : "a key of capture_node";

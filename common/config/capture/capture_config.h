@@ -115,7 +115,12 @@ enum class LostCamera { drop, wait, go_on };
 struct CaptureConfig {
   std::map<std::string, CameraSource> sources;  // by name of the camera that this node reads
   SyntheticWorld synthetic;
-  SegmentationConfig segmentation;
+  SegmentationConfig segmentation;                            // of all other cameras
+  std::map<std::string, SegmentationConfig> segmentation_of;  // by camera
+  const SegmentationConfig& segmentation_for(const std::string& camera) const {
+    const auto own = segmentation_of.find(camera);
+    return own == segmentation_of.end() ? segmentation : own->second;
+  }
   LostCamera lost_camera = LostCamera::drop;
   bool loop = true;              // files restart at their end; frame numbers continue
   int max_frames_in_flight = 3;  // published and not yet composited; 0: no pacing

@@ -358,6 +358,7 @@ TEST(Report, HasEveryField) {
      "collisions": {"ball": {"first_contacts": 1, "frames": 4, "points": 35}}, "commit": "abc",
      "deployment": "demo.yaml", "duplicate_nodes": ["sim"], "duration_s": 2.0,
      "empty_cameras": ["left"], "ended_by": "duration", "frame_rate_hz": 2.0,
+     "core_ms_per_set": null, "rate_bound": "",
      "frames": {"captured": 0, "complete": 39, "composited": 2,
       "dropped": {"bad_composited": 1, "late": 12, "not_sent: a": 2}},
      "latency_ms": {"count": 1, "max": 40.0, "p50": 10.0, "p95": 20.0, "p99": 30.0},
