@@ -156,7 +156,11 @@ void Capture::precompute(const Progress& progress) {
   ended_ = false;
 }
 
-Capture::~Capture() = default;
+// All devices end at the same time, so that a node with several of them ends in time.
+Capture::~Capture() {
+  for (const std::unique_ptr<Channel>& channel : channels_)
+    if (channel->source) channel->source->stop();
+}
 
 void Capture::learn(Channel& channel) const {
   const config::RigCamera& camera = *channel.camera;

@@ -45,6 +45,9 @@ class ImageSource {
   virtual std::string last_error() const { return {}; }
   // Returns true if a missing image may still arrive, as from a camera.
   virtual bool is_live() const { return false; }
+  // Tells the threads of a device to end, without waiting for them; the destructor waits. No other
+  // call may follow.
+  virtual void stop() {}
 };
 
 // Opens a video file, an image sequence (printf pattern) or a single picture. Of source.key, only
