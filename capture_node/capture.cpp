@@ -132,6 +132,12 @@ void Capture::open_source(Channel& channel,
     channel.source = open_file_source(camera, *video);
   } else if (const auto* device = std::get_if<config::V4l2Source>(&source)) {
     channel.source = open_v4l2_source(camera, *device);
+  } else if (const auto* pipeline = std::get_if<config::GstreamerSource>(&source)) {
+    channel.source = open_gstreamer_source(camera, *pipeline);
+  } else if (const auto* stream = std::get_if<config::RtspSource>(&source)) {
+    channel.source = open_rtsp_source(camera, *stream);
+  } else if (const auto* genicam = std::get_if<config::GenicamSource>(&source)) {
+    channel.source = open_genicam_source(camera, *genicam);
   } else if (std::holds_alternative<config::SyntheticSource>(source)) {
     const auto eye_at = [this](double t_s) { return config::eye_from_world_at(viewer_, t_s); };
     auto synthetic = std::make_unique<SyntheticImageSource>(config_.synthetic, camera,

@@ -130,14 +130,9 @@ std::unique_ptr<ObjectFinder> open_object_finder(const config::RigCamera& camera
   const config::SegmentationConfig& segmentation = config.segmentation_for(camera.name);
   Within within = searched_pixels(camera, segmentation);
   const config::CameraSource& of_camera = config.sources.at(camera.name);
-  config::ObjectKey key;  // synthetic cameras learn a background
-  int first_frame = 0;
-  if (const auto* video = std::get_if<config::VideoSource>(&of_camera)) {
-    key = video->key;
-    first_frame = video->first_frame;
-  } else if (const auto* device = std::get_if<config::V4l2Source>(&of_camera)) {
-    key = device->key;
-  }
+  const config::ObjectKey key = config::key_of(of_camera);
+  const auto* const video = std::get_if<config::VideoSource>(&of_camera);
+  const int first_frame = video ? video->first_frame : 0;
   if (const auto* matte = std::get_if<config::MatteFile>(&key)) {
     auto masks = open_file_source(camera, {matte->file, {}, first_frame});
     // Pictures and masks of one number belong together, also if the first ones are missing.

@@ -60,6 +60,18 @@ function(fivepipe_simd name)
   endif()
 endfunction()
 
+# fivepipe_module(NAME source... LINK library...): a shared library NAME.so beside the programs,
+# which they load at run time. Without the precompiled header: the options of GLib (-pthread) do not
+# fit it.
+function(fivepipe_module name)
+  cmake_parse_arguments(ARG "" "" "LINK" ${ARGN})
+  add_library(${name} MODULE ${ARG_UNPARSED_ARGUMENTS})
+  target_link_libraries(${name} PRIVATE fivepipe_options ${ARG_LINK})
+  target_include_directories(${name} SYSTEM PRIVATE ${OpenCV_INCLUDE_DIRS})
+  set_target_properties(${name} PROPERTIES PREFIX "" DEFINE_SYMBOL ""
+    LIBRARY_OUTPUT_DIRECTORY ${CMAKE_RUNTIME_OUTPUT_DIRECTORY})
+endfunction()
+
 # fivepipe_program(NAME source... LINK library...): a program.
 function(fivepipe_program name)
   cmake_parse_arguments(ARG "" "" "LINK" ${ARGN})

@@ -77,6 +77,17 @@ hull::ObjectPixels read_region(const config::RigCamera& camera, const std::strin
 std::unique_ptr<ImageSource> open_v4l2_source(const config::RigCamera& camera,
                                               const config::V4l2Source& source);
 
+// Opens a GStreamer pipeline, a network camera, or a GenICam camera. Throws SourceError if this
+// build lacks the library, if the description of the pipeline is wrong, or if the images have
+// another size than camera.source, and HardwareMissing if the camera is missing or delivers no
+// images. While the camera is unplugged, read() returns `missing`; the source reconnects by itself.
+std::unique_ptr<ImageSource> open_gstreamer_source(const config::RigCamera& camera,
+                                                   const config::GstreamerSource& source);
+std::unique_ptr<ImageSource> open_rtsp_source(const config::RigCamera& camera,
+                                              const config::RtspSource& source);
+std::unique_ptr<ImageSource> open_genicam_source(const config::RigCamera& camera,
+                                                 const config::GenicamSource& source);
+
 // Returns a text with the V4L2 devices in the folder `dev`: permanent names first, then numbers.
 std::string connected_devices(const std::filesystem::path& dev);
 

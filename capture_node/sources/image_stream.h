@@ -1,5 +1,6 @@
 // A stream of one camera's images, which the thread of a live source (live_source.h) opens, reads
-// and closes.
+// and closes. The modules of optional libraries implement it (stream_modules.h), so this header
+// needs no library of fivepipe.
 #pragma once
 #include <cstdint>
 #include <opencv2/core.hpp>

@@ -47,7 +47,7 @@ nodes:
     program: capture_node
     cores: [LOW]
     sources:
-      left: {v4l2: 0, background_frames: LOW}
+      left: {genicam: a, exposure_us: LOW, gain_db: LOW, background_frames: LOW}
       right: {video: plate.png, background: plate.png, first_frame: LOW}
     segmentation: {threshold_sigmas: LOW, threshold_floor_levels: LOW,
                    threshold_ceiling_levels: LOW, jitter_px: LOW, hysteresis: LOW,
@@ -109,6 +109,8 @@ TEST_F(Limits, EachNumberOfADeploymentHasItsRange) {
           "far_m must be from 0.001 to 100000, is -1e9",
           "eye_distance_m must be greater than 0 and at most 1, is -1e9",
           "cores[0] must be from 0 to 1023, is -1e9",
+          "exposure_us must be from 1 to 10000000, is -1e9",
+          "gain_db must be from 0 to 100, is -1e9",
           "background_frames must be from 1 to 128, is -1e9",
           "first_frame must be from 0 to 2147483647, is -1e9",
           "threshold_sigmas must be from 0 to 1000, is -1e9",

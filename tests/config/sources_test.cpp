@@ -74,6 +74,64 @@ TEST_F(CameraSources, AV4l2CameraHasNoVideoAndNoUnknownKeys) {
               ElementsAre("deployment.yaml:7:82: unknown key backgroun: did you mean background?"));
 }
 
+TEST_F(CameraSources, StreamsAndGenicamCamerasAreReadLikeV4l2Cameras) {
+  write("plate.png", "any content");
+  const auto source = [&](const std::string& keys) {
+    const Deployment d =
+        load(with_nodes("  - {name: c, program: capture_node, sources: {right: synthetic, left: {" +
+                        keys + "}}}\n"));
+    return std::get<CaptureConfig>(d.nodes[0].config).sources.at("left");
+  };
+  const auto pipeline =
+      std::get<GstreamerSource>(source("gstreamer: \"v4l2src ! jpegdec\", background: plate.png"));
+  EXPECT_EQ(pipeline.pipeline, "v4l2src ! jpegdec");
+  EXPECT_EQ(std::get<LearnedBackground>(pipeline.key).file, (folder() / "plate.png").string());
+  const auto rtsp =
+      std::get<RtspSource>(source("rtsp: \"rtsp://u:p@10.0.0.2:554/a?b=1\", background_frames: 9"));
+  EXPECT_EQ(rtsp.url, "rtsp://u:p@10.0.0.2:554/a?b=1");
+  EXPECT_EQ(std::get<LearnedBackground>(rtsp.key).frames, 9);
+  EXPECT_EQ(std::get<RtspSource>(source("rtsp: rtsps://camera")).url, "rtsps://camera");
+  auto genicam = std::get<GenicamSource>(source("genicam: 10.0.0.3"));
+  EXPECT_EQ(genicam.camera, "10.0.0.3");
+  EXPECT_FALSE(genicam.exposure_us);
+  EXPECT_FALSE(genicam.gain_db);
+  EXPECT_EQ(std::get<LearnedBackground>(genicam.key).frames, 30);
+  genicam = std::get<GenicamSource>(
+      source("genicam: Maker-7, exposure_us: 5000, gain_db: 1.5, chroma_key: {}"));
+  EXPECT_EQ(genicam.exposure_us, 5000);
+  EXPECT_EQ(genicam.gain_db, 1.5);
+  EXPECT_TRUE(std::holds_alternative<ChromaKey>(genicam.key));
+  EXPECT_TRUE(std::holds_alternative<ChromaKey>(key_of(genicam)));
+  EXPECT_TRUE(std::holds_alternative<LearnedBackground>(key_of(SyntheticSource{})));
+}
+
+TEST_F(CameraSources, WrongStreamsAndGenicamCamerasAreProblems) {
+  const auto problem = [&](const std::string& keys) {
+    const std::vector<std::string> found = problems_of_sources("left: {" + keys + "}");
+    EXPECT_EQ(found.size(), 1u) << keys;
+    return found.empty() ? "" : found[0].substr(found[0].find(": ") + 2);
+  };
+  EXPECT_EQ(problem("gstreamer: \" \""),
+            "gstreamer is empty: write the elements of a pipeline without its sink, such as "
+            "\"v4l2src device=/dev/video0\"");
+  for (const char* url : {"http://10.0.0.2", "10.0.0.2", "'rtsp://a b'", "'rtsp://a\"b'",
+                          "\"rtsp://a'b\"", "'rtsp://a\\b'", "\"rtsp://a\\nb\"", "rtsp://ä"})
+    EXPECT_EQ(problem(std::string("rtsp: ") + url),
+              "rtsp must be an address such as rtsp://192.168.1.20:554/stream, without quotes, "
+              "spaces and other characters than ASCII (write them as %20)")
+        << url;
+  EXPECT_EQ(problem("genicam: \"\""),
+            "genicam is empty: write the name, the serial number or the address of the camera "
+            "(`fivepipe cameras` lists them)");
+  EXPECT_EQ(problem("genicam: a, rtsp: rtsp://b"),
+            "rtsp and genicam are both set: a camera has one source");
+  EXPECT_EQ(problem("v4l2: 0, gstreamer: a"),
+            "v4l2 and gstreamer are both set: a camera has one source");
+  EXPECT_EQ(problem("v4l2: 0, exposure_us: 5").substr(0, 24), "unknown key exposure_us;");
+  EXPECT_EQ(problem("genicam: a, chroma_key: {}, background_frames: 5"),
+            "background_frames is only for a camera that learns its background at the start");
+}
+
 // The pattern is that of printf.
 TEST_F(CameraSources, ASequenceBeginsAtItsFirstFrameOrOneLater) {
   for (const char* file : {"plate.png", "a_0007.png", "b_   7.png", "c_12.png", "d_123.png",

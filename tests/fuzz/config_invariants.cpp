@@ -203,12 +203,36 @@ std::string broken_viewer(const Viewer& viewer) {
   return "";
 }
 
+bool is_good_genicam(const GenicamSource& source) {
+  return !source.camera.empty() && (!source.exposure_us || is_in(*source.exposure_us, 1, 1e7)) &&
+         (!source.gain_db || is_in(*source.gain_db, 0, 100));
+}
+
+// The address becomes a part of a pipeline's description.
+bool is_good_address(const std::string& url) {
+  return url.starts_with("rtsp") && url.find_first_of(" \"'\\\n\t") == std::string::npos;
+}
+
+// Streams and devices have usable names and settings.
+bool has_good_streams(const CaptureConfig& config) {
+  for (const auto& [camera, source] : config.sources) {
+    if (const auto* const genicam = std::get_if<GenicamSource>(&source))
+      if (!is_good_genicam(*genicam)) return false;
+    if (const auto* const rtsp = std::get_if<RtspSource>(&source))
+      if (!is_good_address(rtsp->url)) return false;
+    if (const auto* const gstreamer = std::get_if<GstreamerSource>(&source))
+      if (gstreamer->pipeline.empty()) return false;
+    const ObjectKey key = key_of(source);
+    if (const auto* const background = std::get_if<LearnedBackground>(&key))
+      if (!is_in(background->frames, 1, kMaxLearningImages)) return false;
+  }
+  return true;
+}
+
 // The chroma of a key is not zero.
 bool has_good_keys(const CaptureConfig& config) {
   for (const auto& [camera, source] : config.sources) {
-    const auto* const video = std::get_if<VideoSource>(&source);
-    const auto* const device = std::get_if<V4l2Source>(&source);
-    const ObjectKey key = video ? video->key : device ? device->key : ObjectKey{};
+    const ObjectKey key = key_of(source);
     const auto* const screen = std::get_if<ChromaKey>(&key);
     if (!screen) continue;
     const auto [darkest, brightest] = std::minmax_element(screen->rgb.begin(), screen->rgb.end());
@@ -236,7 +260,7 @@ struct BrokenNode {
         is_good_segmentation(c.segmentation) &&
         std::all_of(c.segmentation_of.begin(), c.segmentation_of.end(),
                     [](const auto& of) { return is_good_segmentation(of.second); }) &&
-        has_good_keys(c) && is_in(c.max_frames_in_flight, 0, 64) &&
+        has_good_keys(c) && has_good_streams(c) && is_in(c.max_frames_in_flight, 0, 64) &&
         is_in(c.precomputed_frames, 0, 100000);
     return is_good ? "" : "a key of capture_node";
   }

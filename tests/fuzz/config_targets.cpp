@@ -158,6 +158,23 @@ nodes:
     still_frame: 5
 )";
 
+// For the rig table4.
+const std::string kEveryLiveSource = R"(name: live
+rig: rig.yaml
+scene: scene.yaml
+viewer:
+  path: [{t_s: 0, eye_m: [0, -1, 0.5], target_m: [0, 0, 0.2]}]
+nodes:
+  - name: capture
+    program: capture_node
+    sources:
+      up_left: {gstreamer: "v4l2src device=/dev/video2 ! jpegdec", background_frames: 20}
+      up_far: {rtsp: "rtsp://user:password@10.0.0.2:554/stream?channel=1", chroma_key: {}}
+      up_right: {genicam: Maker-7, exposure_us: 4000.5, gain_db: 3, background_frames: 60}
+      table_height: {v4l2: 2, chroma_key: {rgb: [0, 0.2, 1], max_angle_deg: 20, min_chroma: 0.2}}
+  - {name: rendering, program: render_node}
+)";
+
 std::string source_file(const fs::path& path) {
   const std::string text = bytes_of_file(fs::path(FIVEPIPE_SOURCE_DIR) / path);
   if (text.empty()) throw std::runtime_error("cannot read " + path.string());
@@ -197,6 +214,7 @@ std::string with_local_files(std::string text) {
 const std::vector<std::string>& deployments() {
   static const std::vector<std::string> texts = {
       kEveryNodeKey,
+      kEveryLiveSource,
       with_local_files(source_file("launch/deployments/demo.yaml")),
       with_local_files(source_file("launch/deployments/paper.yaml")),
       with_local_files(source_file("launch/deployments/warm_plate.yaml")),

@@ -41,10 +41,12 @@ std::vector<std::string> names_of(const PipelineNodes& nodes) {
 std::string sources_text(const config::CaptureConfig& capture) {
   std::string text;
   for (const auto& [camera, source] : capture.sources) {
-    const std::string kind = std::holds_alternative<config::VideoSource>(source) ? "image files"
-                             : std::holds_alternative<config::V4l2Source>(source)
-                                 ? "V4L2 cameras"
-                                 : "synthetic cameras";
+    const std::string kind =
+        std::holds_alternative<config::VideoSource>(source)       ? "image files"
+        : std::holds_alternative<config::SyntheticSource>(source) ? "synthetic cameras"
+        : std::holds_alternative<config::V4l2Source>(source)      ? "V4L2 cameras"
+        : std::holds_alternative<config::GenicamSource>(source)   ? "GenICam cameras"
+                                                                  : "video streams";
     if (text.find(kind) == std::string::npos) text += (text.empty() ? "" : " and ") + kind;
   }
   return capture.precomputed_frames > 0 ? text + ", segmented before the start" : text;

@@ -50,8 +50,40 @@ struct V4l2Source {
   ObjectKey key;       // a learned background or a chroma key
 };
 
+// Any GStreamer pipeline that delivers video.
+struct GstreamerSource {
+  std::string pipeline;  // as for gst-launch-1.0, without a sink
+  ObjectKey key;         // a learned background or a chroma key
+};
+
+// A network camera.
+struct RtspSource {
+  std::string url;  // rtsp:// or rtsps://, without quotes and spaces
+  ObjectKey key;    // a learned background or a chroma key
+};
+
+// A GenICam camera: GigE Vision or USB3 Vision.
+struct GenicamSource {
+  std::string camera;                          // name, serial number, or address
+  std::optional<double> exposure_us, gain_db;  // absent: as the camera is set
+  ObjectKey key;                               // a learned background or a chroma key
+};
+
 // The type of a camera.
-using CameraSource = std::variant<SyntheticSource, VideoSource, V4l2Source>;
+using CameraSource = std::variant<SyntheticSource, VideoSource, V4l2Source, GstreamerSource,
+                                  RtspSource, GenicamSource>;
+
+// Returns how the object pixels of a camera are found. A synthetic camera learns its background.
+inline ObjectKey key_of(const CameraSource& source) {
+  return std::visit(
+      [](const auto& of_type) -> ObjectKey {
+        if constexpr (requires { of_type.key; })
+          return of_type.key;
+        else
+          return {};
+      },
+      source);
+}
 
 // The actions of the person that synthetic cameras see: capture_node/synthetic/actors/actors.h.
 enum class SyntheticActor {

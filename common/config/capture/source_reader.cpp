@@ -61,30 +61,96 @@ ObjectKey read_object_key(YamlMap& map, int first_frame, bool is_video, bool is_
   return background;
 }
 
-}  // namespace
+// Reads how the objects of a camera are found that delivers images while fivepipe runs.
+ObjectKey read_live_key(YamlMap& map, bool is_here) {
+  ObjectKey key = read_object_key(map, 0, false, is_here);
+  auto* const background = std::get_if<LearnedBackground>(&key);
+  if (background && background->file.empty())
+    background->frames =
+        map.integer("background_frames", {1, kMaxLearningImages}, background->frames);
+  else if (map.has("background_frames"))
+    map.problem_at(
+        "background_frames",
+        "background_frames is only for a camera that learns its background at the start");
+  return key;
+}
 
-CameraSource read_source(YamlMap map, bool is_here) {
-  if (map.has("video") && map.has("v4l2"))
-    map.problem_at("v4l2", "video and v4l2 are both set: a camera has one source");
-  if (map.has("v4l2")) {
-    V4l2Source source;
-    source.device = map.text("v4l2");
-    source.key = read_object_key(map, 0, false, is_here);
-    auto* const background = std::get_if<LearnedBackground>(&source.key);
-    if (background && background->file.empty())
-      background->frames =
-          map.integer("background_frames", {1, kMaxLearningImages}, background->frames);
-    else if (map.has("background_frames"))
-      map.problem_at(
-          "background_frames",
-          "background_frames is only for a camera that learns its background at the start");
-    map.finish();
-    return source;
-  }
+V4l2Source read_v4l2(YamlMap& map, bool is_here) {
+  V4l2Source source;
+  source.device = map.text("v4l2");
+  source.key = read_live_key(map, is_here);
+  return source;
+}
+
+GstreamerSource read_gstreamer(YamlMap& map, bool is_here) {
+  GstreamerSource source;
+  source.pipeline = map.text("gstreamer");
+  if (source.pipeline.find_first_not_of(" \t\n") == std::string::npos)
+    map.problem_at("gstreamer",
+                   "gstreamer is empty: write the elements of a pipeline without its sink, such "
+                   "as \"v4l2src device=/dev/video0\"");
+  source.key = read_live_key(map, is_here);
+  return source;
+}
+
+RtspSource read_rtsp(YamlMap& map, bool is_here) {
+  RtspSource source;
+  source.url = map.text("rtsp");
+  const bool has_scheme = source.url.starts_with("rtsp://") || source.url.starts_with("rtsps://");
+  const bool is_plain = std::all_of(source.url.begin(), source.url.end(), [](unsigned char c) {
+    return c > ' ' && c < 0x7F && c != '"' && c != '\'' && c != '\\';
+  });
+  if (!has_scheme || !is_plain)
+    map.problem_at("rtsp",
+                   "rtsp must be an address such as rtsp://192.168.1.20:554/stream, without "
+                   "quotes, spaces and other characters than ASCII (write them as %20)");
+  source.key = read_live_key(map, is_here);
+  return source;
+}
+
+GenicamSource read_genicam(YamlMap& map, bool is_here) {
+  constexpr Range kExposure_us{1, 1e7}, kGain_db{0, 100};
+  GenicamSource source;
+  source.camera = map.text("genicam");
+  if (source.camera.empty())
+    map.problem_at("genicam",
+                   "genicam is empty: write the name, the serial number or the address of the "
+                   "camera (`fivepipe cameras` lists them)");
+  if (map.has("exposure_us")) source.exposure_us = map.number("exposure_us", kExposure_us);
+  if (map.has("gain_db")) source.gain_db = map.number("gain_db", kGain_db);
+  source.key = read_live_key(map, is_here);
+  return source;
+}
+
+VideoSource read_video(YamlMap& map, bool is_here) {
   VideoSource source;
   source.first_frame = map.integer("first_frame", kFirstFrame, 0);
   source.file = read_image_path(map, "video", source.first_frame, is_here);
   source.key = read_object_key(map, source.first_frame, true, is_here);
+  return source;
+}
+
+}  // namespace
+
+CameraSource read_source(YamlMap map, bool is_here) {
+  std::vector<std::string> types;
+  for (const char* type : {"video", "v4l2", "gstreamer", "rtsp", "genicam"})
+    if (map.has(type)) types.push_back(type);
+  if (types.size() > 1)
+    map.problem_at(types[1], fmt::format("{} and {} are both set: a camera has one source",
+                                         types[0], types[1]));
+  const std::string type = types.empty() ? "video" : types.back();
+  CameraSource source;
+  if (type == "v4l2")
+    source = read_v4l2(map, is_here);
+  else if (type == "gstreamer")
+    source = read_gstreamer(map, is_here);
+  else if (type == "rtsp")
+    source = read_rtsp(map, is_here);
+  else if (type == "genicam")
+    source = read_genicam(map, is_here);
+  else
+    source = read_video(map, is_here);
   map.finish();
   return source;
 }

@@ -1,4 +1,4 @@
-// Reads the source of one camera: a video or a V4L2 camera, and how its objects are found.
+// Reads the source of one camera: a video, a device or a stream, and how its objects are found.
 #pragma once
 #include "common/config/capture/capture_config.h"
 #include "common/config/yaml/yaml_reader.h"
