@@ -126,6 +126,12 @@ void add_maps(CLI::App& app, Command& command) {
               "[--frames A:B] [--overlays] [--set KEY=VALUE]");
 }
 
+void add_cameras(CLI::App& app, Command& command) {
+  add_program(app, command, "cameras", "fivepipe_cameras",
+              "List the connected cameras, their modes and the bandwidth that they need: cameras "
+              "[--json]");
+}
+
 void add_segment(CLI::App& app, Command& command) {
   add_program(app, command, "segment", "fivepipe_segment",
               "Segment one clip into masks and overlays: segment CLIP --out FOLDER "

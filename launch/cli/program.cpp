@@ -42,6 +42,7 @@ int run(int argc, char** argv) {
   add_bench(app, command);
   add_maps(app, command);
   add_segment(app, command);
+  add_cameras(app, command);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -7,6 +7,7 @@
 #include <map>
 #include <thread>
 
+#include "capture_node/cameras/genicam_cameras.h"
 #include "capture_node/sources/image_source.h"
 #include "capture_node/sources/stream_modules.h"
 #include "common/base/realtime.h"
@@ -204,6 +205,21 @@ TEST_F(Genicam, ClosesWithinASecondAndTheCameraIsFree) {
   source.reset();
   EXPECT_LT(Clock::now() - start, 1100ms);
   EXPECT_EQ(colour(*opened({kFirst, {}, {}, {}}))[0], 90);
+}
+
+TEST_F(Genicam, CamerasAreListed) {
+  std::vector<std::string> notes, values;
+  const auto cameras = genicam_cameras("/sys", notes);
+  EXPECT_TRUE(notes.empty());
+  ASSERT_EQ(cameras.size(), 2u);
+  EXPECT_EQ(cameras[0].value, "Aravis-Fake-A1");
+  EXPECT_EQ(cameras[1].value, "Aravis-Fake-B2");
+  EXPECT_EQ(cameras[1].facts.at(0), "serial number B2, GigEVision, address 127.0.0.2");
+  EXPECT_EQ(cameras[1].facts.at(1), "sensor 2048x2048");
+  EXPECT_NE(cameras[1].facts.at(2).find("BayerRG8"), std::string::npos);
+  EXPECT_EQ(cameras[1].link.name, "network interface lo");
+  ASSERT_FALSE(cameras[1].modes.empty());
+  EXPECT_EQ(cameras[1].modes[0].rate_hz, 25);
 }
 
 }  // namespace

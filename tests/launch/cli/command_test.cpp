@@ -87,9 +87,9 @@ TEST(Command, MissingDeploymentIsAConfigurationError) {
 }
 
 TEST(Command, HelpOfEverySubcommandHasAnExample) {
-  for (const char* subcommand :
-       {"", "up ", "top ", "record ", "replay ", "info ", "ls ", "echo ", "hz ", "simulation ",
-        "doctor ", "bench ", "maps ", "segment ", "bench simulation ", "bench compare "}) {
+  for (const char* subcommand : {"", "up ", "top ", "record ", "replay ", "info ", "ls ", "echo ",
+                                 "hz ", "simulation ", "doctor ", "bench ", "maps ", "segment ",
+                                 "cameras ", "bench simulation ", "bench compare "}) {
     const Answer answer = fivepipe(std::string(subcommand) + "--help");
     EXPECT_EQ(answer.exit_code, 0) << answer.text;
     EXPECT_TRUE(test::contains(answer.text, "Example")) << subcommand << "\n" << answer.text;
@@ -333,6 +333,20 @@ TEST(Command, ErrorsOfMapsHaveTheirExitCode) {
   fs::remove(pictures.out / "cameras.txt");
   fs::create_symlink("/dev/full", pictures.out / "cameras.txt");
   expect("", 1, (pictures.out / "cameras.txt").string() + ": cannot be written");
+}
+
+// A machine of the tests has no camera, that of a developer may have some.
+TEST(Command, CamerasAreListedAlsoIfThereIsNone) {
+  const Answer answer = fivepipe("cameras");
+  EXPECT_EQ(answer.exit_code, 0) << answer.text;
+  EXPECT_TRUE(
+      std::regex_search(answer.text, std::regex("^(no camera is connected|v4l2: .|genicam: .)")))
+      << answer.text;
+  const Answer json = fivepipe("cameras --json");
+  EXPECT_EQ(json.exit_code, 0) << json.text;
+  EXPECT_TRUE(std::regex_search(json.text, std::regex("\"cameras\": \\["))) << json.text;
+  EXPECT_EQ(fivepipe("cameras --surely-not").exit_code, 2);
+  EXPECT_NE(fivepipe("cameras --help").text.find("--json"), std::string::npos);
 }
 
 TEST(Command, VersionIsOneLine) {

@@ -25,7 +25,7 @@ class CommandLine : public testing::Test {
   CommandLine() {
     std::ofstream(file_) << "text";
     for (const auto add : {add_up, add_top, add_record, add_replay, add_info, add_ls, add_echo,
-                           add_hz, add_simulation, add_doctor, add_bench, add_maps})
+                           add_hz, add_simulation, add_doctor, add_bench, add_maps, add_cameras})
       add(app_, command_);
   }
   // Parses the words of a line. The word FILE names an existing file.
@@ -111,6 +111,7 @@ TEST_F(CommandLine, HelpListsEachOptionWithItsLimitsAndDefault) {
   EXPECT_EQ(options_of("doctor"), kHelp + kNetwork);
   EXPECT_EQ(options_of("bench"), kHelp);
   EXPECT_EQ(options_of("maps"), "");
+  EXPECT_EQ(options_of("cameras"), "");
 }
 
 TEST_F(CommandLine, ValuesWithinTheirLimitsAreAccepted) {
