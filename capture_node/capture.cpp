@@ -8,7 +8,7 @@
 #include <opencv2/core/utility.hpp>
 #include <stdexcept>
 
-#include "capture_node/frozen_camera.h"
+#include "capture_node/sources/frozen_camera.h"
 #include "capture_node/lens/undistortion.h"
 #include "capture_node/object_colour.h"
 #include "capture_node/object_finder.h"

@@ -1,4 +1,4 @@
-#include "capture_node/frozen_camera.h"
+#include "capture_node/sources/frozen_camera.h"
 
 #include <gtest/gtest.h>
 
