@@ -7,11 +7,12 @@
 #include <mutex>
 #include <opencv2/core/utility.hpp>
 #include <stdexcept>
+#include <thread>
 
-#include "capture_node/sources/frozen_camera.h"
 #include "capture_node/lens/undistortion.h"
 #include "capture_node/object_colour.h"
 #include "capture_node/object_finder.h"
+#include "capture_node/sources/frozen_camera.h"
 #include "capture_node/sources/image_source.h"
 #include "capture_node/sources/synthetic_source.h"
 #include "common/base/realtime.h"
@@ -20,6 +21,9 @@
 
 namespace fivepipe::capture {
 namespace {
+
+// Between attempts to read a camera for which capture waits.
+constexpr std::chrono::milliseconds kRetryPeriod{20};
 
 // Leaves the other cores to the other nodes.
 constexpr std::size_t kMaxThreads = 2;
@@ -213,8 +217,10 @@ Capture::RawCapture Capture::raw_capture(Channel& channel, std::int64_t frame, s
   ReadStatus status = channel.source->read(index, raw_capture.image);
   while (status == ReadStatus::missing && config_.lost_camera == config::LostCamera::wait &&
          channel.source->is_live() && go_on_waiting_ &&
-         go_on_waiting_(camera.name, channel.source->last_error()))
+         go_on_waiting_(camera.name, channel.source->last_error())) {
+    std::this_thread::sleep_for(kRetryPeriod);  // a lost camera is missing at once
     status = channel.source->read(index, raw_capture.image);
+  }
   result.read_s = base::seconds_since(start);
   const std::int64_t taken_ns = status == ReadStatus::image ? channel.source->stamp_ns() : 0;
   result.image_stamp_ns = taken_ns ? taken_ns : now_ns;

@@ -11,6 +11,7 @@
 #include "benchmarks/capture/outlines.h"
 #include "benchmarks/capture/scores.h"
 #include "capture_node/capture.h"
+#include "capture_node/lens/undistortion.h"
 #include "common/base/machine.h"
 #include "common/base/result_file.h"
 #include "common/base/text_table.h"
@@ -108,6 +109,33 @@ std::vector<double> hull_volumes_m3(Footage& footage, int frames) {
   return volumes;
 }
 
+// The same of the outlines, in the frames in which every camera has one.
+std::vector<double> outlined_volumes_m3(const config::Rig& rig,
+                                        const std::vector<Outline>& outlines) {
+  base::WorkerPool pool(base::core_count());
+  std::map<int, std::vector<hull::Silhouette>> by_frame;
+  for (const config::RigCamera& camera : rig.cameras) {
+    const capture::Undistortion undistortion(camera);
+    for (const Outline& outline : outlines)
+      if (outline.camera == camera.name)
+        by_frame[outline.frame].push_back(
+            {config::published_camera(camera),
+             undistortion.published(
+                 pixels_inside(outline, camera.source.width_px, camera.source.height_px))});
+  }
+  std::vector<double> volumes;
+  for (const auto& [frame, silhouettes] : by_frame)
+    if (silhouettes.size() == rig.cameras.size())
+      volumes.push_back(hull::diagnose_volume(silhouettes, rig.volume_m, pool).hull.volume_m3);
+  return volumes;
+}
+
+std::string text_of(const std::vector<double>& volumes_m3) {
+  return fmt::format("{} frames: {:.4f} to {:.4f} m3, median {:.4f}", volumes_m3.size(),
+                     base::percentile(volumes_m3, 0), base::percentile(volumes_m3, 1),
+                     base::percentile(volumes_m3, 0.5));
+}
+
 // Scores by camera.
 struct OfCamera {
   Score score;
@@ -182,9 +210,8 @@ nlohmann::ordered_json measure_footage(const fs::path& data) {
   if (recording.volume_frames > 0) {
     Footage again(deployment);
     const std::vector<double> volumes = hull_volumes_m3(again, recording.volume_frames);
-    std::cout << fmt::format(
-        "volume of the hull in {} frames: {:.4f} to {:.4f} m3, median {:.4f}\n\n", volumes.size(),
-        base::percentile(volumes, 0), base::percentile(volumes, 1), base::percentile(volumes, 0.5));
+    std::cout << "volume of the hull in " << text_of(volumes) << "\nof the outlines' hull in "
+              << text_of(outlined_volumes_m3(deployment.rig, outlines)) << "\n\n";
     results.push_back({{"name", "capture/" + recording.name + "/hull_volume_m3"},
                        {"time_ms", base::times_json({})},
                        {"values", volumes}});

@@ -1,6 +1,6 @@
 // The difference image (paper, section 3.1) by table lookup: classifies the pixels of an image
-// against the background, 64 at a time. Most words hold background only. Their levels are compared
-// as they lie in the image, because separating the channels takes longer than comparing them.
+// against the background, 64 at a time. Most words hold background only: one tolerance for all
+// their levels, which are compared as they lie in the image, shows that. Memory bounds the speed.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -34,11 +34,9 @@ using LevelPlanes = std::array<std::array<std::uint8_t, 64>, 3>;
 
 // The tables of one camera, by word, row-major as ObjectPixels.
 struct DifferenceTables {
-  struct Bounds {
-    WordLevels low, high;  // inclusive bounds of the background's levels
-  };
-  // What only words with a pixel that differs need.
+  // What only words need that have a level farther from its mean than `tolerance` below.
   struct Details {
+    LevelPlanes low, high;                       // inclusive bounds of the background's levels
     LevelPlanes mean;                            // rounded
     std::array<std::uint8_t, 64> strong_excess;  // beyond the bounds by more: differs strongly
   };
@@ -50,7 +48,10 @@ struct DifferenceTables {
     std::vector<Boxes> boxes;
   };
   int width_px = 0, height_px = 0, words_per_row = 0;
-  std::vector<Bounds> bounds;
+  // The only tables that every image reads, so they are small: no level of a word differs if each
+  // is within the word's tolerance of its mean.
+  std::vector<WordLevels> mean;  // rounded
+  std::vector<std::uint8_t> tolerance;
   std::vector<Details> details;
   std::vector<MovingWord> moving;  // by word
 };

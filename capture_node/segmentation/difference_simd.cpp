@@ -54,24 +54,25 @@ Factors factors_of(const InverseGain& inverse_gain) {
   return factors;
 }
 
-// Whether a level of the word is out of its bounds. Saturated levels count too, so a word without
-// any has no pixel that differs.
+// Whether a level of the word is farther from its mean than the tolerance. Saturated levels count
+// too, so a word without any has no pixel that differs.
 template <bool kCompensates>
-HWY_INLINE bool any_out_of_bounds(const std::uint8_t* bgr, const DifferenceTables::Bounds& bounds,
-                                  const Factors& factors) {
+HWY_INLINE bool any_beyond(const std::uint8_t* bgr, const WordLevels& mean, std::uint8_t tolerance,
+                           const Factors& factors) {
   const hn::CappedTag<std::uint8_t, 64> d;
   const hn::Repartition<std::uint16_t, decltype(d)> wide;
-  auto outside = hn::Zero(d);
+  auto farthest = hn::Zero(d);
   for (std::size_t i = 0; i < 192; i += hn::Lanes(d)) {
     auto level = hn::LoadU(d, bgr + i);
     if (kCompensates)
       level = compensate(d, level, hn::LoadU(wide, factors.even.data() + i / 2),
                          hn::LoadU(wide, factors.odd.data() + i / 2));
-    // Saturating subtraction: zero unless the level is out of bounds.
-    outside = hn::Or(outside, hn::SaturatedSub(level, hn::LoadU(d, bounds.high.data() + i)));
-    outside = hn::Or(outside, hn::SaturatedSub(hn::LoadU(d, bounds.low.data() + i), level));
+    const auto of_background = hn::LoadU(d, mean.data() + i);
+    // One of the saturating subtractions is zero.
+    farthest = hn::Max(farthest, hn::Or(hn::SaturatedSub(level, of_background),
+                                        hn::SaturatedSub(of_background, level)));
   }
-  return !hn::AllTrue(d, hn::Eq(outside, hn::Zero(d)));
+  return !hn::AllTrue(d, hn::Eq(hn::SaturatedSub(farthest, hn::Set(d, tolerance)), hn::Zero(d)));
 }
 
 template <class D>
@@ -82,25 +83,24 @@ HWY_INLINE std::uint64_t bits_of(D d, hn::Mask<D> mask) {
 }
 
 // Compares 64 pixels with their bounds.
-HWY_INLINE Bits compare(const std::uint8_t* bgr, const DifferenceTables::Bounds& bounds,
+HWY_INLINE Bits compare(const std::uint8_t* bgr, const DifferenceTables::Details& table,
                         const InverseGain& inverse_gain, Compared& compared) {
   const hn::CappedTag<std::uint8_t, 64> d;
   const hn::Repartition<std::uint16_t, decltype(d)> wide;
   const auto zero = hn::Zero(d);
   Bits bits;
   for (std::size_t i = 0; i < 64; i += hn::Lanes(d)) {
-    hn::Vec<decltype(d)> channel[3], low[3], high[3];
+    hn::Vec<decltype(d)> channel[3];
     hn::LoadInterleaved3(d, bgr + 3 * i, channel[0], channel[1], channel[2]);
-    hn::LoadInterleaved3(d, bounds.low.data() + 3 * i, low[0], low[1], low[2]);
-    hn::LoadInterleaved3(d, bounds.high.data() + 3 * i, high[0], high[1], high[2]);
     auto above = zero, excess = zero;
     for (std::size_t c = 0; c < 3; ++c) {
       const auto is_saturated = hn::Eq(channel[c], hn::Set(d, 255));
       const auto factor = hn::Set(wide, inverse_gain[c]);
       const auto level = compensate(d, channel[c], factor, factor);
       hn::StoreU(level, d, compared.levels[c].data() + i);
-      const auto over = hn::SaturatedSub(level, high[c]);
-      const auto under = hn::SaturatedSub(low[c], level);
+      // Saturating subtraction: zero unless the level is out of bounds.
+      const auto over = hn::SaturatedSub(level, hn::LoadU(d, table.high[c].data() + i));
+      const auto under = hn::SaturatedSub(hn::LoadU(d, table.low[c].data() + i), level);
       above = hn::Or(above, over);
       excess = hn::Max(excess, hn::Max(over, hn::IfThenZeroElse(is_saturated, under)));
     }
@@ -196,8 +196,8 @@ void classify(const cv::Mat& image, const DifferenceTables& tables,
         std::memcpy(padded.data(), bgr, std::size_t(3 * pixels));
         bgr = padded.data();
       }
-      if (!any_out_of_bounds<kCompensates>(bgr, tables.bounds[at], factors)) continue;
-      Bits bits = compare(bgr, tables.bounds[at], request.inverse_gain, compared);
+      if (!any_beyond<kCompensates>(bgr, tables.mean[at], tables.tolerance[at], factors)) continue;
+      Bits bits = compare(bgr, tables.details[at], request.inverse_gain, compared);
       bits.differs &= within;
       if (bits.differs == 0) continue;
       if (moving != tables.moving.end() && moving->word == word)

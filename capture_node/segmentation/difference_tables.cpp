@@ -34,9 +34,17 @@ void fill(DifferenceTables& tables, const Background& background, const Toleranc
     if (tolerances.jitter_px > 0) tolerance += tolerances.jitter_px * gradient(background, u, v, c);
     widest = std::max(widest, tolerance);
     const auto level = [](double x) { return std::uint8_t(std::clamp(x, 0.0, 255.0)); };
-    tables.bounds[word].low[3 * lane + c] = level(std::ceil(mean - tolerance));
-    tables.bounds[word].high[3 * lane + c] = level(std::floor(mean + tolerance));
-    tables.details[word].mean[c][lane] = level(std::floor(mean + 0.5));
+    // The level nearest to the mean never differs.
+    const std::uint8_t rounded = level(std::floor(mean + 0.5)),
+                       low = std::min(rounded, level(std::ceil(mean - tolerance))),
+                       high = std::max(rounded, level(std::floor(mean + tolerance)));
+    tables.details[word].low[c][lane] = low;
+    tables.details[word].high[c][lane] = high;
+    tables.details[word].mean[c][lane] = tables.mean[word][3 * lane + c] = rounded;
+    // Bounds at the end of the range exclude no level.
+    std::uint8_t& of_word = tables.tolerance[word];
+    if (low > 0) of_word = std::min(of_word, std::uint8_t(rounded - low));
+    if (high < 255) of_word = std::min(of_word, std::uint8_t(high - rounded));
   }
   tables.details[word].strong_excess[lane] =
       std::uint8_t(std::clamp(std::floor((tolerances.strong_factor - 1) * widest), 0.0, 255.0));
@@ -49,11 +57,12 @@ DifferenceTables difference_tables(const Background& background, const Tolerance
   tables.width_px = background.width_px;
   tables.height_px = background.height_px;
   tables.words_per_row = (background.width_px + 63) / 64;
-  DifferenceTables::Bounds beyond_row{};
-  beyond_row.high.fill(255);
+  DifferenceTables::Details beyond_row{};
+  for (auto& plane : beyond_row.high) plane.fill(255);
   const std::size_t words = std::size_t(tables.words_per_row) * tables.height_px;
-  tables.bounds.assign(words, beyond_row);
-  tables.details.assign(words, {});
+  tables.mean.assign(words, {});
+  tables.tolerance.assign(words, 255);
+  tables.details.assign(words, beyond_row);
   for (int v = 0; v < tables.height_px; ++v) refill_row(tables, background, tolerances, v);
   LevelPlanes never{};
   for (auto& plane : never) plane.fill(255);
@@ -75,6 +84,8 @@ DifferenceTables difference_tables(const Background& background, const Tolerance
 
 void refill_row(DifferenceTables& tables, const Background& background,
                 const Tolerances& tolerances, int v) {
+  std::fill_n(tables.tolerance.begin() + std::ptrdiff_t(v) * tables.words_per_row,
+              tables.words_per_row, std::uint8_t(255));
   for (int u = 0; u < tables.width_px; ++u) fill(tables, background, tolerances, u, v);
 }
 

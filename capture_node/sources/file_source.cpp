@@ -57,9 +57,11 @@ class VideoFrames final : public Frames {
         count_ = next_;
         return std::nullopt;
       }
-    cv::Mat image;
-    if (!video_.retrieve(image) || image.empty()) return std::nullopt;
-    return image;
+    // Images of megabytes from new memory cost more than their copies: the last one's is used again
+    // unless somebody still has it.
+    if (image_.u != nullptr && image_.u->refcount > 1) image_.release();
+    if (!video_.retrieve(image_) || image_.empty()) return std::nullopt;
+    return image_;
   }
   std::optional<std::int64_t> count() const override { return count_; }
   std::int64_t count_guess() const override {
@@ -69,6 +71,7 @@ class VideoFrames final : public Frames {
  private:
   std::string file_;
   cv::VideoCapture video_;
+  cv::Mat image_;
   std::int64_t next_ = 0;
   std::optional<std::int64_t> count_;
 };
