@@ -184,7 +184,7 @@ class VideoPipe {
   bool publish(std::int64_t frame) {
     // The other capture nodes capture their cameras when they receive the pose. It then has the
     // time of the frame, because the images do not exist yet.
-    const std::int64_t start_ns = base::now_realtime_ns();
+    const std::int64_t start_ns = has_followers_ ? base::now_realtime_ns() : 0;
     if (has_followers_) publish_pose(frame, start_ns);
     auto set = publisher_.capture(frame, start_ns);
     if (!set) return false;

@@ -477,8 +477,10 @@ TEST(NodeStatusReporter, PublishesTypedFieldsAndTheFinalReport) {
       final_seen = true;
       EXPECT_STREQ(sample->node, "node_under_test");
       EXPECT_EQ(sample->frame, 17u);
-      EXPECT_STREQ(sample->counts._buffer[0].name, "frames_captured");
-      EXPECT_EQ(sample->counts._buffer[0].count, 3u);
+      ASSERT_EQ(sample->counts._length, 2u);
+      EXPECT_STREQ(sample->counts._buffer[0].name, "cpu_us_frames");
+      EXPECT_STREQ(sample->counts._buffer[1].name, "frames_captured");
+      EXPECT_EQ(sample->counts._buffer[1].count, 3u);
       expect_typed_fields(*sample);
       EXPECT_NEAR(sample->latencies._buffer[0].p50_ms, 51, 1);
       EXPECT_NEAR(sample->latencies._buffer[0].p99_ms, 100, 1);
