@@ -4,8 +4,8 @@
 #include <utility>
 #include <variant>
 
-#include "capture_node/frame_publisher.h"
 #include "capture_node/pacing.h"
+#include "capture_node/publishing_pipe.h"
 #include "common/pipeline/frames/camera_writers.h"
 #include "common/pipeline/messages/view_messages.h"
 #include "common/pipeline/messages/wire_conversions.h"
@@ -17,9 +17,9 @@ class FollowingPipe {
  public:
   explicit FollowingPipe(node::NodeContext& node)
       : node_(node),
-        poses_(node.bus.reader<bus::topics::HeadPose>()),
+        publisher_(node),
         composited_(node.bus.reader<bus::topics::FrameComposited>()),
-        publisher_(node) {}
+        poses_(node.bus.reader<bus::topics::HeadPose>()) {}
 
   void run() {
     while (node::running() && !publisher_.ended()) {
@@ -90,12 +90,13 @@ class FollowingPipe {
   static constexpr std::chrono::seconds kFinish{20};
 
   node::NodeContext& node_;
-  bus::Reader<bus::topics::HeadPose> poses_;
-  bus::Reader<bus::topics::FrameComposited> composited_;
   frames::CameraWriters writers_;
   std::deque<Due> due_;
   std::optional<std::uint64_t> last_;  // published
   FramePublisher publisher_;
+  bus::Reader<bus::topics::FrameComposited> composited_;
+  // After the sources are open: the first node waits for this reader.
+  bus::Reader<bus::topics::HeadPose> poses_;
 };
 
 }  // namespace

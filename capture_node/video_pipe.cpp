@@ -7,8 +7,8 @@
 
 #include "capture_node/following_pipe.h"
 #include "capture_node/frame_by_frame.h"
-#include "capture_node/frame_publisher.h"
 #include "capture_node/pacing.h"
+#include "capture_node/publishing_pipe.h"
 #include "common/base/realtime.h"
 #include "common/config/deployment.h"
 #include "common/pipeline/frames/tile_balancer.h"

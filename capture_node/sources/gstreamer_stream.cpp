@@ -55,6 +55,18 @@ std::string text_of(GstMessage* message) {
   return text;
 }
 
+// The pipeline for messages: its addresses lose user and password.
+std::string without_passwords(std::string pipeline) {
+  for (std::size_t at = pipeline.find("://"); at != std::string::npos;
+       at = pipeline.find("://", at + 1)) {
+    const std::size_t host = at + 3, end = pipeline.find_first_of("/\" ", host);
+    const std::size_t user_end = pipeline.substr(0, end).rfind('@');
+    if (user_end != std::string::npos && user_end >= host)
+      pipeline.erase(host, user_end + 1 - host);
+  }
+  return pipeline;
+}
+
 class GstreamerStream final : public ImageStream {
  public:
   explicit GstreamerStream(std::string pipeline) : description_(std::move(pipeline)) {}
@@ -77,7 +89,8 @@ class GstreamerStream final : public ImageStream {
       const std::string why = error ? error->message : "it has no elements";
       close();
       return StreamFault{SourceFault::not_decodable,
-                         "cannot build the pipeline \"" + description_ + "\": " + why +
+                         "cannot build the pipeline \"" + without_passwords(description_) +
+                             "\": " + why +
                              "; test it by gst-launch-1.0, and list the installed elements by "
                              "gst-inspect-1.0 (package gstreamer1.0-tools)"};
     }

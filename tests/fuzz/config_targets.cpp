@@ -124,8 +124,8 @@ nodes:
     segmentation: {threshold_sigmas: 5, threshold_floor_levels: 10, threshold_ceiling_levels: 20,
                    jitter_px: 1, hysteresis: 3, moving_boxes: 2, gain_compensation: false,
                    shadow_min_brightness: 0.4, shadow_tint_degrees: 1, min_object_px: 5,
-                   max_hole_px: 6, opening_px: 2, closing_px: 1, conservative: true, adaptation_s: 9,
-                   cameras: {left: {max_hole_px: 3}},
+                   max_hole_px: 6, opening_px: 2, closing_px: 1, conservative: true,
+                   adaptation_s: 9, cameras: {left: {max_hole_px: 3}},
                    volume_m: {min: [-1, -1, 0], max: [1, 1, 2]}}
     loop: false
     lost_camera: wait

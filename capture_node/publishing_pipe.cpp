@@ -1,4 +1,4 @@
-#include "capture_node/frame_publisher.h"
+#include "capture_node/publishing_pipe.h"
 
 #include <algorithm>
 #include <utility>
@@ -60,11 +60,13 @@ std::optional<FramePublisher::Set> FramePublisher::capture(std::int64_t frame,
     if (camera.image_stamp_ns && (!set.stamp_ns || camera.image_stamp_ns < set.stamp_ns))
       set.stamp_ns = camera.image_stamp_ns;
   }
+  if (!set.stamp_ns) set.stamp_ns = stamp_ns ? stamp_ns : base::now_realtime_ns();  // none was read
   for (CapturedCamera& camera : set.cameras)
-    if (camera.image_stamp_ns && base::difference_s(newest_ns, camera.image_stamp_ns) >
-                                     kMaxLatePeriods / node_.deployment.frame_rate_hz)
+    if (camera.status == CaptureStatus::captured && camera.image_stamp_ns &&
+        base::difference_s(newest_ns, camera.image_stamp_ns) >
+            kMaxLatePeriods / node_.deployment.frame_rate_hz)
       camera.diagnostics.push_back(
-          "late: its image is more than a frame period older than those of other cameras");
+          "late: its image is more than 1.5 frame periods older than those of other cameras");
   set.steps.begin("publish");
   return set;
 }
