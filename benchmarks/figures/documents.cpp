@@ -34,7 +34,6 @@ const std::map<std::string, Block>& blocks() {
                                         {"render output", text_of("render")},
                                         {"sim output", text_of("sim")},
                                         {"features output", text_of("features")},
-                                        {"capture output", text_of("capture")},
                                         {"test output", text_of("tests")}};
     for (std::map<std::string, Block> of_suite :
          {hull_blocks(), collision_blocks(), pipeline_blocks()})
