@@ -1,5 +1,5 @@
-// Notices a camera that delivers the same image again and again. Real sensors have noise, so that
-// no two images of them are equal.
+// Notices a camera that delivers the same image again and again. The noise of a sensor makes its
+// images differ; the decoded images of a compressed stream can be equal while nothing moves.
 #pragma once
 #include <cstdint>
 #include <opencv2/core.hpp>
