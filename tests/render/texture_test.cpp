@@ -230,7 +230,8 @@ TEST_F(Textured, AWarmObjectHasTheColourOfAPlainWarmOne) {
     renderer.draw(empty_hull_, std::vector{pose}, {});
     return renderer.image_bgr();
   };
-  EXPECT_EQ(cv::norm(with_warmth(textured, 1), with_warmth(plain, 1), cv::NORM_INF), 0);
+  // A GPU may round the two programs differently.
+  EXPECT_LE(cv::norm(with_warmth(textured, 1), with_warmth(plain, 1), cv::NORM_INF), 1);
   EXPECT_GT(cv::norm(with_warmth(textured, 0), with_warmth(plain, 0), cv::NORM_INF), 50);
   expect_colour(with_warmth(textured, 0), pixel_at(0.25, 0.25), linear_rgb(kQuarters[0]));
 }

@@ -55,13 +55,18 @@ struct Node {
 };
 struct Descent {
   Dispatch nodes[kMaxTreeLevels + 1], leaves;
-  std::uint32_t open = 0, unused[3] = {};
 };
 // A triangle that is not free. `place` is 16 leaf + index in the leaf, with kSolid set if the whole
 // triangle is in the hull.
 inline constexpr std::uint32_t kSolid = 1u << 31;
 struct OpenTriangle {
   std::uint32_t object, place;
+};
+// Before the open triangles, in their buffer. The CPU reads no buffer that holds arguments of
+// dispatches: NVIDIA's driver (580) copies such a buffer to the CPU for a dispatch, and later reads
+// return that copy without what the dispatch wrote.
+struct OpenHeader {
+  std::uint32_t count = 0, unused = 0;
 };
 
 // A triangle to refine, with the points v0 + s (v1 - v0) + t (v2 - v0) [m] in the refinement's
@@ -95,7 +100,10 @@ inline constexpr std::uint32_t kNever = ~0u;
 inline constexpr std::uint32_t kUndecided = 1000;
 struct Refinement {
   Dispatch parts[kMaxPasses], blocks, samples;
-  std::uint32_t found = 0, overflow = 0, unused[2] = {};
+};
+// Before the found parts, in their buffer.
+struct FoundHeader {
+  std::uint32_t found = 0, split = 0, overflow = 0, unused = 0;
 };
 
 }  // namespace fivepipe::collision::gl_contact

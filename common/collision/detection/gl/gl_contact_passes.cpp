@@ -143,7 +143,9 @@ std::vector<char> GlContactPasses::set_objects(const hull::CpuHull& hull,
     world_from_tree.translation() = objects[i].world_from_object * tree.origin_m();
     objects_[i].first_camera = std::uint32_t(cameras.size());
     objects_[i].triangles = std::uint32_t(tree.mesh().triangles.size());
-    fits[i] = (all_triangles_ + objects_[i].triangles) * sizeof(OpenTriangle) <= max_bytes_;
+    fits[i] =
+        sizeof(OpenHeader) + (all_triangles_ + objects_[i].triangles) * sizeof(OpenTriangle) <=
+        max_bytes_;
     all_triangles_ += fits[i] ? objects_[i].triangles : 0;
     for (std::size_t c = 0; c < maps_.size() && fits[i]; ++c) {
       GlCamera camera = placed(gl_camera(hull.cameras()[c], world_from_tree, tree.radius_m()), c);
@@ -227,7 +229,9 @@ std::vector<OpenTriangle> GlContactPasses::open_triangles() {
   for (gl::GlBuffer& nodes : node_buffers_) nodes.reserve(nodes_ * sizeof(Node));
   node_buffers_[0].write(roots_.data(), roots_.size() * sizeof(Node));
   leaf_buffer_.reserve(leaves_ * sizeof(Node));
-  open_buffer_.reserve(all_triangles_ * sizeof(OpenTriangle));
+  OpenHeader header;
+  open_buffer_.reserve(sizeof header + all_triangles_ * sizeof(OpenTriangle));
+  open_buffer_.write(&header, sizeof header);
   descent_timer_.begin();
   use(boxes_);
   camera_buffer_.bind_storage(kCameras);
@@ -250,12 +254,11 @@ std::vector<OpenTriangle> GlContactPasses::open_triangles() {
   glDispatchComputeIndirect(GLintptr(offsetof(Descent, leaves)));
   glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
   descent_timer_.end();
-  std::uint32_t count = 0;
-  glGetNamedBufferSubData(descent_buffer_.get(), offsetof(Descent, open), sizeof count, &count);
-  std::vector<OpenTriangle> open(count);
-  if (count > 0)
-    glGetNamedBufferSubData(open_buffer_.get(), 0, GLsizeiptr(count * sizeof(OpenTriangle)),
-                            open.data());
+  glGetNamedBufferSubData(open_buffer_.get(), 0, sizeof header, &header);
+  std::vector<OpenTriangle> open(header.count);
+  if (!open.empty())
+    glGetNamedBufferSubData(open_buffer_.get(), sizeof header,
+                            GLsizeiptr(open.size() * sizeof(OpenTriangle)), open.data());
   return open;
 }
 
@@ -270,7 +273,9 @@ std::optional<GlContactPasses::Refined> GlContactPasses::refine(
   triangle_buffer_.write(triangles.data(), triangles.size() * sizeof(RefinedTriangle));
   for (gl::GlBuffer& parts : part_buffers_) parts.reserve(room * sizeof(Part));
   part_buffers_[0].write(first.data(), first.size() * sizeof(Part));
-  found_buffer_.reserve(room * sizeof(Part));
+  FoundHeader header;
+  found_buffer_.reserve(sizeof header + room * sizeof(Part));
+  found_buffer_.write(&header, sizeof header);
   block_buffer_.reserve(room * sizeof(Part));
   refined.states.assign(triangles.size(), {kNever, kNever});
   state_buffer_.write(refined.states.data(), refined.states.size() * sizeof(State));
@@ -279,13 +284,13 @@ std::optional<GlContactPasses::Refined> GlContactPasses::refine(
     sampled = std::max(sampled, int(t.sampled)),
     beyond = std::max(beyond, int(t.finest - t.sampled));
   run_passes(sampled + 1, beyond, room);
-  glGetNamedBufferSubData(refinement_buffer_.get(), 0, sizeof refinement, &refinement);
-  if (refinement.overflow) return std::nullopt;
-  for (const Dispatch& parts : refinement.parts) refined.parts += parts.items;
-  refined.found.resize(refinement.found);
-  if (refinement.found > 0)
-    glGetNamedBufferSubData(found_buffer_.get(), 0, GLsizeiptr(refinement.found * sizeof(Part)),
-                            refined.found.data());
+  glGetNamedBufferSubData(found_buffer_.get(), 0, sizeof header, &header);
+  if (header.overflow) return std::nullopt;
+  refined.parts = first.size() + 4 * std::size_t(header.split);
+  refined.found.resize(header.found);
+  if (!refined.found.empty())
+    glGetNamedBufferSubData(found_buffer_.get(), sizeof header,
+                            GLsizeiptr(refined.found.size() * sizeof(Part)), refined.found.data());
   glGetNamedBufferSubData(state_buffer_.get(), 0, GLsizeiptr(refined.states.size() * sizeof(State)),
                           refined.states.data());
   std::sort(refined.found.begin(), refined.found.end(), [](const Part& a, const Part& b) {

@@ -45,7 +45,8 @@ class GlContactPasses {
 
   // Largest `room` that the driver supports, in parts.
   std::size_t max_room() const {
-    return max_bytes_ / sizeof(gl_contact::Part) / gl_contact::kGroup * gl_contact::kGroup;
+    return (max_bytes_ - sizeof(gl_contact::FoundHeader)) / sizeof(gl_contact::Part) /
+           gl_contact::kGroup * gl_contact::kGroup;
   }
   // A point near the hull: the origin of the frame of refined triangles.
   const Eigen::Vector3d& origin_world_m() const { return origin_world_m_; }

@@ -1,7 +1,10 @@
 // Outputs of the passes over parts: parts with a point that is or may be in the hull, and parts of
 // the next level.
 layout(std430, binding = 5) writeonly buffer PartsOut { uvec4 parts_out[]; };
-layout(std430, binding = 6) writeonly buffer Found { uvec4 found_parts[]; };
+layout(std430, binding = 6) buffer Found {
+  uint found_count, split_count, overflow, unused;
+  uvec4 found_parts[];
+};
 
 void accept(uvec4 part, uint found) {
   uint at = atomicAdd(found_count, 1u);
@@ -16,6 +19,7 @@ void split(uvec4 part) {
     overflow = 1u;
     return;
   }
+  atomicAdd(split_count, 1u);
   bool down = (part.y & kDown) != 0u;
   uint turned = part.y & kDown, a = 2u * (part.y & ~kDown), next_a = down ? a - 1u : a + 1u;
   uint level = (part.z >> 24) + 1u << 24, b = 2u * (part.z & 0xffffffu),

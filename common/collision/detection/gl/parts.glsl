@@ -13,7 +13,6 @@ layout(std430, binding = 2) readonly buffer Triangles { Triangle triangles[]; };
 layout(std430, binding = 3) buffer Refinement {
   Dispatch parts[48];
   Dispatch blocks, samples;
-  uint found_count, overflow;
 };
 // By triangle: (pass in which a point was found, pass in which it was deferred to the CPU).
 layout(std430, binding = 7) coherent buffer States { uvec2 states[]; };

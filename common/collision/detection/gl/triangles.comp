@@ -5,7 +5,7 @@
 //! include "objects.glsl"
 
 layout(std430, binding = 5) readonly buffer Leaves { uvec2 open_leaves[]; };
-layout(std430, binding = 6) writeonly buffer Open { uvec2 open_triangles[]; };
+layout(std430, binding = 6) buffer Open { uint open_count, unused; uvec2 open_triangles[]; };
 
 vec3 vertex(uint word) { return vec3(trees[word], trees[word + 16u], trees[word + 32u]); }
 
@@ -29,7 +29,7 @@ void main() {
     uint found = classify_triangle(objects[leaf.x].first_camera, vertex(word), vertex(word + 48u),
                                    vertex(word + 96u));
     if (found != kFree)
-      open_triangles[atomicAdd(open, 1u)] =
+      open_triangles[atomicAdd(open_count, 1u)] =
           uvec2(leaf.x, found == kSolid ? place | 0x80000000u : place);
   }
 }
