@@ -11,7 +11,7 @@ namespace {
 std::string machine(const Results& results) {
   return wrapped(
       "`launch/figures` measured all figures of the documents in one run: " + results.machine() +
-      "." + (results.has_gpu() ? "" : " fivepipe has not been measured on a GPU."));
+      "." + (results.has_gpu() ? "" : " docs/gpu.md has figures of a GPU."));
 }
 
 // The output of a program as it is, without the line of the machine.

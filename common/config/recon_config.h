@@ -3,8 +3,7 @@
 
 namespace fivepipe::config {
 
-// automatic: gl if OpenGL runs on a GPU, else cpu. sweep: the paper's plane sweep, an
-// approximation.
+// automatic: cpu. sweep: the paper's plane sweep, an approximation.
 enum class HullBackend { automatic, cpu, gl, sweep };
 
 // Largest number of tiles of a frame, of all its views together: each is a key of topic HullTile,
