@@ -27,10 +27,10 @@ struct ViewMap {  // std140
   double eye[4], column[4], row[4], constant[4];
   std::int32_t bounds[4];            // u0, v0, u1, v1 of the object pixels, in the crop [px]
   std::int32_t pixels[4], cells[4];  // distances: first word, words per row, rows, columns
-  std::int32_t unused[4];
+  std::int32_t image[4];             // u0, v0, u1, v1 of the image, in the crop [px]
 };
 struct ViewBlock {
-  double range_m[4];  // near, far
+  double range_m[4];  // near, far; [2]: HullRule::min_seen with Limits::seen
   ViewMap maps[kMaxCameras];
 };
 // A tile: its first pixel (u, v << 16) and the requested rays, first to last inclusive, as 4 bits

@@ -6,11 +6,11 @@ const float kNoHull = 0.0;   // as in hull.h
 layout(std430, binding = 1) readonly buffer Distances { uint distances[]; };
 struct ViewMap {
   dvec4 eye, column, row, constant;
-  ivec4 bounds, pixels, cells;
+  ivec4 bounds, pixels, cells, image;
 };
 
 layout(std140, binding = 0) uniform View {
-  dvec4 range_m;  // near, far
+  dvec4 range_m;  // near, far; z: min_seen of Limits::seen
   ViewMap maps[kMaxCameras];
 };
 
