@@ -20,11 +20,7 @@ constexpr std::size_t kMaxFoundPerTriangle = 4;
 
 }  // namespace
 
-void check_arguments(const hull::HullQuery& query, std::span<const DetectionObject> objects,
-                     const DetectionOptions& options) {
-  if (query.hull().rule().limits != hull::Limits::all)
-    throw std::invalid_argument(
-        "collision detection needs a hull with limits: all, not limits: seen");
+void check_arguments(std::span<const DetectionObject> objects, const DetectionOptions& options) {
   if (!(options.eps_m >= kMinEps_m && std::isfinite(options.eps_m)))
     throw std::invalid_argument("eps_m is not finite or below 1e-6 m");
   if (!(options.spacing_m >= 0 && std::isfinite(options.spacing_m)))
@@ -36,17 +32,21 @@ void check_arguments(const hull::HullQuery& query, std::span<const DetectionObje
       throw std::invalid_argument("the pose or the reference point of an object is not finite");
 }
 
-std::vector<ObjectMap> object_maps(const hull::HullQuery& query, const DetectionObject& object) {
-  std::vector<ObjectMap> maps;
+ObjectMaps object_maps(const hull::HullQuery& query, const DetectionObject& object) {
+  ObjectMaps made{{}, {query.hull().rule()}};
   Eigen::Isometry3d world_from_tree = object.world_from_object;
   world_from_tree.translation() = object.world_from_object * object.tree->origin_m();
   for (const hull::CpuHull::MapCamera& camera : query.hull().cameras())
-    if (const auto map = object_map(camera, world_from_tree, object.tree->radius_m()))
-      maps.push_back(*map);
-  return maps;
+    if (const auto map =
+            object_map(camera, world_from_tree, object.tree->radius_m(), made.rule.hull.limits))
+      made.maps.push_back(*map);
+    else
+      ++made.rule.unmapped;
+  return made;
 }
 
-bool may_hold_hull(std::span<const ObjectMap> maps, const Bvh& tree) {
+bool may_hold_hull(const ObjectMaps& object, const Bvh& tree) {
+  if (object.rule.unmapped > 0 && object.rule.hull.limits == hull::Limits::all) return true;
   const Eigen::AlignedBox3d box = geometry::bounds_m(tree.mesh());
   const Vector3d half_m = box.sizes() / (2 * kBoxCells),
                  first_m = box.min() - tree.origin_m() + half_m;
@@ -60,7 +60,8 @@ bool may_hold_hull(std::span<const ObjectMap> maps, const Bvh& tree) {
       cells.half_m[axis][std::size_t(child)] =
           float(half_m[Eigen::Index(axis)] * (1 + kCellSlack) + kCellSlack * tree.radius_m());
     }
-    if (child == Bvh::kArity - 1 && classify_boxes(maps, cells).free != (1u << Bvh::kArity) - 1)
+    if (child == Bvh::kArity - 1 &&
+        classify_boxes(object.maps, cells, object.rule).free != (1u << Bvh::kArity) - 1)
       return true;
   }
   return false;

@@ -9,16 +9,19 @@
 namespace fivepipe::collision {
 
 // Throws std::invalid_argument under the conditions of CpuDetection::detect().
-void check_arguments(const hull::HullQuery& query, std::span<const DetectionObject> objects,
-                     const DetectionOptions& options);
+void check_arguments(std::span<const DetectionObject> objects, const DetectionOptions& options);
 
-// Returns the object's projection into each camera of the hull; fewer maps than cameras if the
-// object is too large for float in some of them.
-std::vector<ObjectMap> object_maps(const hull::HullQuery& query, const DetectionObject& object);
+// An object's projection into the cameras of the hull, except those in which it is too large for
+// float; rule.unmapped counts these.
+struct ObjectMaps {
+  std::vector<ObjectMap> maps;
+  ContactRule rule;
+};
+ObjectMaps object_maps(const hull::HullQuery& query, const DetectionObject& object);
 
 // Returns whether the tree's bounding box, divided into cells of an eighth of its edges, has a cell
-// that no camera certifies free. `maps` has one map per camera.
-bool may_hold_hull(std::span<const ObjectMap> maps, const Bvh& tree);
+// that is not certified free.
+bool may_hold_hull(const ObjectMaps& object, const Bvh& tree);
 
 // Returns the number of points above which an object is sampled again at twice the spacing.
 // triangles: number of the object's triangles.

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/hull/image_cone.h"
+
 namespace fivepipe::collision {
 namespace {
 
@@ -63,9 +65,9 @@ TriangleGrid triangle_grid(const Triangle& v, const TriangleWalkOptions& options
 }
 
 TriangleWalk::TriangleWalk(const hull::HullQuery& query, const TriangleWalkOptions& options)
-    : query_(&query), options_(options) {
+    : query_(&query), options_(options), rule_{query.hull().rule()} {
   for (const hull::CpuHull::MapCamera& camera : query.hull().cameras())
-    pixels_from_world_.push_back(pixel_from_world(camera.camera));
+    cameras_.push_back({pixel_from_world(camera.camera), hull::image_of(camera.camera)});
 }
 
 TriangleContact TriangleWalk::walk(const Triangle& triangle_world_m, bool solid,
@@ -94,7 +96,7 @@ CollisionVerdict TriangleWalk::walk_part(const Triangle& vertices, int depth) {
   if (maps == Maps::some || too_large) {
     begin_cells(1);
     mixed_.clear(), solid_.clear();
-    classify_cells(maps_, cells_, float(units_), mixed_, solid_);
+    classify_cells(maps_, cells_, float(units_), mixed_, solid_, rule_);
     if (mixed_.count + solid_.count == 0) return CollisionVerdict::free;
     return depth < kMaxCuts && parts_ < kMaxParts ? split_part(vertices, depth)
                                                   : test_corners(vertices);
@@ -152,22 +154,23 @@ void TriangleWalk::choose_grid() {
   per_b_m_ = (vertices_[2] - vertices_[0]) / units_;
 }
 
-// Projects the part into every camera. Returns free if one camera certifies it, some if not every
-// camera has a map, and all otherwise.
+// Projects the part into every camera. Returns free if the cameras that are culled certify it, some
+// if a camera that is not culled has no map, and all otherwise.
 TriangleWalk::Maps TriangleWalk::set_maps() {
+  const bool seen = rule_.hull.limits == hull::Limits::seen;
   maps_.clear();
-  bool all = true;
-  for (std::size_t i = 0; i < pixels_from_world_.size(); ++i) {
+  rule_.unmapped = 0;
+  for (std::size_t i = 0; i < cameras_.size(); ++i) {
     TriangleMap map;
-    const ProjectionStatus status = triangle_map(
-        pixels_from_world_[i], query_->hull().cameras()[i].skip_map, vertices_, units_, map);
-    if (status == ProjectionStatus::culled) return Maps::free;
-    if (status == ProjectionStatus::in_front)
-      maps_.push_back(map);
-    else
-      all = false;
+    const ProjectionStatus status =
+        triangle_map(cameras_[i].pixel_from_world, query_->hull().cameras()[i].skip_map, vertices_,
+                     units_, map, seen ? &cameras_[i].image : nullptr);
+    if (status == ProjectionStatus::culled && !seen) return Maps::free;
+    if (status == ProjectionStatus::in_front) maps_.push_back(map);
+    rule_.unmapped += status == ProjectionStatus::uncertain;
   }
-  return all ? Maps::all : Maps::some;
+  if (seen && int(maps_.size()) + rule_.unmapped < rule_.hull.min_seen) return Maps::free;
+  return rule_.unmapped > 0 ? Maps::some : Maps::all;
 }
 
 // Sets cells_ to the whole part, divided evenly.
@@ -205,7 +208,7 @@ bool TriangleWalk::sample() {
   double h = units_ / start_;
   for (; h > kMaxSamplesPerEdge * sample_h && cells_.count > 0; h *= 0.5) {
     mixed_.clear(), solid_.clear();
-    classify_cells(maps_, cells_, float(h), mixed_, solid_);
+    classify_cells(maps_, cells_, float(h), mixed_, solid_, rule_);
     accept_solid(h, sample_h);
     split_cells(mixed_, h);
   }
@@ -214,7 +217,7 @@ bool TriangleWalk::sample() {
     split_cells(mixed_, h);
   }
   inside_.clear(), uncertain_.clear();
-  classify_centers(maps_, cells_, float(h), inside_, uncertain_);
+  classify_centers(maps_, cells_, float(h), inside_, uncertain_, rule_);
   accept_inside(h);
   return points_->size() > before;
 }
@@ -224,7 +227,7 @@ bool TriangleWalk::coarse_test() {
   if (units_ < kCoarseDivisions) return false;
   begin_cells(kCoarseDivisions);
   inside_.clear(), uncertain_.clear();
-  classify_centers(maps_, cells_, float(units_ / kCoarseDivisions), inside_, uncertain_);
+  classify_centers(maps_, cells_, float(units_ / kCoarseDivisions), inside_, uncertain_, rule_);
   if (inside_.count > 0) add(center(inside_, 0, units_ / kCoarseDivisions));
   return inside_.count > 0;
 }
@@ -234,9 +237,9 @@ CollisionVerdict TriangleWalk::decide() {
   begin_cells(1);
   for (double h = units_;; h *= 0.5) {
     mixed_.clear(), solid_.clear(), inside_.clear(), uncertain_.clear();
-    classify_cells(maps_, cells_, float(h), mixed_, solid_);
+    classify_cells(maps_, cells_, float(h), mixed_, solid_, rule_);
     if (mixed_.count + solid_.count == 0) return CollisionVerdict::free;
-    classify_centers(maps_, mixed_, float(h), inside_, uncertain_);
+    classify_centers(maps_, mixed_, float(h), inside_, uncertain_, rule_);
     if (solid_.count + inside_.count > 0) {
       add(center(solid_.count > 0 ? solid_ : inside_, 0, h));
       return CollisionVerdict::colliding;

@@ -70,6 +70,10 @@ class TriangleWalk {
 
  private:
   enum class Maps { free, all, some };
+  struct Camera {
+    PixelFromWorld pixel_from_world;
+    hull::PixelRect image;
+  };
   CollisionVerdict walk_part(const Triangle& vertices, int depth);
   CollisionVerdict accept_all(const Triangle& vertices);
   CollisionVerdict split_part(const Triangle& vertices, int depth);
@@ -91,7 +95,8 @@ class TriangleWalk {
 
   const hull::HullQuery* query_;
   TriangleWalkOptions options_;
-  std::vector<PixelFromWorld> pixels_from_world_;  // by camera of the hull
+  std::vector<Camera> cameras_;  // of the hull
+  ContactRule rule_;
   TriangleContact contact_;
   // The current part: its vertices, and its edges divided by units_.
   Triangle vertices_;
