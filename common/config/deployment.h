@@ -47,6 +47,8 @@ struct Deployment {
   double frame_rate_hz = 30;
   Rig rig;
   Scene scene;
+  hull::HullRule
+      hull_rule;  // which cameras limit the hull; the nodes' configurations hold the same
   Viewer viewer;
   std::vector<Node> nodes;
 };

@@ -483,6 +483,25 @@ TEST(Capture, DiagnosesACameraWithoutObjectPixels) {
   for (const CapturedCamera& camera : set) EXPECT_FALSE(camera.colour) << "the hull is empty";
 }
 
+// Limits::seen: such a camera empties the hull only where it sees.
+TEST(Capture, SendsColoursWhileEnoughCamerasHaveObjectPixels) {
+  config::Rig rig = table_rig();
+  rig.cameras[1].camera_from_mount =
+      geometry::look_at({1.5, 0.9, 1.3}, {3, 3, 1});  // away from the table
+  config::CaptureConfig config = synthetic_config(rig);
+  const int others = int(config::shape_cameras(rig).size()) - 1;
+  for (const int min_seen : {1, others, others + 1}) {
+    config.hull_rule = {hull::Limits::seen, min_seen};
+    Capture capture(rig, test_viewer(), config, 30);
+    const auto set = capture.capture(0, true);
+    EXPECT_EQ(set[0].colour.has_value(), min_seen <= others);
+    EXPECT_FALSE(set[1].colour);
+    ASSERT_EQ(set[1].diagnostics.size(), 1u);
+    EXPECT_EQ(set[1].diagnostics[0],
+              "no object pixels: the hull is empty where this camera sees");
+  }
+}
+
 TEST(Capture, ErrorListsEveryUnavailableCamera) {
   const config::Rig rig = table_rig();
   config::CaptureConfig config = synthetic_config(rig);

@@ -63,6 +63,35 @@ std::vector<float> assembled(const std::vector<ReconTile>& tiles, const hull::Pi
   return depth_m;
 }
 
+// The cameras see only parts of the object.
+TEST_P(Recon, UsesTheHullRuleOfItsConfiguration) {
+  test::Random random(14);
+  const auto silhouettes =
+      test::silhouettes_of(test::random_object(random, 3, 0.15), test::narrow_cameras(random, 3));
+  const hull::View view{test::random_camera(random, 83, 57, 0.7), 0.05, 3.0};
+  const hull::PixelRect all = test::whole_image(view.camera);
+  const auto depths = [&](config::HullBackend backend, const hull::HullRule& rule) {
+    return assembled(Reconstructor({.backend = backend, .hull_rule = rule}, kVolume)
+                         .reconstruct(silhouettes, view, tiles_of(83, 57, 3, 2), {}, false),
+                     all);
+  };
+  const auto hits = [](const std::vector<float>& depth_m) {
+    return std::count_if(depth_m.begin(), depth_m.end(),
+                         [](float d) { return d != hull::kNoHull; });
+  };
+  const auto by_all = hits(depths(GetParam(), {}));
+  const auto of_cpu = [&](const hull::HullRule& rule) {
+    return hits(depths(config::HullBackend::cpu, rule));
+  };
+  // The sweep misses rays that pass the hull between two planes.
+  const double tolerance = GetParam() == config::HullBackend::sweep ? 0.25 : 0;
+  for (const int min_seen : {1, 2}) {
+    const hull::HullRule rule{hull::Limits::seen, min_seen};
+    EXPECT_GT(hits(depths(GetParam(), rule)), by_all + 30);
+    EXPECT_NEAR(hits(depths(GetParam(), rule)), of_cpu(rule), tolerance * double(of_cpu(rule)));
+  }
+}
+
 TEST_P(Recon, TilesFromAnyNodeEqualTheWholeViewBitForBit) {
   test::Random random(4);
   const auto silhouettes =
