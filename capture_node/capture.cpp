@@ -238,7 +238,8 @@ void Capture::add_colours(std::int64_t frame, std::vector<RawCapture>& raw_captu
   const Eigen::Isometry3d head = config::eye_from_world_at(viewer_, double(frame) / frame_rate_hz_);
   std::vector<VisibleRegion> eyes;
   for (const double x_m : config::eye_positions_m(viewer_))
-    eyes.push_back(visible_region(viewer_, config::eye_at(x_m, head)));
+    eyes.push_back(
+        visible_region(viewer_, config::eye_at(x_m, head), config_.hull_rule.within_world_m));
   in_parallel(pool_, raw_captures.size(), [&](std::size_t i) {
     RawCapture& raw_capture = raw_captures[i];
     const Channel& channel = *channels_[i];

@@ -222,6 +222,7 @@ Deployment read_deployment(const std::filesystem::path& file,
   }
   deployment.hull_rule = read_hull(
       map, rig_is_valid ? std::optional(int(shape_cameras(deployment.rig).size())) : std::nullopt);
+  if (rig_is_valid) deployment.hull_rule.within_world_m = deployment.rig.volume_m;
   deployment.scene = read_named_file(map, "scene", read_scene);
   if (rig_is_valid) check_history(map, deployment);
   const std::size_t problems_before_viewer = problems.count();

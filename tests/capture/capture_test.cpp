@@ -497,8 +497,7 @@ TEST(Capture, SendsColoursWhileEnoughCamerasHaveObjectPixels) {
     EXPECT_EQ(set[0].colour.has_value(), min_seen <= others);
     EXPECT_FALSE(set[1].colour);
     ASSERT_EQ(set[1].diagnostics.size(), 1u);
-    EXPECT_EQ(set[1].diagnostics[0],
-              "no object pixels: the hull is empty where this camera sees");
+    EXPECT_EQ(set[1].diagnostics[0], "no object pixels: the hull is empty where this camera sees");
   }
 }
 
@@ -525,8 +524,7 @@ TEST(Capture, ErrorListsEveryUnavailableCamera) {
       SourceError);
 }
 
-// The footprint covers everything that the viewer sees, also outside the rig's volume, so that an
-// arm that extends out of the volume has colour.
+// The footprint covers everything that the viewer sees, in the hull's box.
 TEST(Footprint, OfTheVisibleRegionIsTheWholeImageOfTheEye) {
   const config::Viewer viewer = test_viewer();
   const Eigen::Isometry3d eye_from_world = config::eye_from_world_at(viewer, 0.5);
@@ -538,6 +536,8 @@ TEST(Footprint, OfTheVisibleRegionIsTheWholeImageOfTheEye) {
       const geometry::Ray ray = geometry::ray_through(seen.part.camera, {u, v});
       EXPECT_TRUE(seen.box_m.contains(ray.origin_world_m + viewer.far_m * ray.direction_world));
     }
+  const Eigen::AlignedBox3d volume(Eigen::Vector3d(-0.1, -0.2, 0), Eigen::Vector3d(0.3, 0.2, 0.1));
+  EXPECT_TRUE(visible_region(viewer, eye_from_world, volume).box_m.isApprox(volume));
 }
 
 TEST(Footprint, OfABoxIsItsProjection) {

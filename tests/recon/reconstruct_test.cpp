@@ -90,6 +90,21 @@ TEST_P(Recon, UsesTheHullRuleOfItsConfiguration) {
     EXPECT_GT(hits(depths(GetParam(), rule)), by_all + 30);
     EXPECT_NEAR(hits(depths(GetParam(), rule)), of_cpu(rule), tolerance * double(of_cpu(rule)));
   }
+  // A box whose top is in the middle of the surface.
+  const std::vector<float> whole = depths(config::HullBackend::cpu, {});
+  std::vector<double> z_m;
+  for (int i = 0; i < int(whole.size()); ++i)
+    if (whole[std::size_t(i)] != hull::kNoHull) {
+      const geometry::Ray ray = geometry::ray_through(view.camera, Eigen::Vector2d(i % 83, i / 83));
+      z_m.push_back(ray.origin_world_m.z() +
+                    double(whole[std::size_t(i)]) * ray.direction_world.z());
+    }
+  std::nth_element(z_m.begin(), z_m.begin() + std::ptrdiff_t(z_m.size() / 2), z_m.end());
+  hull::HullRule half;
+  half.within_world_m = {Vector3d(-0.4, -0.4, -0.4), Vector3d(0.4, 0.4, z_m[z_m.size() / 2])};
+  EXPECT_NE(depths(GetParam(), half), depths(GetParam(), {}));
+  EXPECT_GT(hits(depths(GetParam(), half)), 0);
+  EXPECT_NEAR(hits(depths(GetParam(), half)), of_cpu(half), tolerance * double(of_cpu(half)));
 }
 
 TEST_P(Recon, TilesFromAnyNodeEqualTheWholeViewBitForBit) {

@@ -66,6 +66,7 @@ BoxView view_of(const hull::Silhouette& s, const Eigen::AlignedBox3d& box_world_
 // Returns true only if the cameras certify the box free.
 bool is_certified(std::span<const hull::Silhouette> silhouettes,
                   const Eigen::AlignedBox3d& box_world_m, const hull::HullRule& rule) {
+  if (!rule.within_world_m.intersects(box_world_m)) return true;
   const bool all = rule.limits == hull::Limits::all;
   int may_see = 0;
   for (const hull::Silhouette& s : silhouettes) {

@@ -3,8 +3,9 @@
 // With Limits::all the hull meets a box only if every camera has an object pixel in the box's
 // projection. One camera without such a pixel certifies the box free. With Limits::seen, one camera
 // without such a pixel certifies it if it sees all of the box; so do fewer than min_seen cameras
-// with such a pixel. The converse does not hold, because the object pixels may belong to different
-// points, so a box that is not certified is split into octants.
+// with such a pixel. A box outside the rule's box is free. The converse does not hold, because the
+// object pixels may belong to different points, so a box that is not certified is split into
+// octants.
 #pragma once
 #include <Eigen/Geometry>
 #include <span>

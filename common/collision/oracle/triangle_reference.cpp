@@ -226,9 +226,17 @@ std::vector<WeightPolygon> weights_in_hull(std::span<const hull::Silhouette> sil
   if (silhouettes.empty()) return {};
   const Triangle t = sorted(triangle);
   const bool seen = rule.limits == hull::Limits::seen;
+  WeightPolygon in_box{Vector3d::UnitX(), Vector3d::UnitY(), Vector3d::UnitZ()};
+  for (int axis = 0; axis < 3; ++axis) {
+    const Line at(t[0][axis], t[1][axis], t[2][axis]);
+    if (const double low_m = rule.within_world_m.min()[axis]; std::isfinite(low_m))
+      in_box = split(in_box, at - low_m * Line::Ones()).above;
+    if (const double high_m = rule.within_world_m.max()[axis]; std::isfinite(high_m))
+      in_box = split(in_box, high_m * Line::Ones() - at).above;
+  }
+  if (in_box.empty()) return {};
   // Polygons that no camera removes, by the number of cameras that see them.
-  std::vector<std::vector<WeightPolygon>> seen_by{
-      {{Vector3d::UnitX(), Vector3d::UnitY(), Vector3d::UnitZ()}}};
+  std::vector<std::vector<WeightPolygon>> seen_by{{in_box}};
   for (const hull::Silhouette& s : silhouettes) {
     if (geometry::why_unusable(s.camera)) return {};
     const TriangleInImage in_image(s, t);

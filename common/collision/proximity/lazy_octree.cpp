@@ -120,9 +120,13 @@ CubeQuery::CubeProjection CubeQuery::project_cube(const CubeCamera& c,
 }
 
 CubeVerdict CubeQuery::test(const Vector3d& center_world_m, double half_edge_m) const {
+  const Eigen::Vector3d half_m = Eigen::Vector3d::Constant(half_edge_m);
+  if (!rule_.within_world_m.intersects(
+          Eigen::AlignedBox3d(center_world_m - half_m, center_world_m + half_m)))
+    return {.free = true};
   const bool all = rule_.limits == hull::Limits::all;
   int may_hold = 0, center_on = 0;
-  bool center_off = false;
+  bool center_off = !rule_.within_world_m.contains(center_world_m);
   for (const CubeCamera& camera : cameras_) {
     const CubeProjection p = project_cube(camera, center_world_m, half_edge_m);
     if (!p.may_hold && (all || p.sees_all)) return {.free = true};

@@ -121,7 +121,7 @@ class CellSearch {
     for (int i = 0; i < count; ++i) {
       const Node& node = batch[std::size_t(i)];
       if (bits.free >> i & 1) continue;
-      if (!(bits.solid >> i & 1) || rule_.unmapped > 0) {
+      if (!(bits.solid >> i & 1) || rule_.unmapped > 0 || !is_in_rule_box(node)) {
         next.push_back(node);
         continue;
       }
@@ -129,6 +129,15 @@ class CellSearch {
       for (int z = node.at.z(); z < end.z(); ++z)
         for (int y = node.at.y(); y < end.y(); ++y) grid_.set_run(node.at.x(), end.x(), y, z);
     }
+  }
+
+  // Whether the node, with a margin for rounding, is in the rule's box.
+  bool is_in_rule_box(const Node& node) const {
+    if (!rule_.hull.is_bounded()) return true;
+    const double size_m = options_.cell_m * (1 << node.level), margin_m = kSlack * size_m;
+    const Vector3d low_m = options_.within_world_m.min() + options_.cell_m * node.at.cast<double>();
+    return rule_.hull.within_world_m.contains(
+        Eigen::AlignedBox3d(low_m.array() + margin_m, low_m.array() + size_m - margin_m));
   }
 
   // Relative bound on the rounding error of a cell's centre and half size in float.

@@ -83,6 +83,7 @@ struct CpuHull::ViewJob {
   std::vector<MapFromView> maps;
   std::vector<const SkipMap*> skip_maps;
   std::vector<HalfSpace> half_spaces;  // their intersection holds the hull
+  std::vector<HalfSpace> of_box;       // their intersection is the rule's box
   // Limits::seen: by camera; their intersection holds every point on the camera's object.
   std::vector<std::vector<HalfSpace>> of_camera;
   PixelRect rect;
@@ -137,7 +138,7 @@ class CpuHull::Tracer {
   // Returns a range that holds the part of every ray that may meet the hull. A slope is linear over
   // the rays, so its extremes are at the corners.
   RayRange shared_range(const PixelRect& rays, RayRange range) const {
-    const RayRange tight = clipped(job_->half_spaces, rays, range);
+    const RayRange tight = clipped(job_->of_box, rays, clipped(job_->half_spaces, rays, range));
     if (tight.empty()) return tight;
     const RayRange widened{std::max(range.begin, tight.begin * (1 - kRangeSlack)),
                            std::min(range.end, tight.end * (1 + kRangeSlack))};
@@ -151,11 +152,11 @@ class CpuHull::Tracer {
   static RayRange clipped(const std::vector<HalfSpace>& half_spaces, const PixelRect& rays,
                           RayRange tight) {
     for (const HalfSpace& h : half_spaces) {
+      if (tight.empty()) break;
       const double max_slope = std::max(
           {h.slope_at(rays.u0_px, rays.v0_px), h.slope_at(rays.u1_px - 1, rays.v0_px),
            h.slope_at(rays.u0_px, rays.v1_px - 1), h.slope_at(rays.u1_px - 1, rays.v1_px - 1)});
       hull::clip(tight, h.offset, max_slope);
-      if (tight.empty()) break;
     }
     return tight;
   }
@@ -180,10 +181,41 @@ class CpuHull::Tracer {
                 v = rays.v0_px + uncertain_[i] / kBlock_px;
       *job_->at(u, v) = depth_of(u, v);
     }
+    if (!is_in_box(rays, range)) cut_at_box(rays);
+  }
+
+  // Returns whether the rays are in the rule's box over the whole range.
+  bool is_in_box(const PixelRect& rays, const RayRange& range) const {
+    return std::all_of(job_->of_box.begin(), job_->of_box.end(), [&](const HalfSpace& h) {
+      const double min_slope = std::min(
+          {h.slope_at(rays.u0_px, rays.v0_px), h.slope_at(rays.u1_px - 1, rays.v0_px),
+           h.slope_at(rays.u0_px, rays.v1_px - 1), h.slope_at(rays.u1_px - 1, rays.v1_px - 1)});
+      return h.offset + range.begin * min_slope >= 0 && h.offset + range.end * min_slope >= 0;
+    });
+  }
+
+  // Traces the rays again whose first hull point is outside the rule's box.
+  void cut_at_box(const PixelRect& rays) {
+    for (int v = rays.v0_px; v < rays.v1_px; ++v)
+      for (int u = rays.u0_px; u < rays.u1_px; ++u) {
+        float& depth_m = *job_->at(u, v);
+        if (depth_m == kNoHull) continue;
+        const RayRange range = range_in_box(u, v);
+        if (!(range.begin <= depth_m && depth_m <= range.end)) depth_m = depth_of(u, v);
+      }
+  }
+
+  // Returns the part of the view's depths in which the ray is in the rule's box.
+  RayRange range_in_box(int u, int v) const {
+    RayRange range{job_->view->near_m, job_->view->far_m};
+    for (const HalfSpace& h : job_->of_box)
+      if (!range.empty()) hull::clip(range, h.offset, h.slope_at(u, v));
+    return range;
   }
 
   float depth_of(int u, int v) {
-    RayRange range{job_->view->near_m, job_->view->far_m};
+    RayRange range = range_in_box(u, v);
+    if (range.empty()) return kNoHull;
     if (job_->rule.limits == Limits::seen) range = range_on_objects(u, v, range);
     if (range.empty()) return kNoHull;
     walks_.clear();
@@ -265,7 +297,8 @@ void CpuHull::depth(const View& view, const PixelRect& rect, std::span<float> de
     std::fill(depth_m.begin(), depth_m.end(), kNoHull);
     return;
   }
-  ViewJob job{&view, rule_, {cameras_.data(), used_}, {}, {}, {}, {}, rect, depth_m.data()};
+  ViewJob job{&view, rule_, {cameras_.data(), used_}, {}, {}, {}, {}, {}, rect, depth_m.data()};
+  if (rule_.is_bounded()) add_half_spaces(view_rays(view.camera), rule_.within_world_m, job.of_box);
   for (const MapCamera& c : job.cameras) {
     job.maps.push_back(map_from_view(c.camera, view.camera));
     job.skip_maps.push_back(&c.skip_map);

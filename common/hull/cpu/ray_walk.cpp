@@ -72,6 +72,22 @@ RayRange range_in_window(const ImageLine& line, const PixelRect& window, const R
   return window.empty() ? RayRange{range.end, range.end} : within(line, window, range);
 }
 
+RayRange range_in_box(const Eigen::AlignedBox3d& box_world_m, const geometry::Ray& ray,
+                      RayRange range) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const double to_low_m = box_world_m.min()[axis] - ray.origin_world_m[axis],
+                 to_high_m = box_world_m.max()[axis] - ray.origin_world_m[axis],
+                 direction = ray.direction_world[axis];
+    if (direction == 0) {
+      if (to_low_m > 0 || to_high_m < 0) range.end = range.begin;
+      continue;
+    }
+    range.begin = std::max(range.begin, (direction > 0 ? to_low_m : to_high_m) / direction);
+    range.end = std::min(range.end, (direction > 0 ? to_high_m : to_low_m) / direction);
+  }
+  return range;
+}
+
 RayRange overlap_range(std::span<const RayRange> ranges, int count, const RayRange& all) {
   if (count <= 0) return all;
   // `count` ranges overlap first where one begins, and last where one ends.

@@ -55,6 +55,10 @@ ImageLine image_line(const geometry::Camera& camera, const geometry::Ray& ray);
 // window; empty if the window is.
 RayRange range_in_window(const ImageLine& line, const PixelRect& window, const RayRange& range);
 
+// Returns the part of the range in which the ray is in the box.
+RayRange range_in_box(const Eigen::AlignedBox3d& box_world_m, const geometry::Ray& ray,
+                      RayRange range);
+
 // Relative slack of a range to which rays are clipped: far above the rounding of clipping, but too
 // small to add steps.
 inline constexpr double kRangeSlack = 1e-9;

@@ -28,6 +28,8 @@ enum Binding {
   kWork = 3
 };
 static_assert(kMaxCameras == kMaxGlCameras);
+// A side of the rule's box that is farther is none [m].
+constexpr double kUnbounded_m = 1e30;
 constexpr std::size_t kGroupsPerRow = 64;  // of the dispatch over tiles, as in work.glsl
 
 int floor_to_multiple(int x, int of) { return x >= 0 ? x / of * of : -((-x + of - 1) / of * of); }
@@ -182,6 +184,14 @@ void GlHull::write_view(const View& view) {
   block.range_m[0] = view.near_m;
   block.range_m[1] = view.far_m;
   block.range_m[2] = rule_.min_seen;
+  const ViewRays rays = view_rays(view.camera);
+  Eigen::Vector3d::Map(block.eye_m) = rays.eye_world_m;
+  Eigen::Vector3d::Map(block.column) = rays.direction_of_pixel.col(0);
+  Eigen::Vector3d::Map(block.row) = rays.direction_of_pixel.col(1);
+  Eigen::Vector3d::Map(block.constant) = rays.direction_of_pixel.col(2);
+  // Shaders need not support infinity.
+  Eigen::Vector3d::Map(block.box_min_m) = rule_.within_world_m.min().cwiseMax(-kUnbounded_m);
+  Eigen::Vector3d::Map(block.box_max_m) = rule_.within_world_m.max().cwiseMin(kUnbounded_m);
   for (std::size_t i = 0; i < maps_.size(); ++i) {
     const Map& m = maps_[i];
     const MapFromView map = map_from_view(m.camera, view.camera);

@@ -41,6 +41,7 @@ double first_on_object(int c, dvec3 eye, dvec3 slope, double t, double end) {
 // agree on a depth.
 double first_in_hull(dvec2 ray) {
   range = range_m.xy;
+  clip_to_box(ray);
   for (int c = 0; c < cameras && range.x < range.y; ++c) {
     dvec3 eye = maps[c].eye.xyz, slope = slope_of(c, ray);
     dvec4 bounds = dvec4(maps[c].bounds);

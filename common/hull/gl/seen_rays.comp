@@ -113,7 +113,10 @@ void main() {
       in_tile.y < (tile.rays >> 8 & 15u) || in_tile.y > tile.rays >> 12)
     return;
   uvec2 ray = uvec2(tile.corner & 0xffffu, tile.corner >> 16) + in_tile;
-  double t = first_in_hull(dvec2(ray), tile.begin_m,
-                           min(range_m.y, tile.begin_m + double(tile.length_m) * kLengthSlack));
+  range = dvec2(tile.begin_m,
+                min(range_m.y, tile.begin_m + double(tile.length_m) * kLengthSlack));
+  clip_to_box(dvec2(ray));
+  if (!(range.x < range.y)) return;
+  double t = first_in_hull(dvec2(ray), range.x, range.y);
   if (t < kNever) imageStore(depth_m, ivec2(ray), vec4(float(t), 0.0, 0.0, 0.0));
 }

@@ -12,11 +12,12 @@ layout(location = 1) uniform uint candidate_count;
 
 // Depths in which a camera may see a ray of the tile on its object; empty if x >= y.
 dvec2 on_object[kMaxCameras];
-// Sets `range` to the depths from the first to the last at which min_seen of the ranges overlap.
+// Sets `range` to the part of in_box from the first to the last depth at which min_seen of the
+// ranges overlap.
 // That many overlap first where a range begins, and last where one ends.
-void clip_to_overlap() {
+void clip_to_overlap(dvec2 in_box) {
   int min_seen = int(range_m.z);
-  range = min_seen > 0 ? range_m.yx : range_m.xy;
+  range = min_seen > 0 ? in_box.yx : in_box;
   for (int c = 0; c < cameras && min_seen > 0; ++c) {
     dvec2 own = on_object[c];
     if (!(own.x < own.y)) continue;
@@ -35,12 +36,15 @@ void main() {
   if (gl_GlobalInvocationID.x >= candidate_count) return;
   uvec2 candidate = candidates[gl_GlobalInvocationID.x];
   dvec2 corner = dvec2(candidate.x & 0xffffu, candidate.x >> 16);
+  range = range_m.xy;
+  clip_to_box_of_tile(corner);
+  dvec2 in_box = range;
   for (int c = 0; c < cameras; ++c) {
-    range = range_m.xy;
-    clip_to_map(c, corner);
+    range = in_box;
+    if (range.x < range.y) clip_to_map(c, corner);
     on_object[c] = range;
   }
-  clip_to_overlap();
+  clip_to_overlap(in_box);
   if (!(range.x < range.y)) return;
   range =
       dvec2(max(range_m.x, range.x * (1.0lf - kSlack)), min(range_m.y, range.y * (1.0lf + kSlack)));

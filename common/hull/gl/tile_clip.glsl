@@ -23,3 +23,23 @@ void clip_to_map(int c, dvec2 corner) {
   clip_tile(bounds.w * eye.z - eye.y, bounds.w * column.z - column.y, bounds.w * row.z - row.y,
             bounds.w * first.z - first.y, 0.0lf);
 }
+
+// Clips to where a ray of the tile may be in the rule's box. Returns whether a ray of the tile may
+// be outside it in the remaining range.
+uint clip_to_box_of_tile(dvec2 corner) {
+  dvec3 column = column_of_view.xyz, row = row_of_view.xyz, first = direction_of(corner);
+  dvec3 above = eye_m.xyz - box_min_m.xyz, below = box_max_m.xyz - eye_m.xyz;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (range.x < range.y) clip_tile(above[axis], column[axis], row[axis], first[axis], 0.0lf);
+    if (range.x < range.y) clip_tile(below[axis], -column[axis], -row[axis], -first[axis], 0.0lf);
+  }
+  dvec3 low = first + min(kSpan * column, dvec3(0.0lf)) + min(kSpan * row, dvec3(0.0lf)),
+        high = first + max(kSpan * column, dvec3(0.0lf)) + max(kSpan * row, dvec3(0.0lf));
+  bool inside = true;
+  for (int end = 0; end < 2; ++end) {
+    double t = end == 0 ? range.x * (1.0lf - kSlack) : range.y * (1.0lf + kSlack);
+    inside = inside && all(greaterThanEqual(above + t * low, dvec3(0.0lf))) &&
+             all(greaterThanEqual(below - t * high, dvec3(0.0lf)));
+  }
+  return inside ? 0u : 1u;
+}

@@ -68,6 +68,8 @@ void main() {
     clip_to_map(c, corner);
     if (!(range.x < range.y)) return;
   }
+  uint leaves_box = clip_to_box_of_tile(corner);
+  if (!(range.x < range.y)) return;
   bool at_near = range.x == range_m.x;
   range =
       dvec2(max(range_m.x, range.x * (1.0lf - kSlack)), min(range_m.y, range.y * (1.0lf + kSlack)));
@@ -77,5 +79,5 @@ void main() {
   uint i = atomicAdd(tile_count, 1u);
   if (i % kGroupsPerRow == 0u) atomicAdd(tile_groups[1], 1u);
   tiles[i] = Tile(range.x, float(range.y - range.x), at_near && range.x == begin ? 1u : 0u,
-                  candidate.x, candidate.y, 0u, 0u);
+                  candidate.x, candidate.y, leaves_box, 0u);
 }

@@ -33,6 +33,12 @@ Eigen::Matrix<float, 3, 4> texture_from_view(const geometry::Camera& map_camera,
   return (geometry::texture_from_camera(map_camera.pinhole) * map_from_view).cast<float>();
 }
 
+// Shaders need not support infinity.
+Eigen::Vector3f finite(const Eigen::Vector3d& p_m) {
+  constexpr double kUnbounded_m = 1e30;
+  return p_m.cwiseMax(-kUnbounded_m).cwiseMin(kUnbounded_m).cast<float>();
+}
+
 Eigen::Vector4f sight_corners(const geometry::Pinhole& k) {
   return Eigen::Vector4d((-0.5 - k.cx_px) / k.fx_px, (-0.5 - k.cy_px) / k.fy_px,
                          (k.width_px - 0.5 - k.cx_px) / k.fx_px,
@@ -147,6 +153,14 @@ void PlaneSweep::sweep(const View& view, const SweepRange& range, const PixelRec
     glProgramUniformMatrix4fv(program->get(), 1, 1, GL_FALSE, clip_from_view.data());
     glProgramUniform4fv(program->get(), 3, 1, corners.data());
   }
+  add_half_spaces(view_rays(view.camera), rule_.within_world_m, half_spaces);
+  const Eigen::Matrix<float, 3, 4> world_from_view =
+      view.camera.camera_from_world.inverse().matrix().topRows<3>().cast<float>();
+  const Eigen::Vector3f box_min_m = finite(rule_.within_world_m.min()),
+                        box_max_m = finite(rule_.within_world_m.max());
+  glProgramUniformMatrix4x3fv(count_.get(), 5, 1, GL_FALSE, world_from_view.data());
+  glProgramUniform3fv(count_.get(), 6, 1, box_min_m.data());
+  glProgramUniform3fv(count_.get(), 7, 1, box_max_m.data());
   const bool all = rule_.limits == Limits::all;
   const GLint needed = all ? GLint(maps_.size()) : std::max(rule_.min_seen, 1);
   for (int k = 0; k < planes_; ++k) {

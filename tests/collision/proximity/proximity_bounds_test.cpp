@@ -196,7 +196,11 @@ TEST(Proximity, BoundsHoldOnEveryRig) {
   for (int seed = 1; seed <= 150; ++seed) {
     Random random(seed);
     const auto silhouettes = random_rig(random, seed % 4 == 0);
-    const hull::HullRule rule = kRules[seed / 4 % 4];
+    hull::HullRule rule = kRules[seed / 4 % 4];
+    if (seed % 3 == 0) {
+      const Vector3d corner = random_in_ball(random, 0.2);
+      rule.within_world_m = {corner, corner + Vector3d(0.1, 0.2, 0.15)};
+    }
     const Queries q(silhouettes, rule);
     const collision::ProximityOptions options{0.2, 0.004};
     const auto points = random_points(random, 12, 0.6);

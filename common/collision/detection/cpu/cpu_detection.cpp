@@ -65,8 +65,7 @@ void open_leaves(const ObjectQuery& o, std::size_t number, std::vector<OpenLeaf>
     open.pop_back();
     const Bvh::Boxes& children = tree.boxes(node.level, node.index);
     ++boxes;
-    std::uint32_t left =
-        ~classify_boxes(o.maps.maps, children, o.maps.rule).free & ((1u << Bvh::kArity) - 1);
+    std::uint32_t left = ~o.maps.free_boxes(children) & ((1u << Bvh::kArity) - 1);
     if (node.level == 0) {
       for (; left; left &= left - 1)
         leaves.push_back({number, node.index * Bvh::kArity + std::countr_zero(left)});

@@ -166,6 +166,7 @@ void TriangleVolumeQuery::query_window(std::span<const Triangle> triangles, std:
         if (viewport[std::size_t(row) * window_px_ + column] < needed) continue;
         const Eigen::Vector3d p_world_m =
             point_at(views[i], (column + 0.5) / viewport_px_, (row + 0.5) / viewport_px_);
+        if (!rule_.within_world_m.contains(p_world_m)) continue;
         if (hull::in_hull(silhouettes_, p_world_m, rule_))
           result.points.push_back({p_world_m, std::uint32_t(first + i)});
         else
