@@ -260,7 +260,8 @@ Capture::RawCapture Capture::raw_capture(Channel& channel, std::int64_t frame, s
   const hull::ObjectPixels& captured = found.segmentation->object;
   if (observer_) observer_(camera, raw_capture.image, *found.segmentation);
   for (std::string& text :
-       segmentation_diagnostics(*result.pixels, count_of_both(captured, channel.outside_published)))
+       segmentation_diagnostics(*result.pixels, count_of_both(captured, channel.outside_published),
+                                config_.hull_rule.limits))
     result.diagnostics.push_back(std::move(text));
   return raw_capture;
 }
@@ -270,13 +271,18 @@ void Capture::add_colours(std::int64_t frame, std::vector<RawCapture>& raw_captu
   for (const RawCapture& raw_capture : raw_captures)
     if (raw_capture.result.pixels)
       parts.push_back({raw_capture.published, raw_capture.result.pixels->bounds()});
-  if (std::any_of(parts.begin(), parts.end(),
-                  [](const hull::SilhouetteBounds& seen) { return seen.part.empty(); }))
-    return;  // the hull is empty
+  const auto no_object =
+      std::count_if(parts.begin(), parts.end(),
+                    [](const hull::SilhouetteBounds& seen) { return seen.part.empty(); });
+  const bool all = config_.hull_rule.limits == hull::Limits::all;
+  if (all ? no_object > 0 : std::ssize(parts) - no_object < config_.hull_rule.min_seen)
+    return;                 // the hull is empty
+  if (!all) parts.clear();  // the hull may extend beyond what a camera sees
   const Eigen::Isometry3d head = config::eye_from_world_at(viewer_, double(frame) / frame_rate_hz_);
   std::vector<VisibleRegion> eyes;
   for (const double x_m : config::eye_positions_m(viewer_))
-    eyes.push_back(visible_region(viewer_, config::eye_at(x_m, head)));
+    eyes.push_back(
+        visible_region(viewer_, config::eye_at(x_m, head), config_.hull_rule.within_world_m));
   in_parallel(pool_, raw_captures.size(), [&](std::size_t i) {
     RawCapture& raw_capture = raw_captures[i];
     const Channel& channel = *channels_[i];

@@ -49,8 +49,8 @@ hull::ObjectPixels rasterize_conservative(const std::vector<cv::Point2f>& outlin
 
 }  // namespace
 
-VisibleRegion visible_region(const config::Viewer& viewer,
-                             const Eigen::Isometry3d& eye_from_world) {
+VisibleRegion visible_region(const config::Viewer& viewer, const Eigen::Isometry3d& eye_from_world,
+                             const Eigen::AlignedBox3d& hull_box_m) {
   const geometry::Camera eye{config::recon_pinhole(viewer), eye_from_world};
   const geometry::Pinhole& k = eye.pinhole;
   const double across = std::max(k.cx_px, k.width_px - k.cx_px) / k.fx_px,
@@ -59,7 +59,8 @@ VisibleRegion visible_region(const config::Viewer& viewer,
                         half_extent_m = Eigen::Vector3d::Constant(
                             viewer.far_m * Eigen::Vector3d(across, down, 1).norm());
   return {{eye, {0, 0, k.width_px, k.height_px}},
-          {center_m - half_extent_m, center_m + half_extent_m}};
+          hull_box_m.intersection(
+              Eigen::AlignedBox3d(center_m - half_extent_m, center_m + half_extent_m))};
 }
 
 hull::ObjectPixels footprint(std::vector<hull::SilhouetteBounds> parts,
@@ -87,6 +88,7 @@ hull::ObjectPixels visible_footprint(const std::vector<hull::SilhouetteBounds>& 
                                      const geometry::Camera& camera, int margin_px) {
   hull::ObjectPixels all(camera.pinhole.width_px, camera.pinhole.height_px);
   for (const VisibleRegion& eye : eyes) {
+    if (eye.box_m.isEmpty()) continue;
     std::vector<hull::SilhouetteBounds> seen = parts;
     seen.push_back(eye.part);
     const hull::ObjectPixels pixels = footprint(std::move(seen), eye.box_m, camera, margin_px);

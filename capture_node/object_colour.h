@@ -7,17 +7,21 @@
 #include "capture_node/lens/undistortion.h"
 #include "common/config/viewer.h"
 #include "common/hull/colour_region.h"
+#include "common/hull/hull.h"
 #include "common/hull/silhouette_bounds.h"
 
 namespace fivepipe::capture {
 
 // The part of the world that one eye of the viewer can see: its reconstruction image (`part`), and
-// a world box that contains every point of its view frustum up to the far plane.
+// a world box that contains every point of its view frustum up to the far plane which is in the
+// hull's box; it may be empty.
 struct VisibleRegion {
   hull::SilhouetteBounds part;
   Eigen::AlignedBox3d box_m;
 };
-VisibleRegion visible_region(const config::Viewer& viewer, const Eigen::Isometry3d& eye_from_world);
+VisibleRegion visible_region(
+    const config::Viewer& viewer, const Eigen::Isometry3d& eye_from_world,
+    const Eigen::AlignedBox3d& hull_box_m = hull::HullRule().within_world_m);
 
 // Returns the pixels of `camera`'s image that can show a point of `box_m` which all `parts` and
 // `camera` see at a depth of at least 1 cm, and all pixels within margin_px of these. The result is

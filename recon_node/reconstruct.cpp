@@ -87,8 +87,8 @@ Reconstructor::Reconstructor(const config::ReconConfig& config,
 
 void Reconstructor::set_silhouettes(std::span<const hull::Silhouette> silhouettes) {
   silhouettes_ = silhouettes;
-  if (config_.backend == config::HullBackend::cpu) cpu_.assign(silhouettes);
-  if (gl_) gl_->set_silhouettes(silhouettes);
+  if (config_.backend == config::HullBackend::cpu) cpu_.assign(silhouettes, config_.hull_rule);
+  if (gl_) gl_->set_silhouettes(silhouettes, config_.hull_rule);
 }
 
 hull::PlaneSweep& Reconstructor::sweep_of(const geometry::Pinhole& pinhole) {
@@ -97,7 +97,7 @@ hull::PlaneSweep& Reconstructor::sweep_of(const geometry::Pinhole& pinhole) {
   hull::PlaneSweep& sweep =
       sweeps_.try_emplace(size_px, size_px.first, size_px.second, config_.sweep_planes)
           .first->second;
-  sweep.set_silhouettes(silhouettes_);
+  sweep.set_silhouettes(silhouettes_, config_.hull_rule);
   return sweep;
 }
 

@@ -227,7 +227,8 @@ class ParentPipe {
                            1e-9 * double(now_ns - hull.capture_stamp_ns));
     node_.status.count(node::kFramesComposited);
     traces_.handled(hull.frame, hull.capture_stamp_ns, times, std::move(steps));
-    node_.status.diagnostic("hull", node::empty_hull_text(hull.empty_cameras));
+    node_.status.diagnostic(
+        "hull", node::empty_hull_text(hull.empty_cameras, node_.deployment.hull_rule.limits));
     if (!wanted) node::stop_running();
     pending_.begin_wait(Clock::now());
   }

@@ -131,10 +131,14 @@ void Segmenter::adapt(const cv::Mat& image_bgr, const InverseGain& inverse_gain,
 }
 
 std::vector<std::string> segmentation_diagnostics(const hull::ObjectPixels& pixels,
-                                                  std::size_t outside_published) {
+                                                  std::size_t outside_published,
+                                                  hull::Limits limits) {
   const std::size_t all = std::size_t(pixels.width_px()) * std::size_t(pixels.height_px());
   const std::size_t set = pixels.count();
-  if (set == 0) return {"no object pixels: the hull is empty"};
+  if (set == 0)
+    return {limits == hull::Limits::all
+                ? "no object pixels: the hull is empty"
+                : "no object pixels: the hull is empty where this camera sees"};
   if (double(set) > kMaxPlausibleFraction * double(all))
     return {std::to_string(100 * set / all) +
             " % of the image are object pixels: check exposure, light and camera position, then "

@@ -24,7 +24,7 @@
 #include "capture_node/segmentation/difference.h"
 #include "capture_node/segmentation/gain.h"
 #include "common/config/capture/capture_config.h"
-#include "common/hull/object_pixels.h"
+#include "common/hull/hull.h"
 
 namespace fivepipe::capture {
 
@@ -76,8 +76,10 @@ inline constexpr int kAdaptationMargin_px = 16;
 
 // Returns diagnostics of one camera's published object pixels for the user; empty if they are
 // plausible. outside_published: number of object pixels that the published image does not contain.
+// `limits`: of the deployment's hull.
 std::vector<std::string> segmentation_diagnostics(const hull::ObjectPixels& pixels,
-                                                  std::size_t outside_published = 0);
+                                                  std::size_t outside_published = 0,
+                                                  hull::Limits limits = hull::Limits::all);
 // Objects fill a smaller fraction of an image in every rig: a larger one means that exposure or
 // light has changed, or that the camera has moved.
 inline constexpr double kMaxPlausibleFraction = 0.6;

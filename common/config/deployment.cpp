@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 
 #include "common/base/readable_file.h"
 #include "common/config/node_checks.h"
@@ -110,6 +111,34 @@ Content read_named_file(YamlMap& map, const std::string& key,
   return read(file, map.problems());
 }
 
+// Reads `hull`. cameras: number of cameras that give shape, if the rig is valid.
+hull::HullRule read_hull(YamlMap& map, std::optional<int> cameras) {
+  hull::HullRule rule;
+  if (!map.has("hull")) return rule;
+  YamlMap keys = map.map("hull");
+  rule.limits = keys.choice<hull::Limits>(
+      "limits", {{"all", hull::Limits::all}, {"seen", hull::Limits::seen}}, rule.limits);
+  const bool has_min_seen = keys.has("min_seen");
+  rule.min_seen =
+      keys.integer("min_seen", {1, cameras ? double(*cameras) : kUnbounded}, rule.min_seen);
+  if (has_min_seen && rule.limits == hull::Limits::all)
+    keys.problem_at("min_seen", "min_seen has an effect only with limits: seen; remove it");
+  if (!has_min_seen && rule.limits == hull::Limits::seen && cameras && rule.min_seen > *cameras)
+    keys.problem_at("limits", fmt::format("min_seen is {} by default, but the rig has {} camera "
+                                          "that gives shape: set min_seen: 1",
+                                          rule.min_seen, *cameras));
+  keys.finish();
+  return rule;
+}
+
+void set_hull_rule(const hull::HullRule& rule, NodeConfig& config) {
+  std::visit(
+      [&](auto& node) {
+        if constexpr (requires { node.hull_rule; }) node.hull_rule = rule;
+      },
+      config);
+}
+
 void read_nodes(YamlMap& map, Deployment& deployment, bool rig_is_valid, bool viewer_is_valid) {
   const std::size_t problems_before = map.problem_count();
   std::vector<ParsedNode> nodes;
@@ -120,7 +149,10 @@ void read_nodes(YamlMap& map, Deployment& deployment, bool rig_is_valid, bool vi
   if (rig_is_valid) check_sources(nodes, deployment.rig, map.file(), location, map.problems());
   if (nodes_are_good && viewer_is_valid)
     check_workers(nodes, deployment.viewer, deployment.scene, map.file(), map.problems());
-  for (ParsedNode& parsed : nodes) deployment.nodes.push_back(std::move(parsed.node));
+  for (ParsedNode& parsed : nodes) {
+    set_hull_rule(deployment.hull_rule, parsed.node.config);
+    deployment.nodes.push_back(std::move(parsed.node));
+  }
 }
 
 // Removes the cameras from the rig that `without_cameras` names.
@@ -188,6 +220,9 @@ Deployment read_deployment(const std::filesystem::path& file,
     leave_out_cameras(map, deployment.rig);
     rig_is_valid = problems.count() == problems_before_rig;
   }
+  deployment.hull_rule = read_hull(
+      map, rig_is_valid ? std::optional(int(shape_cameras(deployment.rig).size())) : std::nullopt);
+  if (rig_is_valid) deployment.hull_rule.within_world_m = deployment.rig.volume_m;
   deployment.scene = read_named_file(map, "scene", read_scene);
   if (rig_is_valid) check_history(map, deployment);
   const std::size_t problems_before_viewer = problems.count();

@@ -47,6 +47,8 @@ struct Deployment {
   double frame_rate_hz = 30;
   Rig rig;
   Scene scene;
+  hull::HullRule hull_rule;  // which cameras limit the hull, in the rig's volume; as in the nodes'
+                             // configurations
   Viewer viewer;
   std::vector<Node> nodes;
 };

@@ -1,5 +1,6 @@
 // Settings of a reconstruction node.
 #pragma once
+#include "common/hull/hull.h"
 
 namespace fivepipe::config {
 
@@ -25,7 +26,8 @@ struct ReconConfig {
   // Only for split `tiles`: assigns tiles by their cost in recent frames; false: round-robin.
   bool balance = true;
 
-  int worker_index = 0;  // this node's index, 0 to worker_count - 1
+  int worker_index = 0;           // this node's index, 0 to worker_count - 1
+  hull::HullRule hull_rule = {};  // of the deployment
 };
 
 }  // namespace fivepipe::config

@@ -27,7 +27,7 @@ struct RigCamera {
 
 struct Rig {
   std::string name;
-  Eigen::AlignedBox3d volume_m;  // world box that contains the real objects
+  Eigen::AlignedBox3d volume_m;  // world box that contains the real objects; limits the hull
   std::vector<RigCamera> cameras;
   // Names of the rig file's cameras that the deployment leaves out; they are not in `cameras`.
   std::vector<std::string> left_out = {};

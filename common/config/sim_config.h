@@ -1,5 +1,6 @@
 // Settings of the simulation node.
 #pragma once
+#include "common/hull/hull.h"
 
 namespace fivepipe::config {
 
@@ -23,6 +24,7 @@ struct SimConfig {
   double step_s = 1.0 / 240;  // time step of the simulation
   // Maximum number of collision points published per object; more set the `truncated` flag.
   int max_points = 256;
+  hull::HullRule hull_rule = {};  // of the deployment
 };
 
 }  // namespace fivepipe::config

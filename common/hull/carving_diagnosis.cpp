@@ -87,6 +87,7 @@ struct Counts {
 
 void count_point(std::span<const Silhouette> silhouettes, const Vector3d& p_world_m,
                  const HullRule& rule, std::vector<CameraVerdict>& verdicts, Counts& counts) {
+  if (!rule.within_world_m.contains(p_world_m)) return;
   Votes votes;
   for (std::size_t i = 0; i < silhouettes.size(); ++i)
     votes.add(verdicts[i] = verdict_on(silhouettes[i], p_world_m), rule);
@@ -163,8 +164,8 @@ PointDiagnosis diagnose_point(std::span<const Silhouette> silhouettes, const Vec
          has_pixel ? distance_to_object_px(s.pixels, *geometry::project(s.camera, p_world_m))
                    : kInfinity});
   }
-  diagnosis.in_hull = votes.keep(rule);
-  diagnosis.too_few = votes.removing == 0 && !diagnosis.in_hull;
+  diagnosis.in_hull = votes.keep(rule) && rule.within_world_m.contains(p_world_m);
+  diagnosis.too_few = votes.removing == 0 && !votes.keep(rule);
   for (int i = 0; i < int(diagnosis.cameras.size()); ++i)
     if (diagnosis.cameras[std::size_t(i)].removes &&
         votes.without(diagnosis.cameras[std::size_t(i)].verdict, rule).keep(rule))

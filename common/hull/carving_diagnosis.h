@@ -35,7 +35,7 @@ struct PointDiagnosis {
   bool too_few;  // no camera removes the point, but fewer see it than the rule requires
 };
 // Returns each camera's verdict on the point. A point that is not finite is not in the hull, and
-// `cameras` is then empty.
+// `cameras` is then empty. The rule's box affects only in_hull.
 PointDiagnosis diagnose_point(std::span<const Silhouette> silhouettes,
                               const Eigen::Vector3d& p_world_m, const HullRule& rule = {});
 
@@ -66,7 +66,8 @@ struct VolumeDiagnosis {
   std::vector<CameraContribution> cameras;  // in the order of the silhouettes
 };
 // Estimates the volumes from random points of the box. The result does not depend on the number of
-// threads. For a box that is empty or not finite, all volumes are 0.
+// threads. Points outside the rule's box count for no volume. For a box that is empty or not
+// finite, all volumes are 0.
 VolumeDiagnosis diagnose_volume(std::span<const Silhouette> silhouettes,
                                 const Eigen::AlignedBox3d& box_world_m, base::WorkerPool& pool,
                                 const HullRule& rule = {}, const DiagnosisSampling& sampling = {});

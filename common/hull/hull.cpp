@@ -4,7 +4,7 @@ namespace fivepipe::hull {
 
 bool in_hull(std::span<const Silhouette> silhouettes, const Eigen::Vector3d& p_world_m,
              const HullRule& rule) {
-  if (!p_world_m.allFinite()) return false;
+  if (!p_world_m.allFinite() || !rule.within_world_m.contains(p_world_m)) return false;
   int seen = 0;
   for (const Silhouette& s : silhouettes) {
     const auto uv_px = geometry::project(s.camera, p_world_m);

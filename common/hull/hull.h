@@ -1,6 +1,8 @@
 // The visual hull (paper, section 3.2): every point that projects onto an object pixel of every
 // camera.
 #pragma once
+#include <Eigen/Geometry>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -24,9 +26,19 @@ enum class Limits { all, seen };
 struct HullRule {
   Limits limits = Limits::all;
   int min_seen = 2;  // > 0; only `seen` uses it
+  // The hull is the part inside this closed box [m]; by default all of space.
+  Eigen::AlignedBox3d within_world_m{Eigen::Vector3d::Constant(-kEverywhere_m),
+                                     Eigen::Vector3d::Constant(kEverywhere_m)};
+  static constexpr double kEverywhere_m = std::numeric_limits<double>::infinity();
+  // Returns true if the box leaves out a part of space.
+  bool is_bounded() const {
+    return !(within_world_m.min().maxCoeff() == -kEverywhere_m &&
+             within_world_m.max().minCoeff() == kEverywhere_m);
+  }
 };
 
-// Returns true if p projects onto an object pixel of every camera that limits the hull there.
+// Returns true if p is in the rule's box and projects onto an object pixel of every camera that
+// limits the hull there.
 // Returns false if there is no camera or a coordinate is not finite. Computes in double.
 bool in_hull(std::span<const Silhouette> silhouettes, const Eigen::Vector3d& p_world_m,
              const HullRule& rule = {});

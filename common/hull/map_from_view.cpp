@@ -9,16 +9,24 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
+namespace {
+
+// Maps (u, v, 1) to the direction of the ray in the camera frame, with z = 1.
+Matrix3d sight_from_pixel(const geometry::Pinhole& k) {
+  Matrix3d sight;
+  sight << 1 / k.fx_px, 0, -k.cx_px / k.fx_px, 0, 1 / k.fy_px, -k.cy_px / k.fy_px, 0, 0, 1;
+  return sight;
+}
+
+}  // namespace
+
 MapFromView map_from_view(const geometry::Camera& map_camera, const geometry::Camera& view) {
-  const geometry::Pinhole& k = view.pinhole;
   const Matrix3d pixel_from_camera = geometry::pixel_from_camera(map_camera.pinhole);
-  Matrix3d sight_from_pixel;
-  sight_from_pixel << 1 / k.fx_px, 0, -k.cx_px / k.fx_px, 0, 1 / k.fy_px, -k.cy_px / k.fy_px, 0, 0,
-      1;
   const Matrix3d pixel_from_world = pixel_from_camera * map_camera.camera_from_world.linear();
   return {
       pixel_from_camera * (map_camera.camera_from_world * geometry::camera_center_world_m(view)),
-      pixel_from_world * view.camera_from_world.linear().transpose() * sight_from_pixel};
+      pixel_from_world * view.camera_from_world.linear().transpose() *
+          sight_from_pixel(view.pinhole)};
 }
 
 void add_half_spaces(const MapFromView& map, const PixelRect& bounds,
@@ -32,6 +40,21 @@ void add_half_spaces(const MapFromView& map, const PixelRect& bounds,
   add({-1, 0, double(bounds.u1_px)}, 0);
   add({0, 1, -double(bounds.v0_px)}, 0);
   add({0, -1, double(bounds.v1_px)}, 0);
+}
+
+ViewRays view_rays(const geometry::Camera& view) {
+  return {geometry::camera_center_world_m(view),
+          view.camera_from_world.linear().transpose() * sight_from_pixel(view.pinhole)};
+}
+
+void add_half_spaces(const ViewRays& rays, const Eigen::AlignedBox3d& box_world_m,
+                     std::vector<HalfSpace>& half_spaces) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const double low_m = box_world_m.min()[axis], high_m = box_world_m.max()[axis];
+    const Vector3d direction = rays.direction_of_pixel.row(axis);
+    if (std::isfinite(low_m)) half_spaces.push_back({rays.eye_world_m[axis] - low_m, direction});
+    if (std::isfinite(high_m)) half_spaces.push_back({high_m - rays.eye_world_m[axis], -direction});
+  }
 }
 
 PixelRect pixels_at_depth(const std::vector<HalfSpace>& half_spaces, double t,

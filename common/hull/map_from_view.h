@@ -2,6 +2,7 @@
 // rays that can meet object pixels.
 #pragma once
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <vector>
 
 #include "common/geometry/camera.h"
@@ -34,6 +35,18 @@ struct HalfSpace {
 // Appends five half-spaces whose intersection holds every point in front of the map's camera with a
 // pixel in `bounds`.
 void add_half_spaces(const MapFromView& map, const PixelRect& bounds,
+                     std::vector<HalfSpace>& half_spaces);
+
+// The view's rays in the world: the point at depth t [m] on the ray through pixel (u, v) is
+// eye_world_m + t * direction_of_pixel * (u, v, 1).
+struct ViewRays {
+  Eigen::Vector3d eye_world_m;
+  Eigen::Matrix3d direction_of_pixel;
+};
+// Returns the rays of a view that passes is_finite().
+ViewRays view_rays(const geometry::Camera& view);
+// Appends the half-spaces whose intersection is the box; none for a side at infinity.
+void add_half_spaces(const ViewRays& rays, const Eigen::AlignedBox3d& box_world_m,
                      std::vector<HalfSpace>& half_spaces);
 
 // Returns the smallest rectangle of pixels in `view` whose rays may be in all half-spaces at depth

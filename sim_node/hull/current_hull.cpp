@@ -23,9 +23,12 @@ std::unique_ptr<collision::CollisionDetector> detector_for(const config::SimConf
 
 CurrentHull::CurrentHull(const config::Scene& scene, const config::SimConfig& config,
                          bool is_needed, const Eigen::AlignedBox3d& real_volume_world_m)
-    : is_needed_(is_needed), pool_(config.threads), detector_(detector_for(config)) {
+    : is_needed_(is_needed),
+      pool_(config.threads),
+      rule_(config.hull_rule),
+      detector_(detector_for(config)) {
   if (scene.history)
-    history_.emplace(*scene.history, real_volume_world_m, pool_, scene.objects.size());
+    history_.emplace(*scene.history, real_volume_world_m, pool_, scene.objects.size(), rule_);
 }
 
 void CurrentHull::set(double time_s, std::span<const hull::Silhouette> silhouettes) {
@@ -37,7 +40,7 @@ void CurrentHull::set(double time_s, std::span<const hull::Silhouette> silhouett
     query_ = &history_->query();
     parts_ = history_->parts();
   } else if (is_needed_) {
-    hull_.assign(silhouettes);
+    hull_.assign(silhouettes, rule_);
     query_ = &own_query_.emplace(hull_);
     parts_.resize(1);
   }

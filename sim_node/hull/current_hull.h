@@ -48,6 +48,7 @@ class CurrentHull {
   base::WorkerPool pool_;
   std::optional<HullHistory> history_;  // holds the hulls if the scene has a history
   hull::CpuHull hull_{pool_};           // otherwise this one is used
+  hull::HullRule rule_;
   std::optional<hull::HullQuery> own_query_;
   const hull::HullQuery* query_ = nullptr;
   std::vector<HullPart> parts_;

@@ -40,8 +40,9 @@ bool may_collide(const collision::HullComponent& before, const collision::HullCo
 
 HullHistory::HullHistory(const config::HistoryRequests& requests,
                          const Eigen::AlignedBox3d& within_world_m, base::WorkerPool& pool,
-                         std::size_t objects)
+                         std::size_t objects, const hull::HullRule& rule)
     : options_{.within_world_m = within_world_m, .cell_m = requests.cell_m, .outlines = true},
+      rule_(rule),
       tracker_({.window_frames = requests.window_frames,
                 .max_speed_m_s = requests.max_speed_m_s,
                 .max_gap_s = kMaxGap_s}),
@@ -54,7 +55,7 @@ HullHistory::HullHistory(const config::HistoryRequests& requests,
 void HullHistory::add(double time_s, std::span<const hull::Silhouette> silhouettes) {
   now_ = 1 - now_;
   Frame& now = frames_[now_];
-  now.hull.assign(silhouettes);
+  now.hull.assign(silhouettes, rule_);
   now.query.emplace(now.hull);
   now.time_s = time_s;
   now.components = tracker_.add(time_s, collision::hull_components(*now.query, options_));

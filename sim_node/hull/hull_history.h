@@ -23,7 +23,7 @@ class HullHistory {
   // contains more than kMaxComponentCells cells, or if a request is out of range. `objects`: number
   // of objects in the scene.
   HullHistory(const config::HistoryRequests& requests, const Eigen::AlignedBox3d& within_world_m,
-              base::WorkerPool& pool, std::size_t objects);
+              base::WorkerPool& pool, std::size_t objects, const hull::HullRule& rule = {});
 
   // Adds a frame. The tracking of components restarts if time_s is not after the last frame's time
   // or more than kMaxGap_s after it. query() stays valid until the next call of add().
@@ -65,6 +65,7 @@ class HullHistory {
   const collision::TrackedComponent* previous_component(std::uint64_t id) const;
 
   collision::HullComponentsOptions options_;
+  hull::HullRule rule_;
   collision::ComponentTracker tracker_;
   std::array<Frame, 2> frames_;
   std::size_t now_ = 0;

@@ -515,6 +515,24 @@ TEST(Capture, DiagnosesACameraWithoutObjectPixels) {
   for (const CapturedCamera& camera : set) EXPECT_FALSE(camera.colour) << "the hull is empty";
 }
 
+// Limits::seen: such a camera empties the hull only where it sees.
+TEST(Capture, SendsColoursWhileEnoughCamerasHaveObjectPixels) {
+  config::Rig rig = table_rig();
+  rig.cameras[1].camera_from_mount =
+      geometry::look_at({1.5, 0.9, 1.3}, {3, 3, 1});  // away from the table
+  config::CaptureConfig config = synthetic_config(rig);
+  const int others = int(config::shape_cameras(rig).size()) - 1;
+  for (const int min_seen : {1, others, others + 1}) {
+    config.hull_rule = {hull::Limits::seen, min_seen};
+    Capture capture(rig, test_viewer(), config, 30);
+    const auto set = capture.capture(0, true);
+    EXPECT_EQ(set[0].colour.has_value(), min_seen <= others);
+    EXPECT_FALSE(set[1].colour);
+    ASSERT_EQ(set[1].diagnostics.size(), 1u);
+    EXPECT_EQ(set[1].diagnostics[0], "no object pixels: the hull is empty where this camera sees");
+  }
+}
+
 TEST(Capture, ErrorListsEveryUnavailableCamera) {
   const config::Rig rig = table_rig();
   config::CaptureConfig config = synthetic_config(rig);
@@ -538,8 +556,7 @@ TEST(Capture, ErrorListsEveryUnavailableCamera) {
       SourceError);
 }
 
-// The footprint covers everything that the viewer sees, also outside the rig's volume, so that an
-// arm that extends out of the volume has colour.
+// The footprint covers everything that the viewer sees, in the hull's box.
 TEST(Footprint, OfTheVisibleRegionIsTheWholeImageOfTheEye) {
   const config::Viewer viewer = test_viewer();
   const Eigen::Isometry3d eye_from_world = config::eye_from_world_at(viewer, 0.5);
@@ -551,6 +568,8 @@ TEST(Footprint, OfTheVisibleRegionIsTheWholeImageOfTheEye) {
       const geometry::Ray ray = geometry::ray_through(seen.part.camera, {u, v});
       EXPECT_TRUE(seen.box_m.contains(ray.origin_world_m + viewer.far_m * ray.direction_world));
     }
+  const Eigen::AlignedBox3d volume(Eigen::Vector3d(-0.1, -0.2, 0), Eigen::Vector3d(0.3, 0.2, 0.1));
+  EXPECT_TRUE(visible_region(viewer, eye_from_world, volume).box_m.isApprox(volume));
 }
 
 TEST(Footprint, OfABoxIsItsProjection) {

@@ -404,6 +404,52 @@ TEST_F(DeploymentFile, RejectsAnInvalidViewer) {
               ElementsAre("deployment.yaml:6:7: t_s of the first key must be 0, is 1"));
 }
 
+TEST_F(DeploymentFile, EveryNodeHasTheHullRule) {
+  const std::string nodes =
+      "  - {name: c, program: capture_node, sources: synthetic}\n"
+      "  - {name: r, program: recon_node}\n  - {name: s, program: sim_node}\n";
+  const auto rules = [&](const Deployment& d) {
+    return std::vector<hull::HullRule>{d.hull_rule,
+                                       std::get<CaptureConfig>(d.nodes[0].config).hull_rule,
+                                       std::get<ReconConfig>(d.nodes[1].config).hull_rule,
+                                       std::get<SimConfig>(d.nodes[2].config).hull_rule};
+  };
+  for (const hull::HullRule& rule : rules(load(with_nodes(nodes))))
+    EXPECT_EQ(rule.limits, hull::Limits::all);
+  for (const hull::HullRule& rule : rules(load(with_nodes(nodes) + "hull: {limits: all}\n")))
+    EXPECT_EQ(rule.limits, hull::Limits::all);
+  for (const auto& [keys, min_seen] : {std::pair("", 2), {", min_seen: 1", 1}})
+    for (const hull::HullRule& rule :
+         rules(load(with_nodes(nodes) + "hull: {limits: seen" + keys + "}\n"))) {
+      EXPECT_EQ(rule.limits, hull::Limits::seen);
+      EXPECT_EQ(rule.min_seen, min_seen);
+    }
+}
+
+// The rig has two cameras that give shape.
+TEST_F(DeploymentFile, RejectsHullRulesThatTheRigCannotFulfil) {
+  const auto of_hull = [&](const std::string& hull) {
+    return problems(test::kGoodDeployment + "hull: " + hull + "\n");
+  };
+  EXPECT_THAT(of_hull("{limits: seen, min_seen: 3}"),
+              ElementsAre("deployment.yaml:13:32: min_seen must be from 1 to 2, is 3"));
+  EXPECT_THAT(of_hull("{limits: seen, min_seen: 0}"),
+              ElementsAre("deployment.yaml:13:32: min_seen must be from 1 to 2, is 0"));
+  EXPECT_THAT(of_hull("{limits: some}"),
+              ElementsAre("deployment.yaml:13:16: limits must be one of all, seen; is \"some\""));
+  EXPECT_THAT(of_hull("{min_seen: 2}"),
+              ElementsAre("deployment.yaml:13:18: min_seen has an effect only with limits: seen; "
+                          "remove it"));
+  EXPECT_THAT(of_hull("{limits: seen, cameras: 2}"),
+              ElementsAre(testing::HasSubstr("deployment.yaml:13:")));
+  EXPECT_THAT(problems(test::kGoodDeployment + "without_cameras: [left]\nhull: {limits: seen}\n"),
+              ElementsAre("deployment.yaml:14:16: min_seen is 2 by default, but the rig has 1 "
+                          "camera that gives shape: set min_seen: 1"));
+  EXPECT_TRUE(problems(test::kGoodDeployment +
+                       "without_cameras: [left]\nhull: {limits: seen, min_seen: 1}\n")
+                  .empty());
+}
+
 TEST_F(DeploymentFile, ErrorTextListsOneProblemPerLine) {
   try {
     load("name: Bad\n");

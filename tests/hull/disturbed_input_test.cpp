@@ -272,7 +272,7 @@ TEST(SimdPrecisionLimits, MapLargerThanFloatCanIndexEqualsTheReference) {
 
 TEST_F(DisturbedInput, IsBitIdenticalForAnyThreadCount) {
   const auto set = seen(figure());
-  for (const HullRule rule : {HullRule{}, HullRule{Limits::seen, 2}}) {
+  for (const HullRule& rule : {HullRule{}, HullRule{Limits::seen, 2}}) {
     std::vector<float> first;
     for (const int threads : {1, 2, 3, 8}) {
       base::WorkerPool some(threads);

@@ -431,7 +431,6 @@ TEST_F(GlHullTest, RejectsUnsupportedInput) {
   Random random(3);
   const geometry::Camera camera = random_camera(random, 16, 12);
   const std::vector<Silhouette> silhouettes{{camera, random_pixels(random, 16, 12, 0.5)}};
-  EXPECT_THROW(hull().set_silhouettes(silhouettes, {Limits::seen, 2}), std::invalid_argument);
   hull().set_silhouettes(silhouettes);
   const View view{camera, 0.1, 2};
   EXPECT_THROW(depth_of(hull(), {0, 0, 17, 12}, view), std::invalid_argument);

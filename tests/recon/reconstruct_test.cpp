@@ -63,6 +63,50 @@ std::vector<float> assembled(const std::vector<ReconTile>& tiles, const hull::Pi
   return depth_m;
 }
 
+// The cameras see only parts of the object.
+TEST_P(Recon, UsesTheHullRuleOfItsConfiguration) {
+  test::Random random(14);
+  const auto silhouettes =
+      test::silhouettes_of(test::random_object(random, 3, 0.15), test::narrow_cameras(random, 3));
+  const hull::View view{test::random_camera(random, 83, 57, 0.7), 0.05, 3.0};
+  const hull::PixelRect all = test::whole_image(view.camera);
+  const auto depths = [&](config::HullBackend backend, const hull::HullRule& rule) {
+    return assembled(Reconstructor({.backend = backend, .hull_rule = rule}, kVolume)
+                         .reconstruct(silhouettes, view, tiles_of(83, 57, 3, 2), {}, false),
+                     all);
+  };
+  const auto hits = [](const std::vector<float>& depth_m) {
+    return std::count_if(depth_m.begin(), depth_m.end(),
+                         [](float d) { return d != hull::kNoHull; });
+  };
+  const auto by_all = hits(depths(GetParam(), {}));
+  const auto of_cpu = [&](const hull::HullRule& rule) {
+    return hits(depths(config::HullBackend::cpu, rule));
+  };
+  // The sweep misses rays that pass the hull between two planes.
+  const double tolerance = GetParam() == config::HullBackend::sweep ? 0.25 : 0;
+  for (const int min_seen : {1, 2}) {
+    const hull::HullRule rule{hull::Limits::seen, min_seen};
+    EXPECT_GT(hits(depths(GetParam(), rule)), by_all + 30);
+    EXPECT_NEAR(hits(depths(GetParam(), rule)), of_cpu(rule), tolerance * double(of_cpu(rule)));
+  }
+  // A box whose top is in the middle of the surface.
+  const std::vector<float> whole = depths(config::HullBackend::cpu, {});
+  std::vector<double> z_m;
+  for (int i = 0; i < int(whole.size()); ++i)
+    if (whole[std::size_t(i)] != hull::kNoHull) {
+      const geometry::Ray ray = geometry::ray_through(view.camera, Eigen::Vector2d(i % 83, i / 83));
+      z_m.push_back(ray.origin_world_m.z() +
+                    double(whole[std::size_t(i)]) * ray.direction_world.z());
+    }
+  std::nth_element(z_m.begin(), z_m.begin() + std::ptrdiff_t(z_m.size() / 2), z_m.end());
+  hull::HullRule half;
+  half.within_world_m = {Vector3d(-0.4, -0.4, -0.4), Vector3d(0.4, 0.4, z_m[z_m.size() / 2])};
+  EXPECT_NE(depths(GetParam(), half), depths(GetParam(), {}));
+  EXPECT_GT(hits(depths(GetParam(), half)), 0);
+  EXPECT_NEAR(hits(depths(GetParam(), half)), of_cpu(half), tolerance * double(of_cpu(half)));
+}
+
 TEST_P(Recon, TilesFromAnyNodeEqualTheWholeViewBitForBit) {
   test::Random random(4);
   const auto silhouettes =

@@ -36,6 +36,26 @@ TEST(CollisionDetails, ComputesOnlyRequestedDetails) {
   EXPECT_TRUE(simulation.states()[0].warmth.empty());
 }
 
+// A camera that looks away has no object pixel, so by Limits::all the hull is empty.
+TEST(CollisionDetails, UsesTheHullRuleOfTheConfiguration) {
+  std::vector<hull::Silhouette> silhouettes = hand_at(0);
+  silhouettes.push_back({{geometry::pinhole_from_fov(64, 48, 0.8),
+                          geometry::look_at({0, 0, 1}, {0.1, 0, 2}, Vector3d::UnitX())},
+                         hull::ObjectPixels(64, 48)});
+  config::Scene with_history = scene_of({plate()});
+  with_history.history = config::HistoryRequests{};
+  for (const config::Scene& scene : {scene_of({plate()}), with_history})
+    for (const bool seen : {false, true}) {
+      const hull::HullRule rule = seen ? hull::HullRule{hull::Limits::seen, 5} : hull::HullRule{};
+      sim::Simulation simulation(scene, {.hull_rule = rule}, kSpace);
+      simulation.advance_to(0, silhouettes);
+      EXPECT_EQ(simulation.collisions().at(0).collision.colliding(), seen);
+      if (scene.history) {
+        EXPECT_EQ(simulation.hull_components()->size(), seen ? 1u : 0u);
+      }
+    }
+}
+
 TEST(CollisionDetails, FixedObjectReportsPenetrationDepth) {
   config::SceneObject object = virtual_box("block", {0.1, 0, 0}, {0.2, 0.2, 0.2},
                                            config::Reaction::highlight);  // x >= 0

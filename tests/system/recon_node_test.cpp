@@ -115,7 +115,7 @@ class ReconNode : public ScriptedCapture {
   }
 
   // The eye is elsewhere in every frame.
-  Eigen::Isometry3d eye_of(std::uint64_t frame) const {
+  virtual Eigen::Isometry3d eye_of(std::uint64_t frame) const {
     return geometry::look_at({0.1 * std::sin(double(frame)), -0.8, 0.05 * double(frame % 5)},
                              {0, 0, 0});
   }
@@ -230,7 +230,8 @@ class ReconNode : public ScriptedCapture {
             is_covered
                 ? double(tile.depth_m.at(std::size_t((v - c.v0_px) * c.width_px() + (u - c.u0_px))))
                 : 0;
-        const double expected_m = hull::reference_depth_m(silhouettes, view, u, v).value_or(0);
+        const double expected_m =
+            hull::reference_depth_m(silhouettes, view, u, v, deployment_.hull_rule).value_or(0);
         EXPECT_NEAR(depth_m, expected_m, kDepthError * expected_m)
             << "frame " << tile.frame << " at " << u << ' ' << v;
       }
@@ -265,6 +266,30 @@ TEST_F(ReconNode, ReconstructsTheTilesThatTheHeadPoseAssigns) {
   EXPECT_EQ(report.drops, (std::map<std::string, std::uint64_t>{{"bad_tile_owners", 2}}));
   EXPECT_EQ(report.counts.at(node::kFrameSetsComplete), 8u);
   EXPECT_EQ(report.frame, 7u);
+}
+
+// Camera `front` sees only a part of the ball.
+struct ReconNodeBesideTheBall : ReconNode {
+  std::vector<hull::Capsule> ball_of(std::uint64_t) const override {
+    return {{{0.33, 0, 0}, {0.33, 0.05, 0}, 0.09}};
+  }
+  Eigen::Isometry3d eye_of(std::uint64_t) const override {
+    return geometry::look_at({0.3, -0.8, 0}, {0.3, 0, 0});
+  }
+};
+
+TEST_F(ReconNodeBesideTheBall, UsesTheHullRuleOfTheDeployment) {
+  start_with(kTwoWorkers, false, "", "hull: {limits: seen, min_seen: 2}\n");
+  EXPECT_EQ(made_of(1, {0, 0, 0, 0}), (TileSet{0, 1, 2, 3}));
+  const std::vector<hull::Silhouette> silhouettes = silhouettes_of(1);
+  const hull::View view{{config::recon_pinhole(deployment_.viewer), eye_of(1)}, kNear_m, kFar_m};
+  int more = 0;
+  for (int v = 0; v < 18; ++v)
+    for (int u = 0; u < 24; ++u)
+      more += hull::reference_depth_m(silhouettes, view, u, v, deployment_.hull_rule) !=
+              hull::reference_depth_m(silhouettes, view, u, v);
+  EXPECT_GT(more, 5);
+  for (const Tile& tile : tiles_of(1)) expect_exact(tile);
 }
 
 // The owner of a viewer's tile also makes the light's tile with the same index, without colour.

@@ -94,9 +94,11 @@ class SimNode : public ScriptedCapture {
   Collected<bus::topics::VirtualState, State> states_{bus_, copied_state};
   Collected<bus::topics::HullComponents, Components> components_{bus_, copied_components};
 
-  void start_with(const std::string& scene, const std::string& options = "") {
-    const std::string path =
-        three_cameras(scene, "  - {name: simulation, program: sim_node" + options + "}\n");
+  // deployment: further keys of the deployment.
+  void start_with(const std::string& scene, const std::string& options = "",
+                  const std::string& deployment = "") {
+    const std::string path = three_cameras(
+        scene, "  - {name: simulation, program: sim_node" + options + "}\n", deployment);
     start("sim_node", "simulation", path);
     wait_for_readers(infos_, maps_, commands_);
     take();
@@ -233,6 +235,41 @@ TEST_P(SimNodeBackend, PublishesTheCollisionsOfEachFrameBeforeItsState) {
   EXPECT_TRUE(report.drops.empty());
   EXPECT_EQ(report.gl_renderer.empty(), GetParam() == std::string("cpu"));
   EXPECT_TRUE(components_.all().empty()) << "the scene requests no history";
+}
+
+// Camera `front` sees neither the box nor the part of the ball around it.
+struct SimNodeBesideTheBall : SimNode {
+  std::vector<hull::Capsule> ball_of(std::uint64_t) const override {
+    return {{{0.38, 0, 0}, {0.38, 0.05, 0}, 0.06}};
+  }
+  const std::string scene = R"(
+name: beside
+history: {cell_m: 0.01}
+objects: [{name: box, box: {size_m: [0.02, 0.02, 0.02]}, position_m: [0.387, 0, 0]}]
+)";
+};
+
+TEST_F(SimNodeBesideTheBall, UsesTheHullRuleOfTheDeployment) {
+  start_with(scene, "", "hull: {limits: seen, min_seen: 2}\n");
+  simulate(0);
+  ASSERT_FALSE(collisions_of(0).empty());
+  const Collision collision = collisions_of(0).front();
+  EXPECT_EQ(collision.verdict, fivepipe_v1_colliding);
+  for (const Eigen::Vector3d& p_m : collision.points_m)
+    EXPECT_TRUE(hull::in_hull(silhouettes_of(0), p_m, deployment_.hull_rule));
+  ASSERT_TRUE(holds([&] {
+    take();
+    return !components_.all().empty();
+  }));
+  ASSERT_EQ(components_.all().front().centroids_m.size(), 1u);
+  EXPECT_GT(components_.all().front().centroids_m[0].x(), 0.355);
+}
+
+TEST_F(SimNodeBesideTheBall, EveryCameraLimitsTheHullByDefault) {
+  start_with(scene);
+  simulate(0);
+  ASSERT_FALSE(collisions_of(0).empty());
+  EXPECT_EQ(collisions_of(0).front().verdict, fivepipe_v1_free);
 }
 
 TEST_F(SimNode, TimeIsThatOfTheCaptures) {

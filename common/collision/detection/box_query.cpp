@@ -34,8 +34,12 @@ std::pair<int, int> pixel_range(double lowest_px, double highest_px, int size_px
           std::min(size_px, index(highest_px + kProjectionRounding_px) + 1)};
 }
 
-// Returns false only if the camera certifies that the box has no point in the hull.
-bool may_contain_object(const hull::Silhouette& s, const Eigen::AlignedBox3d& box_world_m) {
+// A camera's view of a box. object: it may see a point of the box on its object. whole: it
+// certainly sees every point of the box.
+struct BoxView {
+  bool object, whole;
+};
+BoxView view_of(const hull::Silhouette& s, const Eigen::AlignedBox3d& box_world_m) {
   Eigen::AlignedBox2d image_box_px;
   int behind = 0;
   for (int corner = 0; corner < 8; ++corner) {
@@ -43,22 +47,42 @@ bool may_contain_object(const hull::Silhouette& s, const Eigen::AlignedBox3d& bo
         geometry::project(s.camera, box_world_m.corner(Eigen::AlignedBox3d::CornerType(corner)));
     uv_px ? void(image_box_px.extend(*uv_px)) : void(++behind);
   }
-  if (behind == 8) return false;
-  if (behind > 0) return true;  // the projection is unbounded
+  if (behind == 8) return {false, false};
+  if (behind > 0) return {true, false};  // the projection is unbounded
   const auto [u0, u1] =
       pixel_range(image_box_px.min().x(), image_box_px.max().x(), s.pixels.width_px());
   const auto [v0, v1] =
       pixel_range(image_box_px.min().y(), image_box_px.max().y(), s.pixels.height_px());
-  return any_object_pixel(s.pixels, {u0, v0, u1, v1});
+  const auto in_image = [&](const Eigen::Vector2d& low_px, const Eigen::Vector2d& high_px) {
+    return s.pixels.holds(low_px.x() - kProjectionRounding_px,
+                          low_px.y() - kProjectionRounding_px) &&
+           s.pixels.holds(high_px.x() + kProjectionRounding_px,
+                          high_px.y() + kProjectionRounding_px);
+  };
+  return {any_object_pixel(s.pixels, {u0, v0, u1, v1}),
+          in_image(image_box_px.min(), image_box_px.max())};
+}
+
+// Returns true only if the cameras certify the box free.
+bool is_certified(std::span<const hull::Silhouette> silhouettes,
+                  const Eigen::AlignedBox3d& box_world_m, const hull::HullRule& rule) {
+  if (!rule.within_world_m.intersects(box_world_m)) return true;
+  const bool all = rule.limits == hull::Limits::all;
+  int may_see = 0;
+  for (const hull::Silhouette& s : silhouettes) {
+    const BoxView view = view_of(s, box_world_m);
+    if (!view.object && (all || view.whole)) return true;
+    may_see += view.object;
+  }
+  return !all && may_see < rule.min_seen;
 }
 
 }  // namespace
 
 bool is_certainly_free(std::span<const hull::Silhouette> silhouettes,
-                       const Eigen::AlignedBox3d& box_world_m, int depth) {
-  if (silhouettes.empty()) return true;
-  for (const hull::Silhouette& s : silhouettes)
-    if (!may_contain_object(s, box_world_m)) return true;
+                       const Eigen::AlignedBox3d& box_world_m, int depth,
+                       const hull::HullRule& rule) {
+  if (silhouettes.empty() || is_certified(silhouettes, box_world_m, rule)) return true;
   if (depth == 0) return false;
   for (int octant = 0; octant < 8; ++octant) {
     const Eigen::Vector3d corner_world_m =
@@ -67,7 +91,7 @@ bool is_certainly_free(std::span<const hull::Silhouette> silhouettes,
     if (!is_certainly_free(
             silhouettes,
             {corner_world_m.cwiseMin(center_world_m), corner_world_m.cwiseMax(center_world_m)},
-            depth - 1))
+            depth - 1, rule))
       return false;
   }
   return true;

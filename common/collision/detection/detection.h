@@ -108,8 +108,8 @@ class CollisionDetector {
                         std::span<const hull::Silhouette> silhouettes) = 0;
   // Returns one result per object, in the given order. The span belongs to the detector and is
   // valid until the next detect() or set_hull(); a caller may move results out of it. Requires a
-  // hull. Throws std::invalid_argument if a pose or a reference point is not finite, an option is
-  // out of range, or the hull's rule is not Limits::all (cpu, gl).
+  // hull. Throws std::invalid_argument if a pose or a reference point is not finite, or an option
+  // is out of range.
   std::span<ObjectCollision> detect(std::span<const DetectionObject> objects);
   const DetectorCounts& counts() const { return counts_; }
 

@@ -91,12 +91,20 @@ struct TriangleInImage {
     return pixel_from_weights.row(1) - v_px * pixel_from_weights.row(2);
   }
 
-  WeightPolygon in_image(WeightPolygon polygon) const {
-    polygon = split(polygon, pixel_from_weights.row(2) - kReferenceNearest_m * Line::Ones()).above;
-    polygon = split(polygon, right_of(-0.5)).above;
-    polygon = split(polygon, right_of(pixels->width_px() - 0.5)).below;
-    polygon = split(polygon, beneath(-0.5)).above;
-    return split(polygon, beneath(pixels->height_px() - 0.5)).below;
+  // Returns the part of the polygon in the image. Appends the parts outside it to `outside`.
+  WeightPolygon in_image(WeightPolygon polygon, std::vector<WeightPolygon>& outside) const {
+    const auto keep = [&](const Line& line, bool above) {
+      Split parts = split(polygon, line);
+      WeightPolygon& rest = above ? parts.below : parts.above;
+      if (!rest.empty()) outside.push_back(std::move(rest));
+      polygon = std::move(above ? parts.above : parts.below);
+    };
+    keep(pixel_from_weights.row(2) - kReferenceNearest_m * Line::Ones(), true);
+    keep(right_of(-0.5), true);
+    keep(right_of(pixels->width_px() - 0.5), false);
+    keep(beneath(-0.5), true);
+    keep(beneath(pixels->height_px() - 0.5), false);
+    return polygon;
   }
 
   // The smallest rectangle that contains a polygon of the image.
@@ -113,11 +121,13 @@ struct TriangleInImage {
     return box;
   }
 
-  // Appends the parts of the polygon on object pixels. Sweeps down the rows and treats rows with
-  // the same runs as one. Does not clip at the rectangle's own borders: rounding decides on which
-  // side of a border between pixels a plane seen edge-on falls, and all of the polygon counts.
-  void accept_object(const WeightPolygon& polygon, std::vector<WeightPolygon>& accepted) const {
-    WeightPolygon rest = in_image(polygon);
+  // Appends the parts of the polygon on object pixels, and those outside the image. Sweeps down the
+  // rows and treats rows with the same runs as one. Does not clip at the rectangle's own borders:
+  // rounding decides on which side of a border between pixels a plane seen edge-on falls, and all
+  // of the polygon counts.
+  void accept_object(const WeightPolygon& polygon, std::vector<WeightPolygon>& accepted,
+                     std::vector<WeightPolygon>& outside) const {
+    WeightPolygon rest = in_image(polygon, outside);
     const hull::PixelRect box = bounds(rest);
     for (int v = box.v0_px; v < box.v1_px && !rest.empty();) {
       const std::vector<Run> row = runs(*pixels, v, box.u0_px, box.u1_px);
@@ -210,27 +220,48 @@ Triangle sorted(const Triangle& triangle) {
 }
 
 std::vector<WeightPolygon> weights_in_hull(std::span<const hull::Silhouette> silhouettes,
-                                           const Triangle& triangle) {
+                                           const Triangle& triangle, const hull::HullRule& rule) {
   for (const Vector3d& vertex : triangle)
     if (!vertex.allFinite()) throw std::invalid_argument("a vertex of the triangle is not finite");
   if (silhouettes.empty()) return {};
   const Triangle t = sorted(triangle);
-  std::vector<WeightPolygon> inside{{Vector3d::UnitX(), Vector3d::UnitY(), Vector3d::UnitZ()}};
+  const bool seen = rule.limits == hull::Limits::seen;
+  WeightPolygon in_box{Vector3d::UnitX(), Vector3d::UnitY(), Vector3d::UnitZ()};
+  for (int axis = 0; axis < 3; ++axis) {
+    const Line at(t[0][axis], t[1][axis], t[2][axis]);
+    if (const double low_m = rule.within_world_m.min()[axis]; std::isfinite(low_m))
+      in_box = split(in_box, at - low_m * Line::Ones()).above;
+    if (const double high_m = rule.within_world_m.max()[axis]; std::isfinite(high_m))
+      in_box = split(in_box, high_m * Line::Ones() - at).above;
+  }
+  if (in_box.empty()) return {};
+  // Polygons that no camera removes, by the number of cameras that see them.
+  std::vector<std::vector<WeightPolygon>> seen_by{{in_box}};
   for (const hull::Silhouette& s : silhouettes) {
     if (geometry::why_unusable(s.camera)) return {};
     const TriangleInImage in_image(s, t);
-    std::vector<WeightPolygon> kept;
-    for (const WeightPolygon& polygon : inside) in_image.accept_object(polygon, kept);
-    inside = std::move(kept);
+    std::vector<std::vector<WeightPolygon>> kept(seen_by.size() + 1);
+    for (std::size_t count = 0; count < seen_by.size(); ++count)
+      for (const WeightPolygon& polygon : seen_by[count]) {
+        std::vector<WeightPolygon> outside;
+        in_image.accept_object(polygon, kept[count + 1], outside);
+        if (seen) kept[count].insert(kept[count].end(), outside.begin(), outside.end());
+      }
+    seen_by = std::move(kept);
   }
+  std::vector<WeightPolygon> inside;
+  for (std::size_t count = 0; count < seen_by.size(); ++count)
+    if (!seen || int(count) >= rule.min_seen)
+      inside.insert(inside.end(), seen_by[count].begin(), seen_by[count].end());
   return inside;
 }
 
 std::vector<std::vector<Vector3d>> hull_on_triangle(std::span<const hull::Silhouette> silhouettes,
-                                                    const Triangle& triangle) {
+                                                    const Triangle& triangle,
+                                                    const hull::HullRule& rule) {
   const Triangle t = sorted(triangle);
   std::vector<std::vector<Vector3d>> polygons;
-  for (const WeightPolygon& weights : weights_in_hull(silhouettes, triangle)) {
+  for (const WeightPolygon& weights : weights_in_hull(silhouettes, triangle, rule)) {
     polygons.emplace_back();
     for (const Vector3d& w : weights) polygons.back().push_back(point(t, w));
   }

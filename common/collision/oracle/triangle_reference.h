@@ -1,8 +1,7 @@
 // Exact reference for triangles: maps each camera's object pixels onto the triangle by the
 // homography of its plane, and intersects the polygons of all cameras. Computes in double, favours
-// clarity over speed, and shares no code with the backends that the tests compare with it. Uses the
-// hull rule Limits::all. With a silhouette that is not finite the hull is empty.
-// hull is empty.
+// clarity over speed, and shares no code with the backends that the tests compare with it. With a
+// silhouette that is not finite the hull is empty.
 #pragma once
 #include <span>
 #include <vector>
@@ -30,11 +29,13 @@ Triangle sorted(const Triangle& triangle);
 // without area (collinear, or a point) is a normal case: its polygons have an area in weights.
 // Throws std::invalid_argument if a vertex is not finite.
 std::vector<WeightPolygon> weights_in_hull(std::span<const hull::Silhouette> silhouettes,
-                                           const Triangle& triangle);
+                                           const Triangle& triangle,
+                                           const hull::HullRule& rule = {});
 
 // Returns the polygons of weights_in_hull() as world points [m].
 std::vector<std::vector<Eigen::Vector3d>> hull_on_triangle(
-    std::span<const hull::Silhouette> silhouettes, const Triangle& triangle);
+    std::span<const hull::Silhouette> silhouettes, const Triangle& triangle,
+    const hull::HullRule& rule = {});
 
 struct TriangleTruth {
   bool crosses = false;         // a part of the triangle is in the hull
@@ -47,7 +48,7 @@ struct TriangleTruth {
   Eigen::Vector3d deepest_world_m = Eigen::Vector3d::Zero();
   double deepest_m = 0, deepest_at_most_m = 0;
 };
-// Throws std::invalid_argument if a vertex is not finite.
+// Uses Limits::all. Throws std::invalid_argument if a vertex is not finite.
 TriangleTruth triangle_truth(const HullDistance& hull, const Triangle& triangle);
 
 // Bound of the rounding error of an area fraction: the sum of several thousand pieces, each exact

@@ -88,12 +88,15 @@ CubeQuery::CubeProjection CubeQuery::project_cube(const CubeCamera& c,
       c.rounding * (center_world_m.cwiseAbs().sum() + 3 * half_edge_m + c.translation_m);
   const double ahead_m = half_edge_m * c.axis_z + rounding_m;
   CubeProjection projection;
-  if (c.skip_map->bounds().empty() || !(p.z() + ahead_m > 0)) {
+  if (!(p.z() + ahead_m > 0)) {
     projection.may_hold = false;
     return projection;
   }
-  if (!(p.z() - ahead_m > 0)) {
-    projection.may_hold = meets_pyramid(c, p, half_edge_m, rounding_m);
+  const bool no_object = c.skip_map->bounds().empty();
+  if (no_object || !(p.z() - ahead_m > 0)) {
+    projection.may_hold = !no_object && meets_pyramid(c, p, half_edge_m, rounding_m);
+    projection.center_seen = p.z() > 0 && hull::holds(c.image, c.fx_px * p.x() / p.z() + c.cx_px,
+                                                      c.fy_px * p.y() / p.z() + c.cy_px);
     return projection;
   }
   const double x = p.x() / p.z(), y = p.y() / p.z(), per_nearest_z = 1 / (p.z() - ahead_m);
@@ -117,9 +120,13 @@ CubeQuery::CubeProjection CubeQuery::project_cube(const CubeCamera& c,
 }
 
 CubeVerdict CubeQuery::test(const Vector3d& center_world_m, double half_edge_m) const {
+  const Eigen::Vector3d half_m = Eigen::Vector3d::Constant(half_edge_m);
+  if (!rule_.within_world_m.intersects(
+          Eigen::AlignedBox3d(center_world_m - half_m, center_world_m + half_m)))
+    return {.free = true};
   const bool all = rule_.limits == hull::Limits::all;
   int may_hold = 0, center_on = 0;
-  bool center_off = false;
+  bool center_off = !rule_.within_world_m.contains(center_world_m);
   for (const CubeCamera& camera : cameras_) {
     const CubeProjection p = project_cube(camera, center_world_m, half_edge_m);
     if (!p.may_hold && (all || p.sees_all)) return {.free = true};

@@ -53,18 +53,18 @@ struct Node {  // the cells [at, at + 2^level) along each axis
 class CellSearch {
  public:
   CellSearch(const hull::HullQuery& query, const HullComponentsOptions& options, CellGrid& grid)
-      : query_(query), options_(options), grid_(grid) {
+      : query_(query), options_(options), grid_(grid), rule_{query.hull().rule()} {
     Eigen::Isometry3d world_from_box = Eigen::Isometry3d::Identity();
     world_from_box.translation() = options.within_world_m.center();
     // The root cell starts at the box's minimum corner and may extend beyond its other sides.
     const double reach_m = options.within_world_m.diagonal().norm() +
                            2 * options.cell_m * std::bit_ceil(unsigned(grid.size().maxCoeff()));
     for (const hull::CpuHull::MapCamera& camera : query.hull().cameras()) {
-      const auto map = object_map(camera, world_from_box, reach_m);
+      const auto map = object_map(camera, world_from_box, reach_m, rule_.hull.limits);
       if (map)
         maps_.push_back(*map);
       else
-        all_mapped_ = false;
+        ++rule_.unmapped;
     }
   }
 
@@ -117,11 +117,11 @@ class CellSearch {
         boxes.center_m[axis][i] = float(center_m);
         boxes.half_m[axis][i] = float(0.5 * size_m + kSlack * (size_m + std::abs(center_m)));
       }
-    const ContactBits bits = classify_boxes(maps_, boxes);
+    const ContactBits bits = classify_boxes(maps_, boxes, rule_);
     for (int i = 0; i < count; ++i) {
       const Node& node = batch[std::size_t(i)];
       if (bits.free >> i & 1) continue;
-      if (!(bits.solid >> i & 1) || !all_mapped_) {
+      if (!(bits.solid >> i & 1) || rule_.unmapped > 0 || !is_in_rule_box(node)) {
         next.push_back(node);
         continue;
       }
@@ -131,13 +131,22 @@ class CellSearch {
     }
   }
 
+  // Whether the node, with a margin for rounding, is in the rule's box.
+  bool is_in_rule_box(const Node& node) const {
+    if (!rule_.hull.is_bounded()) return true;
+    const double size_m = options_.cell_m * (1 << node.level), margin_m = kSlack * size_m;
+    const Vector3d low_m = options_.within_world_m.min() + options_.cell_m * node.at.cast<double>();
+    return rule_.hull.within_world_m.contains(
+        Eigen::AlignedBox3d(low_m.array() + margin_m, low_m.array() + size_m - margin_m));
+  }
+
   // Relative bound on the rounding error of a cell's centre and half size in float.
   static constexpr double kSlack = 0x1p-22;
   const hull::HullQuery& query_;
   const HullComponentsOptions& options_;
   CellGrid& grid_;
   std::vector<ObjectMap> maps_;
-  bool all_mapped_ = true;
+  ContactRule rule_;
 };
 
 struct Run {  // the cells [x0, x1) of row (y, z)
@@ -218,10 +227,11 @@ void add_run(const Run& run, const Vector3d& origin, Moments& m) {
   m.products(0, 0) += n * (n * n - 1) / 12;
 }
 
-// Returns whether some camera sees the box at its image border, or does not see all of it.
+// Returns whether some camera sees an object at its image border, and the box there or not wholly.
 bool at_an_image_border(const hull::HullQuery& query, const Eigen::AlignedBox3d& box_world_m) {
   for (const hull::CpuHull::MapCamera& camera : query.hull().cameras()) {
     const hull::PixelRect image = hull::image_of(camera.camera), &object = camera.skip_map.bounds();
+    if (object.empty()) continue;  // Limits::seen
     if (object.u0_px > image.u0_px && object.v0_px > image.v0_px && object.u1_px < image.u1_px &&
         object.v1_px < image.v1_px)
       continue;
@@ -237,11 +247,8 @@ bool at_an_image_border(const hull::HullQuery& query, const Eigen::AlignedBox3d&
   return false;
 }
 
-Vector3i checked_size(const hull::HullQuery& query, const HullComponentsOptions& options) {
+Vector3i checked_size(const HullComponentsOptions& options) {
   const Eigen::AlignedBox3d& box = options.within_world_m;
-  if (query.hull().rule().limits != hull::Limits::all)
-    throw std::invalid_argument(
-        "hull components require the hull rule limits: all, not limits: seen");
   if (!(options.cell_m > 0 && std::isfinite(options.cell_m)))
     throw std::invalid_argument("hull components: cell_m is not positive and finite");
   if (!(box.min().allFinite() && box.max().allFinite() && (box.sizes().array() > 0).all()))
@@ -307,7 +314,7 @@ void add_outlines(const hull::HullQuery& query, const HullComponentsOptions& opt
 
 std::vector<HullComponent> hull_components(const hull::HullQuery& query,
                                            const HullComponentsOptions& options) {
-  const Vector3i size = checked_size(query, options);
+  const Vector3i size = checked_size(options);
   if (query.hull().empty()) return {};
   CellGrid grid(size);
   CellSearch(query, options, grid).run();

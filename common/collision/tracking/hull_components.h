@@ -33,8 +33,8 @@ struct HullComponentsOptions {
 // Maximum number of cells in the box.
 inline constexpr std::size_t kMaxComponentCells = std::size_t{1} << 27;
 // Returns the components by descending volume. The result does not depend on the number of threads.
-// Throws std::invalid_argument if the box is empty or not finite, cell_m is not positive, the box
-// has more than kMaxComponentCells cells, or the hull's rule is not Limits::all.
+// Throws std::invalid_argument if the box is empty or not finite, cell_m is not positive, or the
+// box has more than kMaxComponentCells cells.
 std::vector<HullComponent> hull_components(const hull::HullQuery& query,
                                            const HullComponentsOptions& options);
 

@@ -11,6 +11,8 @@
 #include <string>
 #include <variant>
 
+#include "common/hull/hull.h"
+
 namespace fivepipe::config {
 
 // Rendered images: see SyntheticWorld.
@@ -158,6 +160,7 @@ struct CaptureConfig {
   int max_frames_in_flight = 3;  // published and not yet composited; 0: no pacing
   // Captures this many frames before the start and publishes them repeatedly; 0: live.
   int precomputed_frames = 0;
+  hull::HullRule hull_rule = {};  // of the deployment: which points of the hull need a colour
 };
 
 }  // namespace fivepipe::config

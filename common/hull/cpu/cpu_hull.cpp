@@ -12,9 +12,6 @@
 namespace fivepipe::hull {
 namespace {
 
-// Relative slack of the depth range that a block of rays shares: far above the rounding of clip(),
-// but too small to add steps.
-constexpr double kBlockSlack = 1e-9;
 // Side of the pieces of a view that the pool culls in parallel [px]; a multiple of a block.
 constexpr int kPiece_px = 4 * kBlock_px;
 
@@ -86,6 +83,9 @@ struct CpuHull::ViewJob {
   std::vector<MapFromView> maps;
   std::vector<const SkipMap*> skip_maps;
   std::vector<HalfSpace> half_spaces;  // their intersection holds the hull
+  std::vector<HalfSpace> of_box;       // their intersection is the rule's box
+  // Limits::seen: by camera; their intersection holds every point on the camera's object.
+  std::vector<std::vector<HalfSpace>> of_camera;
   PixelRect rect;
   float* depth_m;
   float* at(int u, int v) const {
@@ -138,16 +138,27 @@ class CpuHull::Tracer {
   // Returns a range that holds the part of every ray that may meet the hull. A slope is linear over
   // the rays, so its extremes are at the corners.
   RayRange shared_range(const PixelRect& rays, RayRange range) const {
-    RayRange tight = range;
-    for (const HalfSpace& h : job_->half_spaces) {
+    const RayRange tight = clipped(job_->of_box, rays, clipped(job_->half_spaces, rays, range));
+    if (tight.empty()) return tight;
+    const RayRange widened{std::max(range.begin, tight.begin * (1 - kRangeSlack)),
+                           std::min(range.end, tight.end * (1 + kRangeSlack))};
+    if (job_->rule.limits == Limits::all) return widened;
+    std::vector<RayRange> on_object;
+    for (const std::vector<HalfSpace>& half_spaces : job_->of_camera)
+      on_object.push_back(clipped(half_spaces, rays, widened));
+    return overlap_range(on_object, job_->rule.min_seen, widened);
+  }
+
+  static RayRange clipped(const std::vector<HalfSpace>& half_spaces, const PixelRect& rays,
+                          RayRange tight) {
+    for (const HalfSpace& h : half_spaces) {
+      if (tight.empty()) break;
       const double max_slope = std::max(
           {h.slope_at(rays.u0_px, rays.v0_px), h.slope_at(rays.u1_px - 1, rays.v0_px),
            h.slope_at(rays.u0_px, rays.v1_px - 1), h.slope_at(rays.u1_px - 1, rays.v1_px - 1)});
       hull::clip(tight, h.offset, max_slope);
-      if (tight.empty()) return tight;
     }
-    return {std::max(range.begin, tight.begin * (1 - kBlockSlack)),
-            std::min(range.end, tight.end * (1 + kBlockSlack))};
+    return tight;
   }
 
   void trace_block(const PixelRect& rays, const RayRange& range) {
@@ -170,10 +181,43 @@ class CpuHull::Tracer {
                 v = rays.v0_px + uncertain_[i] / kBlock_px;
       *job_->at(u, v) = depth_of(u, v);
     }
+    if (!is_in_box(rays, range)) cut_at_box(rays);
+  }
+
+  // Returns whether the rays are in the rule's box over the whole range.
+  bool is_in_box(const PixelRect& rays, const RayRange& range) const {
+    return std::all_of(job_->of_box.begin(), job_->of_box.end(), [&](const HalfSpace& h) {
+      const double min_slope = std::min(
+          {h.slope_at(rays.u0_px, rays.v0_px), h.slope_at(rays.u1_px - 1, rays.v0_px),
+           h.slope_at(rays.u0_px, rays.v1_px - 1), h.slope_at(rays.u1_px - 1, rays.v1_px - 1)});
+      return h.offset + range.begin * min_slope >= 0 && h.offset + range.end * min_slope >= 0;
+    });
+  }
+
+  // Traces the rays again whose first hull point is outside the rule's box.
+  void cut_at_box(const PixelRect& rays) {
+    for (int v = rays.v0_px; v < rays.v1_px; ++v)
+      for (int u = rays.u0_px; u < rays.u1_px; ++u) {
+        float& depth_m = *job_->at(u, v);
+        if (depth_m == kNoHull) continue;
+        const RayRange range = range_in_box(u, v);
+        if (!(range.begin <= depth_m && depth_m <= range.end)) depth_m = depth_of(u, v);
+      }
+  }
+
+  // Returns the part of the view's depths in which the ray is in the rule's box.
+  RayRange range_in_box(int u, int v) const {
+    RayRange range{job_->view->near_m, job_->view->far_m};
+    for (const HalfSpace& h : job_->of_box)
+      if (!range.empty()) hull::clip(range, h.offset, h.slope_at(u, v));
+    return range;
   }
 
   float depth_of(int u, int v) {
-    const RayRange range{job_->view->near_m, job_->view->far_m};
+    RayRange range = range_in_box(u, v);
+    if (range.empty()) return kNoHull;
+    if (job_->rule.limits == Limits::seen) range = range_on_objects(u, v, range);
+    if (range.empty()) return kNoHull;
     walks_.clear();
     for (std::size_t i = 0; i < job_->cameras.size(); ++i) {
       const CpuHull::MapCamera& c = job_->cameras[i];
@@ -185,12 +229,23 @@ class CpuHull::Tracer {
     return t == kNever ? kNoHull : float(t);
   }
 
+  // Limits::seen: returns the part of the range in which enough cameras may see the ray on their
+  // objects. It depends on the ray alone, not on its block.
+  RayRange range_on_objects(int u, int v, const RayRange& range) {
+    on_object_.clear();
+    for (std::size_t i = 0; i < job_->cameras.size(); ++i)
+      on_object_.push_back(range_in_window(image_line(job_->maps[i], u, v),
+                                           job_->cameras[i].skip_map.bounds(), range));
+    return overlap_range(on_object_, job_->rule.min_seen, range);
+  }
+
   const ViewJob* job_ = nullptr;
   std::vector<VisibleBlock> seen_;
   Block block_;
   SimdScratch scratch_;
   std::uint16_t uncertain_[kBlock_px * kBlock_px];
   std::vector<MapWalk> walks_;
+  std::vector<RayRange> on_object_;
 };
 
 CpuHull::CpuHull(base::WorkerPool& pool) : pool_(&pool) {
@@ -242,12 +297,15 @@ void CpuHull::depth(const View& view, const PixelRect& rect, std::span<float> de
     std::fill(depth_m.begin(), depth_m.end(), kNoHull);
     return;
   }
-  ViewJob job{&view, rule_, {cameras_.data(), used_}, {}, {}, {}, rect, depth_m.data()};
+  ViewJob job{&view, rule_, {cameras_.data(), used_}, {}, {}, {}, {}, {}, rect, depth_m.data()};
+  if (rule_.is_bounded()) add_half_spaces(view_rays(view.camera), rule_.within_world_m, job.of_box);
   for (const MapCamera& c : job.cameras) {
     job.maps.push_back(map_from_view(c.camera, view.camera));
     job.skip_maps.push_back(&c.skip_map);
-    if (rule_.limits == Limits::all)
-      add_half_spaces(job.maps.back(), walk_window(c.camera, c.skip_map, rule_), job.half_spaces);
+    add_half_spaces(job.maps.back(),
+                    rule_.limits == Limits::all ? walk_window(c.camera, c.skip_map, rule_)
+                                                : c.skip_map.bounds(),
+                    rule_.limits == Limits::all ? job.half_spaces : job.of_camera.emplace_back());
   }
   const std::vector<VisibleBlock> blocks = visible_blocks(job);
   make_quadrants(job, blocks);

@@ -23,8 +23,6 @@ void clip(RayRange& range, double offset, double slope, double crossing) {
     range.end = range.begin;
 }
 
-// Returns the part of the range in which the ray is in front of the camera and its image in the
-// window.
 RayRange within(const ImageLine& l, const PixelRect& window, RayRange range) {
   clip(range, l.w_offset - kNearestToCamera_m, l.w_slope,
        (kNearestToCamera_m - l.w_offset) / l.w_slope);
@@ -70,6 +68,46 @@ ImageLine image_line(const geometry::Camera& camera, const geometry::Ray& ray) {
           d.z()};
 }
 
+RayRange range_in_window(const ImageLine& line, const PixelRect& window, const RayRange& range) {
+  return window.empty() ? RayRange{range.end, range.end} : within(line, window, range);
+}
+
+RayRange range_in_box(const Eigen::AlignedBox3d& box_world_m, const geometry::Ray& ray,
+                      RayRange range) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const double to_low_m = box_world_m.min()[axis] - ray.origin_world_m[axis],
+                 to_high_m = box_world_m.max()[axis] - ray.origin_world_m[axis],
+                 direction = ray.direction_world[axis];
+    if (direction == 0) {
+      if (to_low_m > 0 || to_high_m < 0) range.end = range.begin;
+      continue;
+    }
+    range.begin = std::max(range.begin, (direction > 0 ? to_low_m : to_high_m) / direction);
+    range.end = std::min(range.end, (direction > 0 ? to_high_m : to_low_m) / direction);
+  }
+  return range;
+}
+
+RayRange overlap_range(std::span<const RayRange> ranges, int count, const RayRange& all) {
+  if (count <= 0) return all;
+  // `count` ranges overlap first where one begins, and last where one ends.
+  RayRange found{all.end, all.begin};
+  for (const RayRange& range : ranges) {
+    if (range.empty()) continue;
+    int at_begin = 0, at_end = 0;
+    for (const RayRange& other : ranges) {
+      if (other.empty()) continue;
+      at_begin += other.begin <= range.begin && range.begin < other.end;
+      at_end += other.begin < range.end && range.end <= other.end;
+    }
+    if (at_begin >= count) found.begin = std::min(found.begin, range.begin);
+    if (at_end >= count) found.end = std::max(found.end, range.end);
+  }
+  if (found.empty()) return found;
+  return {std::max(all.begin, found.begin - kRangeSlack * std::abs(found.begin)),
+          std::min(all.end, found.end + kRangeSlack * std::abs(found.end))};
+}
+
 PixelRect walk_window(const geometry::Camera& camera, const SkipMap& skip_map,
                       const HullRule& rule) {
   if (rule.limits == Limits::seen) return {0, 0, camera.pinhole.width_px, camera.pinhole.height_px};
@@ -84,7 +122,7 @@ MapWalk::MapWalk(const ImageLine& line, const SkipMap& skip_map, const PixelRect
       skip_map_(&skip_map),
       window_(window),
       beyond_(beyond),
-      inside_window_(window.empty() ? RayRange{range.end, range.end} : within(line, window, range)),
+      inside_window_(range_in_window(line, window, range)),
       right_(line.u_slope * line.w_offset > line.u_offset * line.w_slope),
       down_(line.v_slope * line.w_offset > line.v_offset * line.w_slope) {
   verdict_span_ = inside_window_.empty() ? VerdictSpan{beyond, kNever}

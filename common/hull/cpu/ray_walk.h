@@ -51,6 +51,21 @@ inline ImageLine image_line(const MapFromView& map, double u_px, double v_px) {
 // Returns the image of any ray in a camera's map.
 ImageLine image_line(const geometry::Camera& camera, const geometry::Ray& ray);
 
+// Returns the part of the range in which the ray is in front of the camera and its image in the
+// window; empty if the window is.
+RayRange range_in_window(const ImageLine& line, const PixelRect& window, const RayRange& range);
+
+// Returns the part of the range in which the ray is in the box.
+RayRange range_in_box(const Eigen::AlignedBox3d& box_world_m, const geometry::Ray& ray,
+                      RayRange range);
+
+// Relative slack of a range to which rays are clipped: far above the rounding of clipping, but too
+// small to add steps.
+inline constexpr double kRangeSlack = 1e-9;
+// Returns the part of `all`, slightly widened, from the first to the last parameter at which at
+// least `count` of the ranges overlap; empty if that is nowhere. The ranges are parts of `all`.
+RayRange overlap_range(std::span<const RayRange> ranges, int count, const RayRange& all);
+
 enum class Verdict { empty, object, unseen };
 struct VerdictSpan {
   Verdict verdict;

@@ -15,3 +15,13 @@ void clip(double offset, double slope) {
   else
     range.y = range.x;
 }
+
+// Keeps the depths at which a ray is in the rule's box. Requires view.glsl.
+void clip_to_box(dvec2 ray) {
+  dvec3 direction = direction_of(ray), above = eye_m.xyz - box_min_m.xyz,
+        below = box_max_m.xyz - eye_m.xyz;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (range.x < range.y) clip(above[axis], direction[axis]);
+    if (range.x < range.y) clip(below[axis], -direction[axis]);
+  }
+}

@@ -28,6 +28,8 @@ enum Binding {
   kWork = 3
 };
 static_assert(kMaxCameras == kMaxGlCameras);
+// A side of the rule's box that is farther is none [m].
+constexpr double kUnbounded_m = 1e30;
 constexpr std::size_t kGroupsPerRow = 64;  // of the dispatch over tiles, as in work.glsl
 
 int floor_to_multiple(int x, int of) { return x >= 0 ? x / of * of : -((-x + of - 1) / of * of); }
@@ -69,6 +71,19 @@ void copy_bits(const ObjectPixels& pixels, int u0_px, int v0_px, std::uint32_t w
   }
 }
 
+// Returns the program for this many cameras; compiles it when first needed.
+template <class Programs>
+const gl::GlProgram& program_for(Programs& programs, std::size_t cameras, const char* name,
+                                 const char* source) {
+  const auto found = std::find_if(programs.begin(), programs.end(),
+                                  [&](const auto& p) { return cameras <= p.max_cameras; });
+  if (!found->program)
+    found->program = std::make_unique<gl::GlProgram>(
+        name,
+        gl::with_defines(source, "#define CAMERAS " + std::to_string(found->max_cameras) + "\n"));
+  return *found->program;
+}
+
 }  // namespace
 
 GlHull::GlHull()
@@ -77,7 +92,10 @@ GlHull::GlHull()
       distances_("hull: distances", kDistancesComp),
       tiles_("hull: tiles", kTilesComp),
       resolve_exact_("hull: resolve exact", kResolveExactComp) {
-  for (const std::size_t max_cameras : {4, 16, 64}) rays_.push_back({max_cameras, nullptr});
+  for (const std::size_t max_cameras : {4, 16, 64}) {
+    rays_.push_back({max_cameras, nullptr});
+    seen_rays_.push_back({max_cameras, nullptr});
+  }
   const Work none{};
   work_buffer_.write(&none, sizeof none);
 }
@@ -86,15 +104,14 @@ void GlHull::set_silhouettes(std::span<const Silhouette> silhouettes, const Hull
   if (silhouettes.size() > kMaxGlCameras)
     throw std::invalid_argument("backend gl supports at most 64 cameras, not " +
                                 std::to_string(silhouettes.size()));
-  if (rule.limits != Limits::all)
-    throw std::invalid_argument("backend gl supports only the rule `limits: all`");
+  rule_ = rule;
   maps_.clear();
   bits_.clear();
   std::vector<QueryCamera> order;
   empty_ = silhouettes.empty();
   for (const Silhouette& s : silhouettes) {
     order.push_back({&s, s.pixels.bounds()});
-    empty_ |= !is_finite(s.camera) || order.back().bounds.empty();
+    empty_ |= !is_finite(s.camera) || (rule.limits == Limits::all && order.back().bounds.empty());
   }
   if (empty_) return;
   std::sort(order.begin(), order.end(), smaller_first);
@@ -166,6 +183,15 @@ void GlHull::write_view(const View& view) {
   ViewBlock block;
   block.range_m[0] = view.near_m;
   block.range_m[1] = view.far_m;
+  block.range_m[2] = rule_.min_seen;
+  const ViewRays rays = view_rays(view.camera);
+  Eigen::Vector3d::Map(block.eye_m) = rays.eye_world_m;
+  Eigen::Vector3d::Map(block.column) = rays.direction_of_pixel.col(0);
+  Eigen::Vector3d::Map(block.row) = rays.direction_of_pixel.col(1);
+  Eigen::Vector3d::Map(block.constant) = rays.direction_of_pixel.col(2);
+  // Shaders need not support infinity.
+  Eigen::Vector3d::Map(block.box_min_m) = rule_.within_world_m.min().cwiseMax(-kUnbounded_m);
+  Eigen::Vector3d::Map(block.box_max_m) = rule_.within_world_m.max().cwiseMin(kUnbounded_m);
   for (std::size_t i = 0; i < maps_.size(); ++i) {
     const Map& m = maps_[i];
     const MapFromView map = map_from_view(m.camera, view.camera);
@@ -185,6 +211,9 @@ void GlHull::write_view(const View& view) {
         int(m.pixel_rows), int(32 * m.pixel_words);
     Eigen::Vector4i::Map(to.cells) << int(4 * m.first_cell_word), int(4 * m.cell_words),
         int(m.cell_rows), int(32 * m.cell_words);
+    const geometry::Pinhole& k = m.camera.pinhole;
+    Eigen::Vector4i::Map(to.image) << -m.u0_px, -m.v0_px, k.width_px - m.u0_px,
+        k.height_px - m.v0_px;
   }
   view_buffer_.reserve(sizeof block);
   view_buffer_.write(&block, offsetof(ViewBlock, maps) + maps_.size() * sizeof(ViewMap));
@@ -213,16 +242,6 @@ void GlHull::write_candidates(std::span<const PixelRect> rects) {
   work_buffer_.write(&work, sizeof work);
 }
 
-const gl::GlProgram& GlHull::rays_program(std::size_t cameras) {
-  const auto rays = std::find_if(rays_.begin(), rays_.end(),
-                                 [&](const RaysProgram& r) { return cameras <= r.max_cameras; });
-  if (!rays->program)
-    rays->program = std::make_unique<gl::GlProgram>(
-        "hull: rays",
-        gl::with_defines(kRaysComp, "#define CAMERAS " + std::to_string(rays->max_cameras) + "\n"));
-  return *rays->program;
-}
-
 void GlHull::run(std::size_t cameras) {
   distance_buffer_.bind_storage(kDistances);
   view_buffer_.bind_uniform(0);
@@ -231,18 +250,26 @@ void GlHull::run(std::size_t cameras) {
   work_buffer_.bind_storage(kWork);
   glBindImageTexture(0, depth_->get(), 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_R32F);
   glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, work_buffer_.get());
-  const gl::GlProgram& rays = rays_program(cameras);
-  for (const GLuint program : {tiles_.get(), rays.get(), resolve_exact_.get()})
+  const bool seen = rule_.limits == Limits::seen;
+  if (seen && !seen_tiles_)
+    seen_tiles_ = std::make_unique<gl::GlProgram>("hull: seen tiles", kSeenTilesComp);
+  const gl::GlProgram &tiles = seen ? *seen_tiles_ : tiles_,
+                      &rays =
+                          seen ? program_for(seen_rays_, cameras, "hull: seen rays", kSeenRaysComp)
+                               : program_for(rays_, cameras, "hull: rays", kRaysComp);
+  for (const GLuint program : {tiles.get(), rays.get(), resolve_exact_.get()})
     glProgramUniform1i(program, 0, GLint(cameras));
-  glProgramUniform1ui(tiles_.get(), 1, GLuint(candidates_));
-  tiles_.use();
+  glProgramUniform1ui(tiles.get(), 1, GLuint(candidates_));
+  tiles.use();
   glDispatchCompute(groups_of(candidates_), 1, 1);
   glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT);
   rays.use();
   glDispatchComputeIndirect(offsetof(Work, tile_groups));
-  glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT);
-  resolve_exact_.use();
-  glDispatchComputeIndirect(offsetof(Work, ray_groups));
+  if (!seen) {
+    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT);
+    resolve_exact_.use();
+    glDispatchComputeIndirect(offsetof(Work, ray_groups));
+  }
   glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT |
                   GL_SHADER_IMAGE_ACCESS_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT |
                   GL_FRAMEBUFFER_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);

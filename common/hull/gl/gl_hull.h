@@ -6,7 +6,7 @@
 //
 // Rays are traced in float. rays.comp derives a bound of float's rounding; a ray with a decision
 // that rounding could change is traced again in double (resolve_exact.comp). Depth is computed in
-// double and then rounded to float.
+// double and then rounded to float. With Limits::seen all rays are traced in double.
 #pragma once
 #include <memory>
 #include <span>
@@ -26,10 +26,10 @@ class GlHull {
   GlHull();  // throws GlError
 
   // Uploads the object pixels and prepares them. Buffers are reused from frame to frame. The hull
-  // is empty if there is no silhouette, a camera is not finite, or a silhouette has no object
-  // pixel. The depths do not depend on the order of the silhouettes. Throws std::invalid_argument
-  // for more than kMaxGlCameras silhouettes or a rule other than Limits::all, and GlError if the
-  // object pixels exceed the driver's largest storage block; the hull is then empty.
+  // is empty if there is no silhouette or a camera is not finite; with Limits::all also if a
+  // silhouette has no object pixel. The depths do not depend on the order of the silhouettes.
+  // Throws std::invalid_argument for more than kMaxGlCameras silhouettes, and GlError if the object
+  // pixels exceed the driver's largest storage block; the hull is then empty.
   void set_silhouettes(std::span<const Silhouette> silhouettes, const HullRule& rule = {});
 
   // Computes the depths of the rects, which must not overlap. A view that is not finite has no
@@ -49,7 +49,7 @@ class GlHull {
   std::vector<DepthTile> depth(const View& view, std::span<const PixelRect> rects);
 
   // Returns counts of the last trace(). Waits for the GPU. Tests use it to prove that both passes
-  // run.
+  // run. rays_in_double is 0 with Limits::seen.
   struct Counts {
     std::size_t tiles, traced_tiles, rays_in_double;
   };
@@ -70,17 +70,18 @@ class GlHull {
   void write_view(const View& view);
   void write_candidates(std::span<const PixelRect> rects);
   void run(std::size_t cameras);
-  const gl::GlProgram& rays_program(std::size_t cameras);
 
   gl::GlProgram cells_, strips_, distances_, tiles_, resolve_exact_;
   struct RaysProgram {
     std::size_t max_cameras;
     std::unique_ptr<gl::GlProgram> program;  // compiled when first needed
   };
-  std::vector<RaysProgram> rays_;
+  std::vector<RaysProgram> rays_, seen_rays_;
+  std::unique_ptr<gl::GlProgram> seen_tiles_;  // compiled when first needed
   gl::GlBuffer bit_buffer_, distance_buffer_, grid_buffer_, strip_buffer_, view_buffer_,
       candidate_buffer_, tile_buffer_, work_buffer_;
   std::unique_ptr<gl::GlTexture> depth_;
+  HullRule rule_;
   std::vector<Map> maps_;
   std::vector<std::uint32_t> bits_;  // all crops, then room for their cells
   std::size_t words_ = 0, candidates_ = 0;

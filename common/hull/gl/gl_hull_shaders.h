@@ -27,10 +27,14 @@ struct ViewMap {  // std140
   double eye[4], column[4], row[4], constant[4];
   std::int32_t bounds[4];            // u0, v0, u1, v1 of the object pixels, in the crop [px]
   std::int32_t pixels[4], cells[4];  // distances: first word, words per row, rows, columns
-  std::int32_t unused[4];
+  std::int32_t image[4];             // u0, v0, u1, v1 of the image, in the crop [px]
 };
 struct ViewBlock {
-  double range_m[4];  // near, far
+  double range_m[4];  // near, far; [2]: HullRule::min_seen with Limits::seen
+  // The point at depth t [m] on the ray through (u, v) is eye_m + t (u column + v row + constant)
+  // [world].
+  double eye_m[4], column[4], row[4], constant[4];
+  double box_min_m[4], box_max_m[4];  // HullRule::within_world_m
   ViewMap maps[kMaxCameras];
 };
 // A tile: its first pixel (u, v << 16) and the requested rays, first to last inclusive, as 4 bits
@@ -43,7 +47,8 @@ struct Tile {
   float length_m;         // no ray meets the hull after begin_m + length_m
   std::uint32_t at_near;  // 1: begin_m is the near plane, where a ray may already be in the hull
   std::uint32_t corner, rays;  // as Candidate
-  std::uint32_t unused[2];
+  std::uint32_t leaves_box;    // 1: a ray of the tile may be outside the rule's box in the range
+  std::uint32_t unused;
 };
 struct Work {  // two indirect dispatches; the list of uncertain rays follows
   std::uint32_t tile_groups[3], tiles, ray_groups[3], rays;

@@ -18,6 +18,7 @@
 // last, and a verdict of another map at an earlier depth stays certain.
 //! include "view.glsl"
 //! include "work.glsl"
+//! include "clip.glsl"
 
 const int kCameras = CAMERAS;  // maximum; `cameras` is the actual number
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -172,6 +173,14 @@ double depth_of(Candidate hit, dvec2 ray) {
          ((hit.axis == 0 ? slope.x : slope.y) - border * slope.z);
 }
 
+// Returns whether the ray is in the rule's box at depth t. The first hull point of other rays is
+// found from where they enter the box.
+bool is_in_box(dvec2 ray, double t) {
+  range = range_m.xy;
+  clip_to_box(ray);
+  return range.x <= t && t <= range.y;
+}
+
 void main() {
   uint slot = gl_WorkGroupID.y * kGroupsPerRow + gl_WorkGroupID.x;
   if (slot >= tile_count) return;
@@ -191,6 +200,10 @@ void main() {
   float depth = kNoHull;
   if (state == kHit) {
     double t = hit.camera < 0 ? range_m.x : depth_of(hit, dvec2(ray));
+    if (tile.leaves_box != 0u && !is_in_box(dvec2(ray), t)) {
+      set_aside(ray.x, ray.y);
+      return;
+    }
     if (t < range_m.y) depth = float(t);
   }
   imageStore(depth_m, ivec2(ray), vec4(depth, 0.0, 0.0, 0.0));

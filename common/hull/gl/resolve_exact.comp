@@ -4,25 +4,10 @@
 //! include "view.glsl"
 //! include "work.glsl"
 //! include "clip.glsl"
+//! include "walk.glsl"
 
 layout(local_size_x = 64) in;
 layout(r32f, binding = 0) writeonly uniform image2D depth_m;
-const double kNever = 1e30lf;
-
-// Returns the pixel of the image at depth t, clamped to [low, high].
-int pixel(double offset, double slope, double w, double t, int low, int high) {
-  double at = (offset + t * slope) / w;
-  return !(at > double(low)) ? low : at >= double(high) ? high : int(at);
-}
-
-// Returns the depth >= t at which the image crosses `border`, or kNever.
-double crossing(double offset, double slope, double w_offset, double w_slope, double border,
-                double t) {
-  double at = (border * w_offset - offset) / (slope - border * w_slope);
-  if (at > t) return at;
-  // The image is at the border already because of rounding, or reaches it only behind the camera.
-  return w_offset + at * w_slope > 0 ? t : kNever;
-}
 
 // Returns the first depth >= t at which the ray is on the object of map c, or kNever if there is
 // none before `end`.
@@ -56,6 +41,7 @@ double first_on_object(int c, dvec3 eye, dvec3 slope, double t, double end) {
 // agree on a depth.
 double first_in_hull(dvec2 ray) {
   range = range_m.xy;
+  clip_to_box(ray);
   for (int c = 0; c < cameras && range.x < range.y; ++c) {
     dvec3 eye = maps[c].eye.xyz, slope = slope_of(c, ray);
     dvec4 bounds = dvec4(maps[c].bounds);

@@ -5,38 +5,15 @@
 //! include "view.glsl"
 //! include "work.glsl"
 //! include "clip.glsl"
+//! include "tile_clip.glsl"
 
 layout(local_size_x = 64) in;
 layout(std430, binding = 0) readonly buffer Candidates { uvec2 candidates[]; };
 layout(location = 1) uniform uint candidate_count;
-// Relative slack of a tile's range, so that rounding does not cut the range of a single ray.
-const double kSlack = 1e-9lf;
 // Images keep this distance from a box's border [px], so that no ray starts next to a pixel border.
 const double kBorderMargin_px = 1.0lf / 32.0lf;
-const double kSpan = 7.0lf;  // from a tile's first ray to its last
 const int kMaxSteps = 48;
 const float kBeyond_px = 1e30;
-// Clips to the union of the ranges of a tile's rays: the ray with the largest slope has the longest
-// range.
-void clip_tile(double at_eye, double column, double row, double constant, double extra) {
-  clip(at_eye + extra, constant + max(kSpan * column, 0.0lf) + max(kSpan * row, 0.0lf));
-}
-
-void clip_to_map(int c, dvec2 corner) {
-  dvec3 eye = maps[c].eye.xyz, column = maps[c].column.xyz, row = maps[c].row.xyz,
-        first = slope_of(c, corner);
-  dvec4 bounds = dvec4(maps[c].bounds);
-  clip_tile(eye.z, column.z, row.z, first.z, -kNearestToCamera_m);
-  clip_tile(eye.x - bounds.x * eye.z, column.x - bounds.x * column.z, row.x - bounds.x * row.z,
-            first.x - bounds.x * first.z, 0.0lf);
-  clip_tile(bounds.z * eye.z - eye.x, bounds.z * column.z - column.x, bounds.z * row.z - row.x,
-            bounds.z * first.z - first.x, 0.0lf);
-  clip_tile(eye.y - bounds.y * eye.z, column.y - bounds.y * column.z, row.y - bounds.y * row.z,
-            first.y - bounds.y * first.z, 0.0lf);
-  clip_tile(bounds.w * eye.z - eye.y, bounds.w * column.z - column.y, bounds.w * row.z - row.y,
-            bounds.w * first.z - first.y, 0.0lf);
-}
-
 // Returns a depth >= t up to which none of the tile's rays meets the object in map c, or t if that
 // is not known.
 double free_depth(int c, dvec2 corner, double t) {
@@ -91,6 +68,8 @@ void main() {
     clip_to_map(c, corner);
     if (!(range.x < range.y)) return;
   }
+  uint leaves_box = clip_to_box_of_tile(corner);
+  if (!(range.x < range.y)) return;
   bool at_near = range.x == range_m.x;
   range =
       dvec2(max(range_m.x, range.x * (1.0lf - kSlack)), min(range_m.y, range.y * (1.0lf + kSlack)));
@@ -100,5 +79,5 @@ void main() {
   uint i = atomicAdd(tile_count, 1u);
   if (i % kGroupsPerRow == 0u) atomicAdd(tile_groups[1], 1u);
   tiles[i] = Tile(range.x, float(range.y - range.x), at_near && range.x == begin ? 1u : 0u,
-                  candidate.x, candidate.y, 0u, 0u);
+                  candidate.x, candidate.y, leaves_box, 0u);
 }

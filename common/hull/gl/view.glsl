@@ -6,11 +6,12 @@ const float kNoHull = 0.0;   // as in hull.h
 layout(std430, binding = 1) readonly buffer Distances { uint distances[]; };
 struct ViewMap {
   dvec4 eye, column, row, constant;
-  ivec4 bounds, pixels, cells;
+  ivec4 bounds, pixels, cells, image;
 };
 
 layout(std140, binding = 0) uniform View {
-  dvec4 range_m;  // near, far
+  dvec4 range_m;  // near, far; z: min_seen of Limits::seen
+  dvec4 eye_m, column_of_view, row_of_view, constant_of_view, box_min_m, box_max_m;
   ViewMap maps[kMaxCameras];
 };
 
@@ -19,6 +20,11 @@ layout(location = 0) uniform int cameras;
 dvec3 slope_of(int camera, dvec2 ray) {
   return maps[camera].column.xyz * ray.x +
          (maps[camera].row.xyz * ray.y + maps[camera].constant.xyz);
+}
+
+// Returns the direction of a ray in the world: the point at depth t is eye_m + t * direction.
+dvec3 direction_of(dvec2 ray) {
+  return column_of_view.xyz * ray.x + (row_of_view.xyz * ray.y + constant_of_view.xyz);
 }
 
 // A box of pixels around `at` that are all of one kind: background if distance > 0, object if

@@ -3,7 +3,7 @@
 struct Tile {
   double begin_m;
   float length_m;
-  uint at_near, corner, rays, unused_a, unused_b;
+  uint at_near, corner, rays, leaves_box, unused;
 };
 
 layout(std430, binding = 2) buffer Tiles { Tile tiles[]; };

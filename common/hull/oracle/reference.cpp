@@ -131,6 +131,17 @@ std::vector<Interval> reference_intervals(std::span<const Silhouette> silhouette
                                           const geometry::Ray& ray, double near, double far,
                                           const HullRule& rule) {
   if (silhouettes.empty()) return {};
+  for (int axis = 0; axis < 3; ++axis) {
+    const double origin = ray.origin_world_m[axis], direction = ray.direction_world[axis],
+                 low = rule.within_world_m.min()[axis], high = rule.within_world_m.max()[axis];
+    if (direction == 0) {
+      if (!(origin >= low && origin <= high)) return {};
+      continue;
+    }
+    const double a = (low - origin) / direction, b = (high - origin) / direction;
+    near = std::max(near, std::min(a, b)), far = std::min(far, std::max(a, b));
+  }
+  if (!(near < far)) return {};
   if (rule.limits == Limits::seen)
     return intervals_where_seen(silhouettes, ray, near, far, rule.min_seen);
   std::vector<Interval> inside{{near, far}};

@@ -33,6 +33,12 @@ Eigen::Matrix<float, 3, 4> texture_from_view(const geometry::Camera& map_camera,
   return (geometry::texture_from_camera(map_camera.pinhole) * map_from_view).cast<float>();
 }
 
+// Shaders need not support infinity.
+Eigen::Vector3f finite(const Eigen::Vector3d& p_m) {
+  constexpr double kUnbounded_m = 1e30;
+  return p_m.cwiseMax(-kUnbounded_m).cwiseMin(kUnbounded_m).cast<float>();
+}
+
 Eigen::Vector4f sight_corners(const geometry::Pinhole& k) {
   return Eigen::Vector4d((-0.5 - k.cx_px) / k.fx_px, (-0.5 - k.cy_px) / k.fy_px,
                          (k.width_px - 0.5 - k.cx_px) / k.fx_px,
@@ -62,16 +68,17 @@ PlaneSweep::PlaneSweep(int width_px, int height_px, int planes)
   assert(planes > 0);
 }
 
-void PlaneSweep::set_silhouettes(std::span<const Silhouette> silhouettes) {
+void PlaneSweep::set_silhouettes(std::span<const Silhouette> silhouettes, const HullRule& rule) {
   if (silhouettes.size() > kMaxSweepCameras)
     throw std::invalid_argument("backend sweep supports at most 255 cameras, not " +
                                 std::to_string(silhouettes.size()));
   hull_is_empty_ = silhouettes.empty();
+  rule_ = rule;
   std::vector<MapTexture> previous = std::exchange(maps_, {});
   for (std::size_t i = 0; i < silhouettes.size(); ++i) {
     const Silhouette& s = silhouettes[i];
     const PixelRect bounds = s.pixels.bounds();
-    if (bounds.empty() || !is_finite(s.camera)) {
+    if ((bounds.empty() && rule.limits == Limits::all) || !is_finite(s.camera)) {
       hull_is_empty_ = true;
       return;
     }
@@ -103,11 +110,38 @@ void PlaneSweep::clear(std::span<const PixelRect> rects, const PixelRect& around
     if (!rect.empty()) clear_one(rect, 1.0f);
 }
 
+// all: each camera increments the pixels that all cameras before it have counted. A pixel that one
+// of them missed cannot reach n.
+void PlaneSweep::count_cameras(
+    float depth_m, std::span<const Eigen::Matrix<float, 3, 4>> textures_from_view) const {
+  const bool all = rule_.limits == Limits::all;
+  const auto draw = [&](std::size_t camera) {
+    glProgramUniformMatrix4x3fv(count_.get(), 2, 1, GL_FALSE, textures_from_view[camera].data());
+    maps_[camera].texture.bind(0);
+    glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
+  };
+  count_.use();
+  glProgramUniform1f(count_.get(), 0, depth_m);
+  glProgramUniform1i(count_.get(), 4, 0);
+  glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+  glDepthMask(GL_FALSE);
+  glStencilOp(GL_KEEP, GL_KEEP, GL_INCR);
+  for (std::size_t i = 0; i < maps_.size(); ++i) {
+    glStencilFunc(all ? GL_EQUAL : GL_ALWAYS, GLint(i), 0xff);
+    draw(i);
+  }
+  if (all) return;
+  glProgramUniform1i(count_.get(), 4, 1);
+  glStencilOp(GL_KEEP, GL_KEEP, GL_ZERO);
+  for (std::size_t i = 0; i < maps_.size(); ++i) draw(i);
+}
+
 void PlaneSweep::sweep(const View& view, const SweepRange& range, const PixelRect& pixels) const {
   std::vector<HalfSpace> half_spaces;
   std::vector<Eigen::Matrix<float, 3, 4>> textures_from_view;
   for (const MapTexture& m : maps_) {
-    add_half_spaces(map_from_view(m.camera, view.camera), m.bounds, half_spaces);
+    if (rule_.limits == Limits::all)
+      add_half_spaces(map_from_view(m.camera, view.camera), m.bounds, half_spaces);
     textures_from_view.push_back(texture_from_view(m.camera, view.camera));
   }
   const Eigen::Matrix4f clip_from_view =
@@ -119,31 +153,28 @@ void PlaneSweep::sweep(const View& view, const SweepRange& range, const PixelRec
     glProgramUniformMatrix4fv(program->get(), 1, 1, GL_FALSE, clip_from_view.data());
     glProgramUniform4fv(program->get(), 3, 1, corners.data());
   }
-  const GLint n = GLint(maps_.size());
+  add_half_spaces(view_rays(view.camera), rule_.within_world_m, half_spaces);
+  const Eigen::Matrix<float, 3, 4> world_from_view =
+      view.camera.camera_from_world.inverse().matrix().topRows<3>().cast<float>();
+  const Eigen::Vector3f box_min_m = finite(rule_.within_world_m.min()),
+                        box_max_m = finite(rule_.within_world_m.max());
+  glProgramUniformMatrix4x3fv(count_.get(), 5, 1, GL_FALSE, world_from_view.data());
+  glProgramUniform3fv(count_.get(), 6, 1, box_min_m.data());
+  glProgramUniform3fv(count_.get(), 7, 1, box_max_m.data());
+  const bool all = rule_.limits == Limits::all;
+  const GLint needed = all ? GLint(maps_.size()) : std::max(rule_.min_seen, 1);
   for (int k = 0; k < planes_; ++k) {
     const double depth_m = range.near_m + k * (range.far_m - range.near_m) / planes_;
     const PixelRect reached = pixels_at_depth(half_spaces, depth_m, pixels);
     if (reached.empty()) continue;
     scissor(reached);
-    // Each camera increments the pixels that all cameras before it have counted. A pixel that one
-    // of them missed cannot reach n.
-    count_.use();
-    glProgramUniform1f(count_.get(), 0, float(depth_m));
-    glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
-    glDepthMask(GL_FALSE);
-    glStencilOp(GL_KEEP, GL_KEEP, GL_INCR);
-    for (GLint i = 0; i < n; ++i) {
-      glStencilFunc(GL_EQUAL, i, 0xff);
-      glProgramUniformMatrix4x3fv(count_.get(), 2, 1, GL_FALSE, textures_from_view[i].data());
-      maps_[i].texture.bind(0);
-      glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
-    }
-    // Pixels with count n get the plane's depth. Their counts return to zero.
+    count_cameras(float(depth_m), textures_from_view);
+    // Pixels that enough cameras cover get the plane's depth. All counts return to zero.
     keep_.use();
     glProgramUniform1f(keep_.get(), 0, float(depth_m));
     glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
     glDepthMask(GL_TRUE);
-    glStencilFunc(GL_EQUAL, n, 0xff);
+    glStencilFunc(all ? GL_EQUAL : GL_LEQUAL, needed, 0xff);
     glStencilOp(GL_ZERO, GL_ZERO, GL_ZERO);
     glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
   }

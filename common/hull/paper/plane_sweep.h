@@ -2,6 +2,8 @@
 // direction sweep the view frustum from front to back. Each camera's object pixels are projected
 // onto the plane as a texture. The stencil buffer counts the cameras whose object pixels cover a
 // pixel of the plane. A pixel that all n cameras cover keeps the plane's depth, by the depth test.
+// With Limits::seen, at least min_seen cameras must cover it; a pixel that a camera sees in its
+// image on no object pixel loses its count.
 //
 // This is an approximation: the sweep finds a ray's first hull point at the first plane behind it,
 // up to one plane spacing too far. It can miss parts of the hull that are thinner than the spacing.
@@ -40,8 +42,9 @@ class PlaneSweep {
   int planes() const { return planes_; }
 
   // Uploads the object pixels. Throws std::invalid_argument for more than kMaxSweepCameras
-  // silhouettes. The hull is empty if a camera is not finite or has no object pixel.
-  void set_silhouettes(std::span<const Silhouette> silhouettes);
+  // silhouettes. The hull is empty if a camera is not finite; with Limits::all also if a camera has
+  // no object pixel.
+  void set_silhouettes(std::span<const Silhouette> silhouettes, const HullRule& rule = {});
 
   // Sweeps once for all rects, which must be inside the view's image and not overlap. The view must
   // have this sweep's size. Plane k of `planes` is at near_m + k * (far_m - near_m) / planes. The
@@ -56,6 +59,9 @@ class PlaneSweep {
     gl::GlTexture texture;
   };
   void sweep(const View& view, const SweepRange& range, const PixelRect& pixels) const;
+  // Counts the cameras that cover each pixel of a plane in the stencil buffer.
+  void count_cameras(float depth_m,
+                     std::span<const Eigen::Matrix<float, 3, 4>> textures_from_view) const;
   void scissor(const PixelRect& pixels) const;
   void clear(std::span<const PixelRect> rects, const PixelRect& around) const;
   DepthTile read_back(const PixelRect& rect) const;
@@ -65,6 +71,7 @@ class PlaneSweep {
   gl::GlVertexArray no_attributes_;
   gl::GlProgram count_, keep_;
   std::vector<MapTexture> maps_;
+  HullRule rule_;
   bool hull_is_empty_ = true;
 };
 

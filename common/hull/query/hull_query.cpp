@@ -36,7 +36,8 @@ HullQuery::HullQuery(CpuHull& hull) : hull_(&hull) {
 }
 
 bool HullQuery::contains(const Vector3d& p_world_m) const {
-  if (hull_->empty() || !p_world_m.allFinite()) return false;
+  if (hull_->empty() || !p_world_m.allFinite() || !hull_->rule().within_world_m.contains(p_world_m))
+    return false;
   const bool all = hull_->rule().limits == Limits::all;
   int seen = 0;
   for (const CpuHull::MapCamera& c : hull_->cameras()) {
@@ -59,6 +60,9 @@ void HullQuery::each_interval(const geometry::Ray& ray, double near, double far,
       !ray.origin_world_m.allFinite() || !ray.direction_world.allFinite())
     return;
   const HullRule& rule = hull_->rule();
+  const RayRange in_box = range_in_box(rule.within_world_m, ray, {near, far});
+  near = in_box.begin, far = in_box.end;
+  if (in_box.empty()) return;
   std::vector<MapWalk> walks;
   walks.reserve(cones_.size());
   for (const CpuHull::MapCamera& c : hull_->cameras()) {
@@ -111,8 +115,10 @@ void HullQuery::contains(std::span<const Vector3d> p_world_m,
     InHull verdicts[kBatchSize];
     contains_simd(cameras, p_world_m.subspan(begin, end - begin), verdicts);
     for (std::size_t i = begin; i < end; ++i)
-      inside[i] = verdicts[i - begin] == InHull::uncertain ? contains(p_world_m[i])
-                                                           : verdicts[i - begin] == InHull::yes;
+      inside[i] = verdicts[i - begin] == InHull::uncertain
+                      ? contains(p_world_m[i])
+                      : verdicts[i - begin] == InHull::yes &&
+                            hull_->rule().within_world_m.contains(p_world_m[i]);
   });
 }
 

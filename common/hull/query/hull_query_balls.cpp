@@ -52,6 +52,21 @@ double distance_to_other_m(const SkipMap& skip_map, const ImageCone& cone, const
   return nearest_m;
 }
 
+// Lower bounds of the distances from p to the box, if p is outside, and to its faces, if p is
+// inside; 0 otherwise.
+struct BoxClearance {
+  double outside_m = 0, inside_m = 0;
+};
+BoxClearance box_clearance(const Eigen::AlignedBox3d& box_world_m, const Vector3d& p) {
+  // A difference of coordinates has one rounding.
+  constexpr double kSlack = 1 - 2 * std::numeric_limits<double>::epsilon();
+  const Eigen::Array3d above_low = (p - box_world_m.min()).array(),
+                       below_high = (box_world_m.max() - p).array();
+  const double inside_m = above_low.min(below_high).minCoeff();
+  // The largest difference along an axis: the distance is at least that.
+  return {kSlack * std::max(0.0, -inside_m), kSlack * std::max(0.0, inside_m)};
+}
+
 }  // namespace
 
 // One camera's bounds for the surroundings of a point.
@@ -102,7 +117,7 @@ double HullQuery::free_radius_m(const Vector3d& p_world_m) const {
   const bool seen = hull_->rule().limits == Limits::seen;
   const std::size_t cameras = cones_.size(),
                     needed = seen ? std::size_t(std::max(hull_->rule().min_seen, 0)) : cameras;
-  double radius_m = 0;
+  double radius_m = box_clearance(hull_->rule().within_world_m, p_world_m).outside_m;
   if (!seen) {
     for (std::size_t i = 0; i < cameras; ++i)
       radius_m = std::max(radius_m, camera_clearance(i, p_world_m).off_object_m);
@@ -126,7 +141,8 @@ double HullQuery::solid_radius_m(const Vector3d& p_world_m) const {
   if (hull_->empty() || !is_in_range(p_world_m)) return 0;
   const bool all = hull_->rule().limits == Limits::all;
   int seen = 0;
-  double radius_m = kInfinity;
+  double radius_m = box_clearance(hull_->rule().within_world_m, p_world_m).inside_m;
+  if (!(radius_m > 0)) return 0;
   for (std::size_t i = 0; i < cones_.size(); ++i) {
     const CameraClearance a = camera_clearance(i, p_world_m);
     seen += a.sees;

@@ -131,9 +131,11 @@ std::optional<LimitingCameras> limiting_cameras(const HullQuery& query, const ge
   if (hull.empty() || !(near < far) || !std::isfinite(near) || !std::isfinite(far))
     return std::nullopt;
   if (!ray.origin_world_m.allFinite() || !ray.direction_world.allFinite()) return std::nullopt;
+  const RayRange range = range_in_box(hull.rule().within_world_m, ray, {near, far});
+  if (range.empty()) return std::nullopt;
   std::vector<ImageLine> lines;
   for (const CpuHull::MapCamera& c : hull.cameras()) lines.push_back(image_line(c.camera, ray));
-  const auto border = first_border(hull, lines, near, far);
+  const auto border = first_border(hull, lines, range.begin, range.end);
   if (!border || border->camera < 0) return std::nullopt;
   const auto crossed = normal_at(hull, *border, lines[std::size_t(border->camera)]);
   if (!crossed) return std::nullopt;

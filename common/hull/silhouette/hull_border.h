@@ -23,7 +23,8 @@ struct RayBorder {
   Kept kept = Kept::object;
 };
 // Returns the first border between near and far, at the same parameter as HullQuery::first_entry(),
-// or nullopt. `lines` are the ray's images in the order of CpuHull::cameras().
+// or nullopt. The caller clips near and far to the rule's box. `lines` are the ray's images in the
+// order of CpuHull::cameras().
 std::optional<RayBorder> first_border(const CpuHull& hull, std::span<const ImageLine> lines,
                                       double near, double far);
 
@@ -58,7 +59,8 @@ struct LimitingCameras {
 };
 inline constexpr std::size_t kMaxLimiting = 4;
 // Returns the cameras at the first entry of the ray between near and far. Returns nullopt if there
-// is no entry, the ray starts in the hull, or no edge of a map is found.
+// is no entry, the ray starts in the hull or enters it through the rule's box, or no edge of a map
+// is found.
 std::optional<LimitingCameras> limiting_cameras(const HullQuery& query, const geometry::Ray& ray,
                                                 double near, double far);
 

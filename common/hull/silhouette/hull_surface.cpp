@@ -31,11 +31,15 @@ class Surface {
     std::vector<ImageLine> lines;
     lines.reserve(maps_.size());
     for (const MapFromView& map : maps_) lines.push_back(image_line(map, u, v));
-    // Start just before the depth; if that finds no border, start at the near plane.
-    auto border = first_border(hull_, lines, std::max(view_.near_m, depth_m * (1 - kDepthError)),
-                               std::min(view_.far_m, depth_m * (1 + kDepthError)));
-    if (!border || (border->camera < 0 && border->t > view_.near_m))
-      border = first_border(hull_, lines, view_.near_m, view_.far_m);
+    // Start just before the depth; if that finds no border, start at the near plane or where the
+    // ray enters the rule's box.
+    const RayRange range = range_in_box(hull_.rule().within_world_m,
+                                        geometry::ray_through(view_.camera, Vector2d(u, v)),
+                                        {view_.near_m, view_.far_m});
+    auto border = first_border(hull_, lines, std::max(range.begin, depth_m * (1 - kDepthError)),
+                               std::min(range.end, depth_m * (1 + kDepthError)));
+    if (!border || (border->camera < 0 && border->t > range.begin))
+      border = first_border(hull_, lines, range.begin, range.end);
     if (!border) return;
     if (border->camera < 0) {
       camera = kNearPlane;

@@ -32,7 +32,7 @@ struct FrameSet {
   std::int64_t first_received_ns, last_received_ns;  // CLOCK_REALTIME; of its maps
   std::vector<hull::Silhouette> silhouettes;         // in the rig's order
   std::vector<std::string> cameras;                  // of the silhouettes
-  std::vector<std::string> empty_cameras;  // cameras with no object pixel: the hull is empty
+  std::vector<std::string> empty_cameras;            // cameras with no object pixel
   // Cameras without a map for kLostAfterFrames. The set has no silhouette of them.
   std::vector<std::string> lost_cameras;
 };

@@ -8,9 +8,11 @@
 
 namespace fivepipe::node {
 
-FrameSetReader::FrameSetReader(bus::Bus& bus, const config::Rig& rig, NodeStatusReporter& status)
+FrameSetReader::FrameSetReader(bus::Bus& bus, const config::Rig& rig, NodeStatusReporter& status,
+                               hull::Limits limits)
     : rig_(rig),
       status_(status),
+      limits_(limits),
       infos_(bus.reader<bus::topics::CameraInfo>()),
       maps_(bus.reader<bus::topics::ObjectPixelMap>()),
       sets_(rig) {}
@@ -76,7 +78,7 @@ std::vector<frames::FrameSet> FrameSetReader::take() {
     status_.count(kFrameSetsComplete);
     status_.latency("set_skew", 1e-9 * double(set.skew_ns));
     for (const std::string& camera : set.empty_cameras) status_.empty_camera(camera);
-    status_.diagnostic("hull", empty_hull_text(set.empty_cameras));
+    status_.diagnostic("hull", empty_hull_text(set.empty_cameras, limits_));
     status_.diagnostic("lost cameras", set.lost_cameras.empty()
                                            ? ""
                                            : fmt::format("{}; the hull uses only the other cameras",

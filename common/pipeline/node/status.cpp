@@ -369,9 +369,11 @@ void NodeStatusReporter::start_progress(const std::string& text) {
   if (impl_->set_diagnostic(kStart, text)) spdlog::info("{}: {}", kStart, text);
 }
 
-std::string empty_hull_text(const std::vector<std::string>& cameras) {
+std::string empty_hull_text(const std::vector<std::string>& cameras, hull::Limits limits) {
   if (cameras.empty()) return "";
-  return fmt::format("empty: no object pixel in camera {}", fmt::join(cameras, ", "));
+  return fmt::format("{}: no object pixel in camera {}",
+                     limits == hull::Limits::all ? "empty" : "empty where the camera sees",
+                     fmt::join(cameras, ", "));
 }
 
 }  // namespace fivepipe::node

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "common/hull/hull.h"
 #include "common/pipeline/bus/bus.h"
 #include "common/pipeline/messages/bad_message.h"
 
@@ -70,8 +71,8 @@ class NodeStatusReporter {
 };
 
 // Returns the diagnostic for a hull that is empty because these cameras have no object pixel, or an
-// empty text if `cameras` is empty.
-std::string empty_hull_text(const std::vector<std::string>& cameras);
+// empty text if `cameras` is empty. With Limits::seen it is empty only where they see.
+std::string empty_hull_text(const std::vector<std::string>& cameras, hull::Limits limits);
 
 // Reports the time from its construction to its destruction as a latency.
 class StageTimer {

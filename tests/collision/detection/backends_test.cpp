@@ -254,7 +254,7 @@ TEST_P(EveryBackend, RejectsAPoseThatIsNotFinite) {
   EXPECT_THROW(detect(hull, tree, kVerdictOnly, at({kNaN, 0, 0})), std::invalid_argument);
 }
 
-TEST_P(CertifiedBackend, RejectsInvalidOptionsAndHullRules) {
+TEST_P(CertifiedBackend, RejectsInvalidOptions) {
   const CollisionHull hull(hand_like());
   const collision::Bvh tree(geometry::box_mesh({0.1, 0.1, 0.1}));
   const collision::DetectionObject object{&tree};
@@ -272,12 +272,6 @@ TEST_P(CertifiedBackend, RejectsInvalidOptionsAndHullRules) {
   }
   EXPECT_THROW(detect(hull, tree, kVerdictOnly, Isometry3d::Identity(), {0, kNaN, 0}),
                std::invalid_argument);
-  base::WorkerPool pool(1);
-  hull::CpuHull seen(pool, hull.silhouettes, {hull::Limits::seen, 2});
-  const hull::HullQuery query(seen);
-  const auto detector = make_detector(kVerdictOnly);
-  detector->set_hull(query, hull.silhouettes);
-  EXPECT_THROW(detector->detect({&object, 1}), std::invalid_argument);
 }
 
 TEST_P(CertifiedBackend, FindsASliverOfOneMetreByOneMicrometre) {

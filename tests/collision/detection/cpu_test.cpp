@@ -167,7 +167,7 @@ TEST(CpuDetection, CountsItsBoxesAndTriangles) {
       {&scattered}, {&sphere, at({0.03, 0, 0})}, {&sphere, at({0.5, 0.5, 0})}};
   collision::CpuDetectionCounts expected;
   for (const collision::DetectionObject& object : objects) {
-    const auto maps = collision::object_maps(hull.query, object);
+    const auto maps = collision::object_maps(hull.query, object).maps;
     ASSERT_EQ(maps.size(), 4u);
     const std::function<void(int, int)> descend = [&](int level, int node) {
       ++expected.boxes;

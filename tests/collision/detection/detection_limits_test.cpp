@@ -173,12 +173,17 @@ TEST(CpuDetection, ACameraTooWideForFloatStillLimitsTheHull) {
   };
   const collision::Bvh tree(mesh_of({triangle_at(0.05), triangle_at(0.25)}));
   const collision::DetectionObject object{&tree};
-  ASSERT_EQ(collision::object_maps(hull.query, object).size(), 1u);
-  for (const double spacing_m : {0.0, 3e-3}) {
-    const auto found = collision::detect(hull.query, {&object, 1}, {.spacing_m = spacing_m})[0];
-    EXPECT_EQ(found.triangles, std::vector<std::uint32_t>{1});
-    EXPECT_TRUE(found.undecided.empty());
-  }
+  EXPECT_EQ(collision::object_maps(hull.query, object).maps.size(), 1u);
+  EXPECT_EQ(collision::object_maps(hull.query, object).rule.unmapped, 1);
+  const CollisionHull seen({columns(0, 64), too_wide_for_float({0, 64})}, 1,
+                           {hull::Limits::seen, 2});
+  for (const CollisionHull* by_rule : {&hull, &seen})
+    for (const double spacing_m : {0.0, 3e-3}) {
+      const auto found =
+          collision::detect(by_rule->query, {&object, 1}, {.spacing_m = spacing_m})[0];
+      EXPECT_EQ(found.triangles, std::vector<std::uint32_t>{1});
+      EXPECT_TRUE(found.undecided.empty());
+    }
   // No box is certified without the wide camera's map.
   const collision::Bvh beside(mesh_of({triangle_at(0.05)}));
   const collision::DetectionObject free{&beside};

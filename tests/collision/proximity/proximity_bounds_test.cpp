@@ -168,12 +168,39 @@ TEST(ProximityCubes, CubesBesideTheObjectPixelsAreFreeAndCentersAreExact) {
   EXPECT_GT(out, 3000);
 }
 
+// Limits::seen: a camera removes the points that it sees, also if it has no object pixel or is
+// inside the cube.
+TEST(ProximityCubes, CamerasThatGiveNoHintStillRemoveCenters) {
+  Random random(12);
+  const Vector3d origin = Vector3d::Zero();
+  auto silhouettes = silhouettes_of({{origin, origin, 0.3}}, random_cameras(random, 3));
+  const hull::HullRule rule{hull::Limits::seen, 3};
+  EXPECT_TRUE(
+      collision::CubeQuery(Queries(silhouettes, rule).query).test(origin, 1e-3).center_in_hull);
+  geometry::Camera camera{geometry::pinhole_from_fov(64, 48, 0.8),
+                          geometry::look_at({0, 0, 0.1}, origin, Vector3d::UnitX())};
+  silhouettes.push_back({camera, hull::ObjectPixels(64, 48)});
+  for (const int pixels : {0, 1}) {
+    if (pixels > 0) silhouettes.back().pixels.set(0, 0);
+    const Queries q(silhouettes, rule);
+    for (const double half_edge_m : {1e-3, 0.15}) {  // the larger one extends behind the camera
+      EXPECT_FALSE(hull::in_hull(silhouettes, origin, rule));
+      EXPECT_FALSE(collision::CubeQuery(q.query).test(origin, half_edge_m).center_in_hull)
+          << pixels << ' ' << half_edge_m;
+    }
+  }
+}
+
 TEST(Proximity, BoundsHoldOnEveryRig) {
   int near = 0, wide = 0;
   for (int seed = 1; seed <= 150; ++seed) {
     Random random(seed);
     const auto silhouettes = random_rig(random, seed % 4 == 0);
-    const hull::HullRule rule = kRules[seed / 4 % 4];
+    hull::HullRule rule = kRules[seed / 4 % 4];
+    if (seed % 3 == 0) {
+      const Vector3d corner = random_in_ball(random, 0.2);
+      rule.within_world_m = {corner, corner + Vector3d(0.1, 0.2, 0.15)};
+    }
     const Queries q(silhouettes, rule);
     const collision::ProximityOptions options{0.2, 0.004};
     const auto points = random_points(random, 12, 0.6);

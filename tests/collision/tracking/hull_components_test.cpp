@@ -20,9 +20,9 @@ const Eigen::AlignedBox3d kSpace(Vector3d(-0.3, -0.3, -0.3), Vector3d(0.3, 0.3, 
 
 std::vector<collision::HullComponent> components_of(
     const std::vector<hull::Silhouette>& silhouettes, double cell_m, int threads = 1,
-    const Eigen::AlignedBox3d& within = kSpace) {
+    const Eigen::AlignedBox3d& within = kSpace, const hull::HullRule& rule = {}) {
   base::WorkerPool pool(threads);
-  hull::CpuHull hull(pool, silhouettes);
+  hull::CpuHull hull(pool, silhouettes, rule);
   return collision::hull_components(hull::HullQuery(hull), {within, cell_m});
 }
 
@@ -286,11 +286,47 @@ TEST(HullComponents, EmptyHullHasNoneAndInvalidArgumentsThrow) {
       std::invalid_argument);
 }
 
-TEST(HullComponents, RejectsTheRuleThatCountsSeenCamerasAlone) {
-  const auto silhouettes = silhouettes_of({ball(kOrigin, 0.05)}, ring(4, 1.5, 0.6, 100, 0.9));
-  base::WorkerPool pool(1);
-  hull::CpuHull hull(pool, silhouettes, {hull::Limits::seen, 2});
-  EXPECT_THROW(collision::hull_components(hull::HullQuery(hull), {kSpace}), std::invalid_argument);
+// Limits::seen, on rigs whose cameras see only parts of the object.
+TEST(HullComponents, HoldTheCellsThatTheSeeingCamerasKeep) {
+  Random random(9);
+  int only_seen = 0, clipped = 0;
+  for (int scene = 0; scene < 8; ++scene) {
+    const auto silhouettes =
+        silhouettes_of(random_object(random, 2, 0.15), narrow_cameras(random, 2 + scene % 3));
+    for (const int min_seen : {1, 2}) {
+      const hull::HullRule rule{hull::Limits::seen, min_seen};
+      const double cell_m = 0.015;
+      double count = 0, by_all = 0, found = 0;
+      for (int z = 0; z < 40; ++z)
+        for (int y = 0; y < 40; ++y)
+          for (int x = 0; x < 40; ++x) {
+            const Vector3d p = kSpace.min() + cell_m * Vector3d(x + 0.5, y + 0.5, z + 0.5);
+            count += hull::in_hull(silhouettes, p, rule);
+            by_all += hull::in_hull(silhouettes, p);
+          }
+      base::WorkerPool pool(1);
+      hull::CpuHull hull(pool, silhouettes, rule);
+      for (const collision::HullComponent& c : collision::hull_components(
+               hull::HullQuery(hull), {.within_world_m = kSpace, .cell_m = cell_m, .min_cells = 1}))
+        found += double(c.cells), clipped += c.clipped;
+      EXPECT_EQ(found, count) << scene << ' ' << min_seen;
+      only_seen += count > by_all;
+    }
+  }
+  EXPECT_GT(only_seen, 8);
+  EXPECT_GT(clipped, 4);
+}
+
+// A camera without object pixels that does not see the component does not cut it off.
+TEST(HullComponents, ACameraThatSeesNothingClipsNothing) {
+  auto silhouettes = silhouettes_of({ball(kOrigin, 0.05)}, ring(4, 1.5, 0.6, 100, 0.9));
+  silhouettes.push_back({{geometry::pinhole_from_fov(64, 48, 0.8),
+                          geometry::look_at({0, 0, 1}, {0.1, 0, 2}, Vector3d::UnitX())},
+                         hull::ObjectPixels(64, 48)});
+  EXPECT_TRUE(components_of(silhouettes, 0.01).empty());
+  const auto found = components_of(silhouettes, 0.01, 1, kSpace, {hull::Limits::seen, 4});
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_FALSE(found[0].clipped);
 }
 
 // The maximum is 512^3 cells.

@@ -21,8 +21,9 @@ struct CollisionHull {
   hull::CpuHull hull;
   hull::HullQuery query;
 
-  explicit CollisionHull(std::vector<hull::Silhouette> s, int threads = 1)
-      : silhouettes(std::move(s)), pool(threads), hull(pool, silhouettes), query(hull) {}
+  explicit CollisionHull(std::vector<hull::Silhouette> s, int threads = 1,
+                         const hull::HullRule& rule = {})
+      : silhouettes(std::move(s)), pool(threads), hull(pool, silhouettes, rule), query(hull) {}
 };
 
 // The triangles as a mesh without shared vertices.
@@ -61,13 +62,28 @@ inline collision::Triangle random_triangle(Random& random, double place_m, doubl
 
 // Returns whether one of n (n + 1) / 2 samples of the triangle is in the hull.
 inline bool sampled(std::span<const hull::Silhouette> silhouettes, const collision::Triangle& t,
-                    int n) {
+                    int n, const hull::HullRule& rule = {}) {
   for (int i = 0; i < n; ++i)
     for (int j = 0; i + j < n; ++j)
-      if (hull::in_hull(silhouettes, t[0] + double(i) / (n - 1) * (t[1] - t[0]) +
-                                         double(j) / (n - 1) * (t[2] - t[0])))
+      if (hull::in_hull(
+              silhouettes,
+              t[0] + double(i) / (n - 1) * (t[1] - t[0]) + double(j) / (n - 1) * (t[2] - t[0]),
+              rule))
         return true;
   return false;
+}
+
+// Lower bound of the radius [m] of the largest disc in a convex polygon.
+inline double inner_radius_m(const std::vector<Eigen::Vector3d>& polygon) {
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& p : polygon) center += p / double(polygon.size());
+  double radius_m = polygon.size() < 3 ? 0 : 1e9;
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Eigen::Vector3d &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
+    if ((b - a).norm() < 1e-12) continue;
+    radius_m = std::min(radius_m, (b - a).cross(center - a).norm() / (b - a).norm());
+  }
+  return radius_m;
 }
 
 // Returns whether the ascending numbers contain n.

@@ -60,13 +60,14 @@ inline bool no_hull(const hull::DepthTile& tile) {
 // Compares every step-th ray of the view with the reference. Returns the number of hits.
 inline int expect_reference(const hull::DepthTile& tile,
                             std::span<const hull::Silhouette> silhouettes, const hull::View& view,
-                            const DepthTolerance& tolerance, int step = 1) {
+                            const DepthTolerance& tolerance, int step = 1,
+                            const hull::HullRule& rule = {}) {
   int hits = 0;
   for (int i = 0; i < int(tile.rect.area_px()); i += step) {
     const int u = i % tile.rect.width_px(), v = i / tile.rect.width_px();
     const geometry::Ray ray = geometry::ray_through(view.camera, Eigen::Vector2d(u, v));
     EXPECT_TRUE(agree(tile.depth_m[std::size_t(i)],
-                      hull::reference_intervals(silhouettes, ray, view.near_m, view.far_m),
+                      hull::reference_intervals(silhouettes, ray, view.near_m, view.far_m, rule),
                       tolerance))
         << "ray " << u << ", " << v;
     hits += tile.depth_m[std::size_t(i)] != hull::kNoHull;
@@ -77,7 +78,8 @@ inline int expect_reference(const hull::DepthTile& tile,
 // One backend. Call set_silhouettes() before depth().
 struct HullBackend {
   virtual ~HullBackend() = default;
-  virtual void set_silhouettes(std::span<const hull::Silhouette> silhouettes) = 0;
+  void set_silhouettes(std::span<const hull::Silhouette> silhouettes) { set(silhouettes, {}); }
+  virtual void set(std::span<const hull::Silhouette> silhouettes, const hull::HullRule& rule) = 0;
   virtual std::vector<hull::DepthTile> depth(const hull::View& view,
                                              std::span<const hull::PixelRect> rects) = 0;
   virtual DepthTolerance tolerance() const { return {}; }
@@ -86,8 +88,8 @@ struct HullBackend {
 struct CpuBackend : HullBackend {
   base::WorkerPool pool{2};
   hull::CpuHull hull{pool};
-  void set_silhouettes(std::span<const hull::Silhouette> silhouettes) override {
-    hull.assign(silhouettes);
+  void set(std::span<const hull::Silhouette> silhouettes, const hull::HullRule& rule) override {
+    hull.assign(silhouettes, rule);
   }
   std::vector<hull::DepthTile> depth(const hull::View& view,
                                      std::span<const hull::PixelRect> rects) override {
@@ -100,8 +102,8 @@ struct CpuBackend : HullBackend {
 
 struct GlBackend : HullBackend {
   hull::GlHull hull;
-  void set_silhouettes(std::span<const hull::Silhouette> silhouettes) override {
-    hull.set_silhouettes(silhouettes);
+  void set(std::span<const hull::Silhouette> silhouettes, const hull::HullRule& rule) override {
+    hull.set_silhouettes(silhouettes, rule);
   }
   std::vector<hull::DepthTile> depth(const hull::View& view,
                                      std::span<const hull::PixelRect> rects) override {
@@ -113,13 +115,15 @@ struct GlBackend : HullBackend {
 // Sweeps the view's whole range with 64 planes.
 struct SweepBackend : HullBackend {
   std::vector<hull::Silhouette> silhouettes;
-  void set_silhouettes(std::span<const hull::Silhouette> s) override {
+  hull::HullRule rule;
+  void set(std::span<const hull::Silhouette> s, const hull::HullRule& r) override {
     silhouettes.assign(s.begin(), s.end());
+    rule = r;
   }
   std::vector<hull::DepthTile> depth(const hull::View& view,
                                      std::span<const hull::PixelRect> rects) override {
     hull::PlaneSweep sweep(view.camera.pinhole.width_px, view.camera.pinhole.height_px, 64);
-    sweep.set_silhouettes(silhouettes);
+    sweep.set_silhouettes(silhouettes, rule);
     return sweep.depth(view, {view.near_m, view.far_m}, rects);
   }
 };

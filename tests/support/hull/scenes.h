@@ -67,6 +67,17 @@ inline std::vector<geometry::Camera> random_cameras(Random& random, int count, i
   return cameras;
 }
 
+// Cameras on any side that see only parts of a ball of 0.3 m around the origin.
+inline std::vector<geometry::Camera> narrow_cameras(Random& random, int count, int width_px = 160,
+                                                    int height_px = 121) {
+  std::vector<geometry::Camera> cameras;
+  for (int i = 0; i < count; ++i)
+    cameras.push_back({geometry::pinhole_from_fov(width_px, height_px, uniform(random, 0.1, 0.4)),
+                       geometry::look_at(uniform(random, 0.8, 1.8) * random_direction(random),
+                                         random_in_ball(random, 0.2), random_direction(random))});
+  return cameras;
+}
+
 inline hull::PixelRect whole_image(const geometry::Camera& camera) {
   return {0, 0, camera.pinhole.width_px, camera.pinhole.height_px};
 }

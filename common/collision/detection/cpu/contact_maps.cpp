@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "common/hull/image_cone.h"
+
 namespace fivepipe::collision {
 namespace {
 
@@ -56,8 +58,22 @@ bool beside(const hull::PixelRect& bounds, const Eigen::Array2d& min_px,
          max_px.y() < bounds.v0_px - kBeside_px || min_px.y() > bounds.v1_px + kBeside_px;
 }
 
+// The map of a camera without object pixels: one pixel that is none.
+alignas(4) constexpr std::int8_t kNoObject[4] = {1, 1, 1, 1};
+// Beyond every image position that the kernels compare with it [px].
+constexpr float kBeyond_px = 1e30f;
+
 // Sets the members of ContactMap except eps_px, relative to the base pixel.
-void set_map(const hull::SkipMap& skip_map, int base_u, int base_v, ContactMap& map) {
+void set_map(const hull::SkipMap& skip_map, const hull::PixelRect& image, int base_u, int base_v,
+             ContactMap& map) {
+  map.image_begin_u = float(image.u0_px - base_u), map.image_end_u = float(image.u1_px - base_u);
+  map.image_begin_v = float(image.v0_px - base_v), map.image_end_v = float(image.v1_px - base_v);
+  if (skip_map.bounds().empty()) {
+    map.min_u = map.max_u = map.min_v = map.max_v = 0;
+    map.begin_u = map.begin_v = kBeyond_px, map.end_u = map.end_v = -kBeyond_px;
+    map.stride = 0, map.at_base = kNoObject;
+    return;
+  }
   // The kernels index the map with 32 bits.
   assert(skip_map.box_bytes() < std::size_t(std::numeric_limits<std::int32_t>::max()));
   const hull::PixelRect &stored = skip_map.stored(), &bounds = skip_map.bounds();
@@ -78,17 +94,22 @@ int clamp_to_int(double x, int low, int high) {
 }  // namespace
 
 std::optional<ObjectMap> object_map(const hull::CpuHull::MapCamera& camera,
-                                    const Eigen::Isometry3d& world_from_tree, double radius_m) {
-  const hull::PixelRect& bounds = camera.skip_map.bounds();
+                                    const Eigen::Isometry3d& world_from_tree, double radius_m,
+                                    hull::Limits limits) {
+  const hull::PixelRect &bounds = camera.skip_map.bounds(), image = hull::image_of(camera.camera);
   ObjectMap map;
   const int base_u = (bounds.u0_px + bounds.u1_px) / 2, base_v = (bounds.v0_px + bounds.v1_px) / 2;
-  set_map(camera.skip_map, base_u, base_v, map);
+  set_map(camera.skip_map, image, base_u, base_v, map);
   Eigen::Matrix3d of = geometry::pixel_from_camera(camera.camera.pinhole);
   of.row(0) -= base_u * of.row(2), of.row(1) -= base_v * of.row(2);
   const Vector3d at = of * (camera.camera.camera_from_world * world_from_tree.translation());
   of = (of * camera.camera.camera_from_world.linear() * world_from_tree.linear()).eval();
   const Vector3d terms = at.cwiseAbs() + radius_m * of.cwiseAbs().rowwise().sum();
-  const double farthest_px = 0.5 * std::max(bounds.width_px(), bounds.height_px()) + 1;
+  // The kernels compare images with the borders of the object pixels, or with those of the image.
+  const double farthest_px = limits == hull::Limits::all
+                                 ? 0.5 * std::max(bounds.width_px(), bounds.height_px()) + 1
+                                 : 1.0 + std::max({base_u - image.u0_px, image.u1_px - base_u,
+                                                   base_v - image.v0_px, image.v1_px - base_v});
   const double room_px = kMaxContactEps_px - kImageError * farthest_px;
   if (!(room_px > 0) || !terms.cast<float>().allFinite()) return std::nullopt;
   // in_hull() projects in the world, where coordinates may be larger than relative to the tree's
@@ -121,7 +142,7 @@ PixelFromWorld pixel_from_world(const geometry::Camera& camera) {
 
 ProjectionStatus triangle_map(const PixelFromWorld& pixel, const hull::SkipMap& skip_map,
                               const std::array<Vector3d, 3>& vertices_world_m, double units,
-                              TriangleMap& map) {
+                              TriangleMap& map, const hull::PixelRect* seen_image) {
   std::array<Vector3d, 3> images;
   double min_w = std::numeric_limits<double>::infinity(), max_w = -min_w;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -142,10 +163,11 @@ ProjectionStatus triangle_map(const PixelFromWorld& pixel, const hull::SkipMap& 
   }
   // This limit is far above rounding, so the images are meaningful.
   const bool w_is_certain = min_w > kMaxContactEps_px * kMaxContactEps_px * world_terms.z();
-  if (w_is_certain && beside(skip_map.bounds(), min_px, max_px)) return ProjectionStatus::culled;
+  if (w_is_certain && beside(seen_image ? *seen_image : skip_map.bounds(), min_px, max_px))
+    return ProjectionStatus::culled;
   const Vector3d image_sum_px =
       images[0] / images[0].z() + images[1] / images[1].z() + images[2] / images[2].z();
-  const hull::PixelRect& stored = skip_map.stored();
+  const hull::PixelRect& stored = skip_map.stored().empty() ? *seen_image : skip_map.stored();
   const int base_u = clamp_to_int(image_sum_px.x() / 3, stored.u0_px, stored.u1_px - 1),
             base_v = clamp_to_int(image_sum_px.y() / 3, stored.v0_px, stored.v1_px - 1);
   double farthest_px = 1;  // at least 1, so that eps_px always includes the error of W
@@ -165,7 +187,7 @@ ProjectionStatus triangle_map(const PixelFromWorld& pixel, const hull::SkipMap& 
           min_w +
       kImageError * farthest_px;
   if (!(eps_px < kMaxContactEps_px)) return ProjectionStatus::uncertain;
-  set_map(skip_map, base_u, base_v, map);
+  set_map(skip_map, seen_image ? *seen_image : hull::PixelRect{}, base_u, base_v, map);
   map.eps_px = float(eps_px * (1 + kImageError));
   for (int row = 0; row < 3; ++row)
     map.at[row] = float(images[0][row]), map.by_a[row] = float(by_a[row] * per_unit),

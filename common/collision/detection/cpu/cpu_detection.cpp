@@ -40,8 +40,7 @@ struct Found {
 
 struct ObjectQuery {
   const DetectionObject* object;
-  std::vector<ObjectMap> maps;
-  bool mapped;  // every camera has a map; otherwise no box can be certified
+  ObjectMaps maps;
   double spacing_m;
   std::size_t point_limit;  // with more, the object is sampled again at twice the spacing
 };
@@ -49,9 +48,7 @@ struct ObjectQuery {
 ObjectQuery object_query(const hull::HullQuery& query, const DetectionObject& object,
                          const DetectionOptions& options) {
   const std::size_t triangles = object.tree->mesh().triangles.size();
-  std::vector<ObjectMap> maps = object_maps(query, object);
-  const bool mapped = maps.size() == query.hull().cameras().size();
-  return {&object, std::move(maps), mapped, options.spacing_m,
+  return {&object, object_maps(query, object), options.spacing_m,
           max_points_found(options, triangles)};
 }
 
@@ -68,7 +65,7 @@ void open_leaves(const ObjectQuery& o, std::size_t number, std::vector<OpenLeaf>
     open.pop_back();
     const Bvh::Boxes& children = tree.boxes(node.level, node.index);
     ++boxes;
-    std::uint32_t left = ~classify_boxes(o.maps, children).free & ((1u << Bvh::kArity) - 1);
+    std::uint32_t left = ~o.maps.free_boxes(children) & ((1u << Bvh::kArity) - 1);
     if (node.level == 0) {
       for (; left; left &= left - 1)
         leaves.push_back({number, node.index * Bvh::kArity + std::countr_zero(left)});
@@ -84,8 +81,9 @@ void walk_leaf(const ObjectQuery& o, const OpenLeaf& open, std::atomic<std::size
                TriangleWalk& walk, Found& found) {
   const Bvh& tree = *o.object->tree;
   const auto triangles = tree.triangles_of(open.leaf);
-  ContactBits bits = classify_leaf(o.maps, tree.leaf(open.leaf), int(triangles.size()));
-  if (!o.mapped) bits.solid = 0;
+  ContactBits bits =
+      classify_leaf(o.maps.maps, tree.leaf(open.leaf), int(triangles.size()), o.maps.rule);
+  if (o.maps.rule.unmapped > 0) bits.solid = 0;
   found.counts.triangles_classified += triangles.size();
   for (std::size_t i = 0; i < triangles.size(); ++i) {
     if (bits.free >> i & 1) continue;
@@ -221,7 +219,7 @@ std::span<ObjectCollision> CpuDetection::detect(const hull::HullQuery& query,
                                                 std::span<const DetectionObject> objects,
                                                 const DetectionOptions& options,
                                                 CpuDetectionCounts* counts) {
-  check_arguments(query, objects, options);
+  check_arguments(objects, options);
   Work& w = *work_;
   w.clear(objects.size());
   if (query.hull().empty()) {
@@ -237,8 +235,7 @@ std::span<ObjectCollision> CpuDetection::detect(const hull::HullQuery& query,
     w.gather(query.hull().pool(), objects, options);
     for (std::size_t i = 0; i < objects.size(); ++i)
       if (!objects[i].tree->empty() && !w.collisions[i].colliding())
-        w.collisions[i].hull_in_box =
-            !w.objects[i].mapped || may_hold_hull(w.objects[i].maps, *objects[i].tree);
+        w.collisions[i].hull_in_box = may_hold_hull(w.objects[i].maps, *objects[i].tree);
   }
   if (counts) *counts = w.counts;
   return w.collisions;

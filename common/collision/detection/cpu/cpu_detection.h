@@ -1,8 +1,9 @@
 // Backend `cpu`: certified verdicts and collision points of triangles against the visual hull
 // (docs/collision.md).
 //
-//   1. BVH        16 boxes per SIMD vector: one camera without an object pixel in a box's image
-//                 certifies everything in the box free.
+//   1. BVH        16 boxes per SIMD vector: with Limits::all, one camera without an object pixel in
+//                 a box's image certifies everything in the box free; contact_simd.h has the rule
+//                 for Limits::seen.
 //   2. triangles  The triangles of the remaining leaves are tested in the same way, 16 per vector.
 //   3. points     The backend samples the parts of the remaining triangles that are not free at the
 //                 requested spacing. Every sample in the hull is a collision point.
@@ -41,7 +42,7 @@ class CpuDetection {
   // Returns one result per object, in the given order, valid until the next call. Runs in the
   // hull's pool. The bits do not depend on the number of threads or on the order of a triangle's
   // vertices. Without object pixels all objects are free. Throws std::invalid_argument if eps_m is
-  // below kMinEps_m, a number is not finite, or the hull's rule is not Limits::all.
+  // below kMinEps_m or a number is not finite.
   std::span<ObjectCollision> detect(const hull::HullQuery& query,
                                     std::span<const DetectionObject> objects,
                                     const DetectionOptions& options = {},

@@ -1,5 +1,6 @@
 #include "common/collision/detection/cpu/detection_common.h"
 
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -20,11 +21,7 @@ constexpr std::size_t kMaxFoundPerTriangle = 4;
 
 }  // namespace
 
-void check_arguments(const hull::HullQuery& query, std::span<const DetectionObject> objects,
-                     const DetectionOptions& options) {
-  if (query.hull().rule().limits != hull::Limits::all)
-    throw std::invalid_argument(
-        "collision detection needs a hull with limits: all, not limits: seen");
+void check_arguments(std::span<const DetectionObject> objects, const DetectionOptions& options) {
   if (!(options.eps_m >= kMinEps_m && std::isfinite(options.eps_m)))
     throw std::invalid_argument("eps_m is not finite or below 1e-6 m");
   if (!(options.spacing_m >= 0 && std::isfinite(options.spacing_m)))
@@ -36,17 +33,54 @@ void check_arguments(const hull::HullQuery& query, std::span<const DetectionObje
       throw std::invalid_argument("the pose or the reference point of an object is not finite");
 }
 
-std::vector<ObjectMap> object_maps(const hull::HullQuery& query, const DetectionObject& object) {
-  std::vector<ObjectMap> maps;
-  Eigen::Isometry3d world_from_tree = object.world_from_object;
-  world_from_tree.translation() = object.world_from_object * object.tree->origin_m();
-  for (const hull::CpuHull::MapCamera& camera : query.hull().cameras())
-    if (const auto map = object_map(camera, world_from_tree, object.tree->radius_m()))
-      maps.push_back(*map);
-  return maps;
+bool BoxInTree::is_outside(const Vector3d& center_m, const Vector3d& half_m) const {
+  const Vector3d center_world_m = world_from_tree * center_m,
+                 half_world_m =
+                     world_from_tree.linear().cwiseAbs() * half_m + Vector3d::Constant(rounding_m);
+  return !box_world_m.intersects(
+      Eigen::AlignedBox3d(center_world_m - half_world_m, center_world_m + half_world_m));
 }
 
-bool may_hold_hull(std::span<const ObjectMap> maps, const Bvh& tree) {
+std::uint32_t ObjectMaps::free_boxes(const Bvh::Boxes& boxes) const {
+  std::uint32_t free = classify_boxes(maps, boxes, rule).free;
+  if (!box) return free;
+  for (std::uint32_t left = ~free & ((1u << Bvh::kArity) - 1); left; left &= left - 1) {
+    const auto i = std::size_t(std::countr_zero(left));
+    if (box->is_outside(Vector3d(boxes.center_m[0][i], boxes.center_m[1][i], boxes.center_m[2][i]),
+                        Vector3d(boxes.half_m[0][i], boxes.half_m[1][i], boxes.half_m[2][i])))
+      free |= 1u << i;
+  }
+  return free;
+}
+
+bool is_in_rule_box(const hull::HullRule& rule, const DetectionObject& object) {
+  if (!rule.is_bounded()) return true;
+  const Vector3d center_m = object.world_from_object * object.tree->origin_m();
+  const double radius_m =
+      object.tree->radius_m() * (1 + kCellSlack) + kCellSlack * center_m.cwiseAbs().maxCoeff();
+  return rule.within_world_m.contains(
+      Eigen::AlignedBox3d(center_m.array() - radius_m, center_m.array() + radius_m));
+}
+
+ObjectMaps object_maps(const hull::HullQuery& query, const DetectionObject& object) {
+  ObjectMaps made{{}, {query.hull().rule()}, {}};
+  Eigen::Isometry3d world_from_tree = object.world_from_object;
+  world_from_tree.translation() = object.world_from_object * object.tree->origin_m();
+  if (!is_in_rule_box(made.rule.hull, object))
+    made.box = {made.rule.hull.within_world_m, world_from_tree,
+                kCellSlack * kCellSlack *
+                    (object.tree->radius_m() + world_from_tree.translation().cwiseAbs().sum())};
+  for (const hull::CpuHull::MapCamera& camera : query.hull().cameras())
+    if (const auto map =
+            object_map(camera, world_from_tree, object.tree->radius_m(), made.rule.hull.limits))
+      made.maps.push_back(*map);
+    else
+      ++made.rule.unmapped;
+  return made;
+}
+
+bool may_hold_hull(const ObjectMaps& object, const Bvh& tree) {
+  if (object.rule.unmapped > 0 && object.rule.hull.limits == hull::Limits::all) return true;
   const Eigen::AlignedBox3d box = geometry::bounds_m(tree.mesh());
   const Vector3d half_m = box.sizes() / (2 * kBoxCells),
                  first_m = box.min() - tree.origin_m() + half_m;
@@ -60,7 +94,7 @@ bool may_hold_hull(std::span<const ObjectMap> maps, const Bvh& tree) {
       cells.half_m[axis][std::size_t(child)] =
           float(half_m[Eigen::Index(axis)] * (1 + kCellSlack) + kCellSlack * tree.radius_m());
     }
-    if (child == Bvh::kArity - 1 && classify_boxes(maps, cells).free != (1u << Bvh::kArity) - 1)
+    if (child == Bvh::kArity - 1 && object.free_boxes(cells) != (1u << Bvh::kArity) - 1)
       return true;
   }
   return false;

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/collision/detection/cpu/box_clip.h"
+#include "common/hull/image_cone.h"
+
 namespace fivepipe::collision {
 namespace {
 
@@ -63,9 +66,12 @@ TriangleGrid triangle_grid(const Triangle& v, const TriangleWalkOptions& options
 }
 
 TriangleWalk::TriangleWalk(const hull::HullQuery& query, const TriangleWalkOptions& options)
-    : query_(&query), options_(options) {
+    : query_(&query),
+      options_(options),
+      rule_{query.hull().rule()},
+      inner_box_world_m_(inner_box(rule_.hull.within_world_m)) {
   for (const hull::CpuHull::MapCamera& camera : query.hull().cameras())
-    pixels_from_world_.push_back(pixel_from_world(camera.camera));
+    cameras_.push_back({pixel_from_world(camera.camera), hull::image_of(camera.camera)});
 }
 
 TriangleContact TriangleWalk::walk(const Triangle& triangle_world_m, bool solid,
@@ -79,9 +85,25 @@ TriangleContact TriangleWalk::walk(const Triangle& triangle_world_m, bool solid,
   const auto [first, second, third] = vertex_order(triangle_world_m);
   const Triangle sorted = {triangle_world_m[first], triangle_world_m[second],
                            triangle_world_m[third]};
-  contact_.verdict = solid ? accept_all(sorted) : walk_part(sorted, 0);
+  is_clipped_ = !std::all_of(sorted.begin(), sorted.end(),
+                             [&](const Vector3d& v) { return inner_box_world_m_.contains(v); });
+  contact_.verdict = is_clipped_ ? walk_in_box(sorted)
+                     : solid     ? accept_all(sorted)
+                                 : walk_part(sorted, 0);
   if (farthest_m2_ >= 0 && points.back() != farthest_world_m_) points.add(farthest_world_m_);
   return contact_;
+}
+
+// Decides a triangle that is at the rule's box or partly outside: clips it, and decides the
+// triangles of the polygon that remains.
+CollisionVerdict TriangleWalk::walk_in_box(const Triangle& vertices) {
+  const std::vector<Vector3d> polygon = clipped_to_box(vertices, rule_.hull.within_world_m);
+  CollisionVerdict worst = CollisionVerdict::free;
+  for (std::size_t i = 2; i < polygon.size(); ++i) {
+    worst = std::max(worst, walk_part({polygon[0], polygon[i - 1], polygon[i]}, 0));
+    if (worst == CollisionVerdict::colliding && !(request_.spacing_m > 0)) break;
+  }
+  return worst;
 }
 
 // Decides a part of the triangle: samples it, or cuts it if float cannot decide it.
@@ -94,7 +116,7 @@ CollisionVerdict TriangleWalk::walk_part(const Triangle& vertices, int depth) {
   if (maps == Maps::some || too_large) {
     begin_cells(1);
     mixed_.clear(), solid_.clear();
-    classify_cells(maps_, cells_, float(units_), mixed_, solid_);
+    classify_cells(maps_, cells_, float(units_), mixed_, solid_, rule_);
     if (mixed_.count + solid_.count == 0) return CollisionVerdict::free;
     return depth < kMaxCuts && parts_ < kMaxParts ? split_part(vertices, depth)
                                                   : test_corners(vertices);
@@ -152,22 +174,23 @@ void TriangleWalk::choose_grid() {
   per_b_m_ = (vertices_[2] - vertices_[0]) / units_;
 }
 
-// Projects the part into every camera. Returns free if one camera certifies it, some if not every
-// camera has a map, and all otherwise.
+// Projects the part into every camera. Returns free if the cameras that are culled certify it, some
+// if a camera that is not culled has no map, and all otherwise.
 TriangleWalk::Maps TriangleWalk::set_maps() {
+  const bool seen = rule_.hull.limits == hull::Limits::seen;
   maps_.clear();
-  bool all = true;
-  for (std::size_t i = 0; i < pixels_from_world_.size(); ++i) {
+  rule_.unmapped = 0;
+  for (std::size_t i = 0; i < cameras_.size(); ++i) {
     TriangleMap map;
-    const ProjectionStatus status = triangle_map(
-        pixels_from_world_[i], query_->hull().cameras()[i].skip_map, vertices_, units_, map);
-    if (status == ProjectionStatus::culled) return Maps::free;
-    if (status == ProjectionStatus::in_front)
-      maps_.push_back(map);
-    else
-      all = false;
+    const ProjectionStatus status =
+        triangle_map(cameras_[i].pixel_from_world, query_->hull().cameras()[i].skip_map, vertices_,
+                     units_, map, seen ? &cameras_[i].image : nullptr);
+    if (status == ProjectionStatus::culled && !seen) return Maps::free;
+    if (status == ProjectionStatus::in_front) maps_.push_back(map);
+    rule_.unmapped += status == ProjectionStatus::uncertain;
   }
-  return all ? Maps::all : Maps::some;
+  if (seen && int(maps_.size()) + rule_.unmapped < rule_.hull.min_seen) return Maps::free;
+  return rule_.unmapped > 0 ? Maps::some : Maps::all;
 }
 
 // Sets cells_ to the whole part, divided evenly.
@@ -205,8 +228,12 @@ bool TriangleWalk::sample() {
   double h = units_ / start_;
   for (; h > kMaxSamplesPerEdge * sample_h && cells_.count > 0; h *= 0.5) {
     mixed_.clear(), solid_.clear();
-    classify_cells(maps_, cells_, float(h), mixed_, solid_);
-    accept_solid(h, sample_h);
+    classify_cells(maps_, cells_, float(h), mixed_, solid_, rule_);
+    if (is_clipped_)  // each sample is moved into the box
+      for (std::size_t i = 0; i < solid_.count; ++i)
+        mixed_.add(solid_.a[i], solid_.b[i], solid_.sigma[i]);
+    else
+      accept_solid(h, sample_h);
     split_cells(mixed_, h);
   }
   for (; h > sample_h; h *= 0.5) {
@@ -214,7 +241,7 @@ bool TriangleWalk::sample() {
     split_cells(mixed_, h);
   }
   inside_.clear(), uncertain_.clear();
-  classify_centers(maps_, cells_, float(h), inside_, uncertain_);
+  classify_centers(maps_, cells_, float(h), inside_, uncertain_, rule_);
   accept_inside(h);
   return points_->size() > before;
 }
@@ -224,7 +251,7 @@ bool TriangleWalk::coarse_test() {
   if (units_ < kCoarseDivisions) return false;
   begin_cells(kCoarseDivisions);
   inside_.clear(), uncertain_.clear();
-  classify_centers(maps_, cells_, float(units_ / kCoarseDivisions), inside_, uncertain_);
+  classify_centers(maps_, cells_, float(units_ / kCoarseDivisions), inside_, uncertain_, rule_);
   if (inside_.count > 0) add(center(inside_, 0, units_ / kCoarseDivisions));
   return inside_.count > 0;
 }
@@ -234,9 +261,9 @@ CollisionVerdict TriangleWalk::decide() {
   begin_cells(1);
   for (double h = units_;; h *= 0.5) {
     mixed_.clear(), solid_.clear(), inside_.clear(), uncertain_.clear();
-    classify_cells(maps_, cells_, float(h), mixed_, solid_);
+    classify_cells(maps_, cells_, float(h), mixed_, solid_, rule_);
     if (mixed_.count + solid_.count == 0) return CollisionVerdict::free;
-    classify_centers(maps_, mixed_, float(h), inside_, uncertain_);
+    classify_centers(maps_, mixed_, float(h), inside_, uncertain_, rule_);
     if (solid_.count + inside_.count > 0) {
       add(center(solid_.count > 0 ? solid_ : inside_, 0, h));
       return CollisionVerdict::colliding;
@@ -274,7 +301,8 @@ void TriangleWalk::accept_inside(double h) {
   std::size_t farthest = 0;
   for (std::size_t i = 0; i < to.size(); ++i) {
     const double third = inside_.sigma[i] * h / 3;
-    const Vector3d p = origin + (inside_.a[i] + third) * per_a_m + (inside_.b[i] + third) * per_b_m;
+    const Vector3d p =
+        in_box(origin + (inside_.a[i] + third) * per_a_m + (inside_.b[i] + third) * per_b_m);
     const double m2 = (p - reference).squaredNorm();
     if (m2 > farthest_m2) farthest_m2 = m2, farthest = i;
     to[i] = p;
@@ -312,9 +340,17 @@ Vector3d TriangleWalk::center(const Cells& cells, std::size_t i, double h) const
   return point(cells.a[i] + third, cells.b[i] + third);
 }
 
+// Rounding may put a point of a clipped triangle outside the box.
+Vector3d TriangleWalk::in_box(const Vector3d& p_world_m) const {
+  if (!is_clipped_) return p_world_m;
+  const Eigen::AlignedBox3d& box = rule_.hull.within_world_m;
+  return p_world_m.cwiseMax(box.min()).cwiseMin(box.max());
+}
+
 void TriangleWalk::add(const Vector3d& p_world_m) {
-  points_->add(p_world_m);
-  consider(p_world_m);
+  const Vector3d p = in_box(p_world_m);
+  points_->add(p);
+  consider(p);
 }
 
 // Keeps the point if it is the farthest from the reference point so far.

@@ -70,6 +70,11 @@ class TriangleWalk {
 
  private:
   enum class Maps { free, all, some };
+  struct Camera {
+    PixelFromWorld pixel_from_world;
+    hull::PixelRect image;
+  };
+  CollisionVerdict walk_in_box(const Triangle& vertices);
   CollisionVerdict walk_part(const Triangle& vertices, int depth);
   CollisionVerdict accept_all(const Triangle& vertices);
   CollisionVerdict split_part(const Triangle& vertices, int depth);
@@ -86,12 +91,16 @@ class TriangleWalk {
   void accept_solid(double h, double sample_h);
   Eigen::Vector3d point(double a, double b) const;
   Eigen::Vector3d center(const Cells& cells, std::size_t i, double h) const;
+  Eigen::Vector3d in_box(const Eigen::Vector3d& p_world_m) const;
   void add(const Eigen::Vector3d& p_world_m);
   void consider(const Eigen::Vector3d& p_world_m);
 
   const hull::HullQuery* query_;
   TriangleWalkOptions options_;
-  std::vector<PixelFromWorld> pixels_from_world_;  // by camera of the hull
+  std::vector<Camera> cameras_;  // of the hull
+  ContactRule rule_;
+  Eigen::AlignedBox3d inner_box_world_m_;  // rounding leaves the rule's box from outside it only
+  bool is_clipped_ = false;                // by the rule's box
   TriangleContact contact_;
   // The current part: its vertices, and its edges divided by units_.
   Triangle vertices_;

@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "common/collision/detection/cpu/contact_simd.h"
+#include "common/collision/detection/cpu/detection_common.h"
 #include "common/collision/detection/gl/gl_contact_camera.h"
 #include "common/collision/detection/gl/shaders_embedded.h"
 
@@ -139,6 +140,7 @@ std::vector<char> GlContactPasses::set_objects(const hull::CpuHull& hull,
   for (std::size_t i = 0; i < objects.size(); ++i) {
     const Bvh& tree = *objects[i].tree;
     if (tree.empty() || tree.levels() > kMaxTreeLevels) continue;
+    if (!is_in_rule_box(hull.rule(), objects[i])) continue;
     Eigen::Isometry3d world_from_tree = objects[i].world_from_object;
     world_from_tree.translation() = objects[i].world_from_object * tree.origin_m();
     objects_[i].first_camera = std::uint32_t(cameras.size());

@@ -115,14 +115,16 @@ GlDetection::~GlDetection() = default;
 
 void GlDetection::set_hull(const hull::HullQuery& query) {
   work_->query = &query;
-  work_->maps_fit = query.hull().empty() || work_->passes.set_maps(query.hull());
+  // The shaders know only Limits::all; backend `cpu` decides all objects by Limits::seen.
+  work_->maps_fit = query.hull().empty() || (query.hull().rule().limits == hull::Limits::all &&
+                                             work_->passes.set_maps(query.hull()));
 }
 
 std::span<ObjectCollision> GlDetection::detect(std::span<const DetectionObject> objects,
                                                const DetectionOptions& options,
                                                GlDetectionCounts* counts) {
   Work& w = *work_;
-  check_arguments(*w.query, objects, options);
+  check_arguments(objects, options);
   w.clear(objects.size());
   if (!w.query->hull().empty()) {
     std::vector<char> fits(objects.size(), 0);
@@ -138,9 +140,8 @@ std::span<ObjectCollision> GlDetection::detect(std::span<const DetectionObject> 
     w.gather(objects, options);
     for (std::size_t i = 0; i < objects.size(); ++i) {
       if (!fits[i] || w.collisions[i].colliding()) continue;
-      const std::vector<ObjectMap> maps = object_maps(*w.query, objects[i]);
       w.collisions[i].hull_in_box =
-          maps.size() < w.query->hull().cameras().size() || may_hold_hull(maps, *objects[i].tree);
+          may_hold_hull(object_maps(*w.query, objects[i]), *objects[i].tree);
     }
   }
   if (counts) *counts = w.counts;

@@ -47,7 +47,8 @@ std::vector<Stage> stages_of(TriangleVolumeQuery& query,
   Batch faces;
   for (std::size_t i = 0; i < objects_world_m.size(); ++i) {
     boxes_world_m.push_back(world_box_m(objects_world_m[i]));
-    if (objects_world_m[i].empty() || is_certainly_free(query.silhouettes(), boxes_world_m[i]))
+    if (objects_world_m[i].empty() ||
+        is_certainly_free(query.silhouettes(), boxes_world_m[i], 0, query.rule()))
       continue;
     stages[i] = Stage::box_may_hold;
     faces.add(i, faces_of(boxes_world_m[i]));
@@ -56,7 +57,7 @@ std::vector<Stage> stages_of(TriangleVolumeQuery& query,
     stages[faces.object[point.triangle]] = Stage::box_colliding;
   for (std::size_t i = 0; i < stages.size(); ++i)
     if (stages[i] == Stage::box_may_hold &&
-        is_certainly_free(query.silhouettes(), boxes_world_m[i], kCellDepth))
+        is_certainly_free(query.silhouettes(), boxes_world_m[i], kCellDepth, query.rule()))
       stages[i] = Stage::free_by_cells;
   return stages;
 }

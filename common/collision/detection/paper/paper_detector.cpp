@@ -2,6 +2,7 @@
 
 #include "common/collision/detection/bvh.h"
 #include "common/collision/detection/paper/paper_detection.h"
+#include "common/hull/query/hull_query.h"
 
 namespace fivepipe::collision {
 namespace {
@@ -9,8 +10,9 @@ namespace {
 class PaperDetector : public CollisionDetector {
  public:
   PaperDetector(int window_px, int viewport_px) : query_(window_px, viewport_px) {}
-  void set_hull(const hull::HullQuery&, std::span<const hull::Silhouette> silhouettes) override {
-    query_.set_silhouettes(silhouettes);
+  void set_hull(const hull::HullQuery& query,
+                std::span<const hull::Silhouette> silhouettes) override {
+    query_.set_silhouettes(silhouettes, query.hull().rule());
   }
 
  private:

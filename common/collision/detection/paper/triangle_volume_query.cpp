@@ -33,7 +33,8 @@ TriangleVolumeQuery::TriangleVolumeQuery(int window_px, int viewport_px)
       program_("triangle volume query", kTriangleVert, kTriangleFrag),
       window_(window_px, window_px, GL_R8, gl::DepthBuffer::depth_and_stencil) {}
 
-void TriangleVolumeQuery::set_silhouettes(std::span<const hull::Silhouette> silhouettes) {
+void TriangleVolumeQuery::set_silhouettes(std::span<const hull::Silhouette> silhouettes,
+                                          const hull::HullRule& rule) {
   if (silhouettes.size() > kMaxCameras)
     throw std::invalid_argument("more than 255 cameras, the limit of the 8-bit stencil");
   for (const hull::Silhouette& s : silhouettes)
@@ -41,9 +42,11 @@ void TriangleVolumeQuery::set_silhouettes(std::span<const hull::Silhouette> silh
         s.pixels.height_px() != s.camera.pinhole.height_px)
       throw std::invalid_argument("an object-pixel map and its pinhole differ in size");
   silhouettes_.assign(silhouettes.begin(), silhouettes.end());
+  rule_ = rule;
   hull_is_empty_ = silhouettes.empty() ||
-                   std::any_of(silhouettes.begin(), silhouettes.end(),
-                               [](const hull::Silhouette& s) { return s.pixels.count() == 0; });
+                   (rule.limits == hull::Limits::all &&
+                    std::any_of(silhouettes.begin(), silhouettes.end(),
+                                [](const hull::Silhouette& s) { return s.pixels.count() == 0; }));
   if (hull_is_empty_) return;
   for (std::size_t i = 0; i < silhouettes.size(); ++i) {
     const hull::ObjectPixels& pixels = silhouettes[i].pixels;
@@ -109,21 +112,31 @@ void TriangleVolumeQuery::draw(std::span<const TriangleView> views) {
   program_.use();
   program_.set("object_pixels", 0);
   vertices_.attribute(kPosition, positions_, 2, 2 * sizeof(float), 0);
-  const std::size_t vertex_count = 3 * views.size();
+  const bool all = rule_.limits == hull::Limits::all;
   for (std::size_t i = 0; i < silhouettes_.size(); ++i) {
-    // Counts only fragments that all earlier cameras counted. The final count n is the same, and
-    // fewer fragments are shaded.
-    glStencilFunc(GL_EQUAL, GLint(i), 0xff);
-    vertices_.attribute(kTextureCoordinate, texture_coordinates_, 3, 3 * sizeof(float),
-                        int(i * vertex_count * 3 * sizeof(float)));
-    vertices_.bind();
-    object_pixels_[i].bind(0);
-    const geometry::Pinhole& pinhole = silhouettes_[i].camera.pinhole;
-    program_.set("size_px", Eigen::Vector2f(float(pinhole.width_px), float(pinhole.height_px)));
-    glDrawArrays(GL_TRIANGLES, 0, GLsizei(vertex_count));
+    // all: counts only fragments that all earlier cameras counted. The final count n is the same,
+    // and fewer fragments are shaded.
+    glStencilFunc(all ? GL_EQUAL : GL_ALWAYS, GLint(i), 0xff);
+    draw_camera(i, 3 * views.size(), true);
+  }
+  if (!all) {
+    glStencilOp(GL_KEEP, GL_KEEP, GL_ZERO);
+    for (std::size_t i = 0; i < silhouettes_.size(); ++i) draw_camera(i, 3 * views.size(), false);
   }
   glDisable(GL_STENCIL_TEST);
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+}
+
+void TriangleVolumeQuery::draw_camera(std::size_t camera, std::size_t vertex_count,
+                                      bool on_object) {
+  vertices_.attribute(kTextureCoordinate, texture_coordinates_, 3, 3 * sizeof(float),
+                      int(camera * vertex_count * 3 * sizeof(float)));
+  vertices_.bind();
+  object_pixels_[camera].bind(0);
+  const geometry::Pinhole& pinhole = silhouettes_[camera].camera.pinhole;
+  program_.set("size_px", Eigen::Vector2f(float(pinhole.width_px), float(pinhole.height_px)));
+  program_.set("on_object", int(on_object));
+  glDrawArrays(GL_TRIANGLES, 0, GLsizei(vertex_count));
 }
 
 void TriangleVolumeQuery::query_window(std::span<const Triangle> triangles, std::size_t first,
@@ -143,16 +156,18 @@ void TriangleVolumeQuery::query_window(std::span<const Triangle> triangles, std:
   glReadPixels(0, 0, window_px_, GLsizei(used_rows_px), GL_STENCIL_INDEX, GL_UNSIGNED_BYTE,
                stencil_.data());
 
-  const std::uint8_t in_all = std::uint8_t(silhouettes_.size());
+  const int cameras = int(silhouettes_.size()),
+            needed = rule_.limits == hull::Limits::all ? cameras : std::max(rule_.min_seen, 1);
   for (std::size_t i = 0; i < views.size(); ++i) {
     const std::uint8_t* viewport =
         &stencil_[(i / columns() * viewport_px_) * window_px_ + i % columns() * viewport_px_];
     for (int row = 0; row < viewport_px_; ++row)
       for (int column = 0; column < viewport_px_; ++column) {
-        if (viewport[std::size_t(row) * window_px_ + column] != in_all) continue;
+        if (viewport[std::size_t(row) * window_px_ + column] < needed) continue;
         const Eigen::Vector3d p_world_m =
             point_at(views[i], (column + 0.5) / viewport_px_, (row + 0.5) / viewport_px_);
-        if (hull::in_hull(silhouettes_, p_world_m))
+        if (!rule_.within_world_m.contains(p_world_m)) continue;
+        if (hull::in_hull(silhouettes_, p_world_m, rule_))
           result.points.push_back({p_world_m, std::uint32_t(first + i)});
         else
           ++result.points_unconfirmed;

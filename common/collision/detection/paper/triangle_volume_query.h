@@ -3,7 +3,9 @@
 // Each triangle fills a viewport of its own in one window (TriangleView). The window is rendered
 // once per camera, with that camera's object pixels projected onto the triangles; a fragment on an
 // object pixel increments the stencil buffer. A fragment that all n cameras count has the value n
-// and is in the hull. Triangles that do not fit into the window are queried in further windows. The
+// and is in the hull. With hull::Limits::seen, a fragment that at least min_seen cameras count is
+// in the hull, unless a second pass over the cameras finds it in an image on no object pixel, which
+// resets its count. Triangles that do not fit into the window are queried in further windows. The
 // vertices' coordinates, not glViewport, place a triangle in its viewport, so one draw call per
 // camera suffices.
 //
@@ -43,8 +45,10 @@ class TriangleVolumeQuery {
   // Sets and copies the frame set that query() tests. Without silhouettes the hull is empty. Throws
   // std::invalid_argument if a map and its pinhole differ in size, or with more than 255 cameras,
   // the maximum of an 8-bit stencil.
-  void set_silhouettes(std::span<const hull::Silhouette> silhouettes);
+  void set_silhouettes(std::span<const hull::Silhouette> silhouettes,
+                       const hull::HullRule& rule = {});
   std::span<const hull::Silhouette> silhouettes() const { return silhouettes_; }
+  const hull::HullRule& rule() const { return rule_; }
 
   // Every returned point is in_hull(): double confirms what OpenGL found, so rounding at a pixel's
   // border can lose a sample but cannot add one. The same input gives the same bits on the same
@@ -56,12 +60,17 @@ class TriangleVolumeQuery {
   void query_window(std::span<const Triangle> triangles, std::size_t first,
                     TriangleQueryResult& result);
   void draw(std::span<const TriangleView> views);
+  // Draws the triangles once with a camera's pixels. on_object: discards the fragments that are not
+  // on an object pixel; otherwise those that are, or that are outside the image.
+  void draw_camera(std::size_t camera, std::size_t vertex_count, bool on_object);
   std::size_t columns() const { return std::size_t(window_px_ / viewport_px_); }
 
   int window_px_, viewport_px_;
   std::vector<hull::Silhouette> silhouettes_;
+  hull::HullRule rule_;
   std::vector<gl::GlTexture> object_pixels_;  // by camera, 32 pixels per texel
-  bool hull_is_empty_ = true;                 // no camera, or a camera without object pixels
+  // No camera; with Limits::all also if a camera has no object pixel.
+  bool hull_is_empty_ = true;
   gl::GlProgram program_;
   gl::GlFramebuffer window_;
   gl::GlBuffer positions_, texture_coordinates_;
