@@ -25,6 +25,9 @@ namespace {
 // Between attempts to read a camera for which capture waits.
 constexpr std::chrono::milliseconds kRetryPeriod{20};
 
+// Cameras with an image without which `lost_camera: continue` sends no set.
+constexpr std::size_t kMinCameras = 2;
+
 // Leaves the other cores to the other nodes.
 constexpr std::size_t kMaxThreads = 2;
 
@@ -176,6 +179,12 @@ void Capture::learn(Channel& channel) const {
   const config::RigCamera& camera = *channel.camera;
   channel.undistortion = std::make_unique<Undistortion>(camera);
   if (camera.gives_shape) {
+    // Published pixels that the lens does not show are no object pixels.
+    if (config_.hull_rule.limits == hull::Limits::seen && !channel.undistortion->sees_all())
+      throw_problems({{camera.name, SourceFault::wrong_size,
+                       "with hull limits: seen, its lens must show the whole published image, "
+                       "or objects end at the edge of the lens: set `published` in the rig to a "
+                       "part that it shows"}});
     channel.finder = open_object_finder(camera, config_, *channel.source, frame_rate_hz_);
     channel.outside_published = outside_published(camera);
     return;
@@ -192,16 +201,54 @@ struct Capture::RawCapture {
   CapturedCamera result;
   cv::Mat image;  // empty if there is none, or if nothing is computed from it
   geometry::Camera published;
+  bool is_lost = false;  // a camera that may deliver again
 };
 
-// Sets every pixel of a camera without an image, if the configuration wants that.
-void Capture::go_on_without(const config::RigCamera& camera, RawCapture& raw_capture) const {
+// Number of the cameras that give shape and that other nodes read.
+std::size_t Capture::cameras_of_others() const {
+  return std::size_t(
+      std::count_if(rig_.cameras.begin(), rig_.cameras.end(), [&](const config::RigCamera& camera) {
+        return camera.gives_shape && !config_.sources.contains(camera.name);
+      }));
+}
+
+// With config.lost_camera `continue`: sets every pixel of the cameras without an image. One camera
+// bounds no hull, so a node that reads all cameras of the rig then sends nothing.
+void Capture::go_on_without_lost(std::vector<RawCapture>& raw_captures) const {
   if (config_.lost_camera != config::LostCamera::go_on) return;
-  const geometry::Pinhole& published = camera.published;
-  CapturedCamera& result = raw_capture.result;
-  result.pixels.emplace(published.width_px, published.height_px);
-  for (int v = 0; v < published.height_px; ++v) result.pixels->set_run(0, published.width_px, v);
-  result.reason += "; the hull goes on without it";
+  const auto with_image =
+      std::size_t(std::count_if(raw_captures.begin(), raw_captures.end(),
+                                [](const RawCapture& one) { return one.result.pixels; }));
+  const std::size_t shapes = config::shape_cameras(rig_).size();
+  const bool is_enough = cameras_of_others() > 0 || with_image >= std::min(kMinCameras, shapes);
+  for (std::size_t i = 0; i < channels_.size(); ++i) {
+    CapturedCamera& result = raw_captures[i].result;
+    if (!channels_[i]->finder || result.status != CaptureStatus::missing) continue;
+    result.reason +=
+        is_enough ? "; the hull goes on without it" : "; too few cameras have an image for a hull";
+    if (!is_enough) continue;
+    const geometry::Pinhole& published = channels_[i]->camera->published;
+    result.pixels.emplace(published.width_px, published.height_px);
+    for (int v = 0; v < published.height_px; ++v) result.pixels->set_run(0, published.width_px, v);
+  }
+}
+
+// With config.lost_camera `wait`: waits until each lost camera delivers again. Returns true if it
+// did, and all cameras must be read again, so that the images of the set are of one time.
+bool Capture::waited_for_lost(const std::vector<RawCapture>& raw_captures, std::int64_t index) {
+  if (config_.lost_camera != config::LostCamera::wait || !go_on_waiting_) return false;
+  bool has_waited = false;
+  for (std::size_t i = 0; i < channels_.size(); ++i) {
+    if (!raw_captures[i].is_lost) continue;
+    ImageSource& source = *channels_[i]->source;
+    cv::Mat image;
+    do {
+      if (!go_on_waiting_(channels_[i]->camera->name, source.last_error())) return false;
+      std::this_thread::sleep_for(kRetryPeriod);  // a lost camera is missing at once
+    } while (source.read(index, image) == ReadStatus::missing && source.is_live());
+    has_waited = true;
+  }
+  return has_waited;
 }
 
 Capture::RawCapture Capture::raw_capture(Channel& channel, std::int64_t frame, std::int64_t index,
@@ -214,20 +261,14 @@ Capture::RawCapture Capture::raw_capture(Channel& channel, std::int64_t frame, s
       camera, config::eye_from_world_at(viewer_, double(frame) / frame_rate_hz_));
   if (!channel.finder && !(want_colour && camera.gives_colour)) return raw_capture;
   const auto start = std::chrono::steady_clock::now();
-  ReadStatus status = channel.source->read(index, raw_capture.image);
-  while (status == ReadStatus::missing && config_.lost_camera == config::LostCamera::wait &&
-         channel.source->is_live() && go_on_waiting_ &&
-         go_on_waiting_(camera.name, channel.source->last_error())) {
-    std::this_thread::sleep_for(kRetryPeriod);  // a lost camera is missing at once
-    status = channel.source->read(index, raw_capture.image);
-  }
+  const ReadStatus status = channel.source->read(index, raw_capture.image);
   result.read_s = base::seconds_since(start);
   const std::int64_t taken_ns = status == ReadStatus::image ? channel.source->stamp_ns() : 0;
   result.image_stamp_ns = taken_ns ? taken_ns : now_ns;
   if (status != ReadStatus::image) {
     result.status = status == ReadStatus::end ? CaptureStatus::ended : CaptureStatus::missing;
     result.reason = status == ReadStatus::end ? "its file has ended" : channel.source->last_error();
-    if (status == ReadStatus::missing && channel.finder) go_on_without(camera, raw_capture);
+    raw_capture.is_lost = status == ReadStatus::missing && channel.source->is_live();
     return raw_capture;
   }
   if (channel.source->is_live())
@@ -253,7 +294,6 @@ Capture::RawCapture Capture::raw_capture(Channel& channel, std::int64_t frame, s
     result.status = found.ended ? CaptureStatus::ended : CaptureStatus::missing;
     result.reason = found.reason;
     raw_capture.image.release();
-    if (!found.ended) go_on_without(camera, raw_capture);
     return raw_capture;
   }
   raw_capture.image = bgr_of(raw_capture.image);
@@ -275,8 +315,8 @@ void Capture::add_colours(std::int64_t frame, std::vector<RawCapture>& raw_captu
       std::count_if(parts.begin(), parts.end(),
                     [](const hull::SilhouetteBounds& seen) { return seen.part.empty(); });
   const bool all = config_.hull_rule.limits == hull::Limits::all;
-  if (all ? no_object > 0 : std::ssize(parts) - no_object < config_.hull_rule.min_seen)
-    return;                 // the hull is empty
+  const auto may_see = std::ssize(parts) - no_object + std::ptrdiff_t(cameras_of_others());
+  if (all ? no_object > 0 : may_see < config_.hull_rule.min_seen) return;  // the hull is empty
   if (!all) parts.clear();  // the hull may extend beyond what a camera sees
   const Eigen::Isometry3d head = config::eye_from_world_at(viewer_, double(frame) / frame_rate_hz_);
   std::vector<VisibleRegion> eyes;
@@ -322,6 +362,8 @@ std::vector<CapturedCamera> Capture::capture_live(std::int64_t frame, bool want_
     round_start_ = frame;
     ended_ = capture_all();
   }
+  while (!ended_ && waited_for_lost(raw_captures, frame - round_start_)) ended_ = capture_all();
+  go_on_without_lost(raw_captures);
   if (want_colour) add_colours(frame, raw_captures);
   std::vector<CapturedCamera> result;
   for (RawCapture& raw_capture : raw_captures) result.push_back(std::move(raw_capture.result));

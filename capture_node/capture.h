@@ -36,8 +36,8 @@ struct CapturedCamera {
   // config.lost_camera `go_on`.
   std::optional<hull::ObjectPixels> pixels;
   // Only cameras that give colour have it, if the caller wants colour and the camera sees a part of
-  // the hull that the viewer can see. Absent in all cameras if one camera sees no object pixels,
-  // because the hull is then empty.
+  // the hull that the viewer can see. Absent in all cameras if the hull is empty: with Limits::all,
+  // if one camera sees no object pixels.
   std::optional<hull::ColourRegion> colour;
   // CLOCK_REALTIME at which the camera took the image. All sources without a clock of their own
   // (files, synthetic cameras, precomputed frames) have the same time, see capture().
@@ -78,9 +78,8 @@ class Capture {
       std::function<void(const config::RigCamera&, const cv::Mat& image_bgr, const Segmentation&)>;
   void set_observer(Observer observer) { observer_ = std::move(observer); }
 
-  // With config.lost_camera `wait`, each further attempt to read the image of a camera asks this
-  // function, from several threads; false ends the wait. reason: why there is no image. Without it,
-  // nothing waits.
+  // With config.lost_camera `wait`, each attempt to read a lost camera again asks this function;
+  // false ends the wait. reason: why there is no image. Without it, nothing waits.
   using GoOnWaiting = std::function<bool(const std::string& camera, const std::string& reason)>;
   void set_go_on_waiting(GoOnWaiting go_on) { go_on_waiting_ = std::move(go_on); }
 
@@ -94,7 +93,9 @@ class Capture {
   // images whose source has no clock.
   RawCapture raw_capture(Channel& channel, std::int64_t frame, std::int64_t index,
                          std::int64_t now_ns, bool want_colour) const;
-  void go_on_without(const config::RigCamera& camera, RawCapture& raw_capture) const;
+  std::size_t cameras_of_others() const;
+  void go_on_without_lost(std::vector<RawCapture>& raw_captures) const;
+  bool waited_for_lost(const std::vector<RawCapture>& raw_captures, std::int64_t index);
   void add_colours(std::int64_t frame, std::vector<RawCapture>& raw_captures);
   std::vector<CapturedCamera> capture_live(std::int64_t frame, bool want_colour,
                                            std::int64_t stamp_ns);

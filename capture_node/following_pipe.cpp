@@ -6,6 +6,7 @@
 
 #include "capture_node/pacing.h"
 #include "capture_node/publishing_pipe.h"
+#include "common/config/deployment.h"
 #include "common/pipeline/frames/camera_writers.h"
 #include "common/pipeline/messages/view_messages.h"
 #include "common/pipeline/messages/wire_conversions.h"
@@ -22,8 +23,10 @@ class FollowingPipe {
         poses_(node.bus.reader<bus::topics::HeadPose>()) {}
 
   void run() {
+    last_pose_ = Pacing::Clock::now();  // learning the background may have taken long
     while (node::running() && !publisher_.ended()) {
       take_poses();
+      report_silence();
       if (due_.empty()) {
         node_.bus.wait(node::kMaxWait);
         continue;
@@ -61,11 +64,23 @@ class FollowingPipe {
         node_.status.drop({"other_writer", sample->viewer, ""});
         continue;
       }
+      last_pose_ = Pacing::Clock::now();
       const auto& of_frame = std::get<messages::FramePose>(pose);
       due_.push_back({std::int64_t(of_frame.frame), of_frame.capture_stamp_ns});
       if (due_.size() > kMaxDue) skip_first();
     }
   }
+  // Without poses this node captures nothing.
+  void report_silence() {
+    const auto silence = Pacing::Clock::now() - last_pose_;
+    node_.status.diagnostic(
+        "poses", silence < kSilence
+                     ? ""
+                     : "no HeadPose for 5 s from " +
+                           config::first_capture_node(node_.deployment)->name +
+                           ", the first capture_node, which decides when frames are captured");
+  }
+
   void skip_all_but_newest() {
     while (due_.size() > 1) skip_first();
   }
@@ -87,11 +102,12 @@ class FollowingPipe {
           newest = sample->frame;
     }
   }
-  static constexpr std::chrono::seconds kFinish{20};
+  static constexpr std::chrono::seconds kFinish{20}, kSilence{5};
 
   node::NodeContext& node_;
   frames::CameraWriters writers_;
   std::deque<Due> due_;
+  Pacing::Clock::time_point last_pose_;
   std::optional<std::uint64_t> last_;  // published
   FramePublisher publisher_;
   bus::Reader<bus::topics::FrameComposited> composited_;

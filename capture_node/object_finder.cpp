@@ -33,7 +33,8 @@ std::vector<cv::Mat> empty_frames(const config::RigCamera& camera,
     return images;
   }
   bool is_bgr = true;
-  for (int i = 0; i < background.frames; ++i)
+  const int attempts = source.is_live() ? 2 * background.frames : background.frames;
+  for (int i = 0; i < attempts && std::ssize(images) < background.frames; ++i)
     if (cv::Mat image; source.read(i, image) == ReadStatus::image) {
       is_bgr = is_bgr && image.type() == CV_8UC3;
       images.push_back(image);
@@ -43,6 +44,11 @@ std::vector<cv::Mat> empty_frames(const config::RigCamera& camera,
   if (images.empty())
     throw_problems({{camera.name, SourceFault::no_frames,
                      "no image of the empty scene; " + source.last_error()}});
+  if (source.is_live() && std::ssize(images) < background.frames)
+    throw_problems(
+        {{camera.name, SourceFault::no_frames,
+          "only " + std::to_string(images.size()) + " of " + std::to_string(background.frames) +
+              " images of the empty scene; " + source.last_error()}});
   return images;
 }
 

@@ -17,13 +17,6 @@ constexpr double kMaxLatePeriods = 1.5;
 // Costs of frames older than this no longer represent the scene.
 constexpr std::uint64_t kLatelyFrames = 64;
 
-// Without a clock, a file ends instead of starting again, and all its frames are captured.
-config::CaptureConfig once(config::CaptureConfig config) {
-  config.loop = false;
-  config.precomputed_frames = 0;
-  return config;
-}
-
 }  // namespace
 
 FramePublisher::FramePublisher(node::NodeContext& node)
@@ -33,10 +26,11 @@ FramePublisher::FramePublisher(node::NodeContext& node)
       colours_(node.bus.writer<bus::topics::ObjectColour>()),
       maps_(node.bus.writer<bus::topics::ObjectPixelMap>()),
       traces_(node.bus, node.status, node.node.name),
-      capture_(
-          node.deployment.rig, node.deployment.viewer, node.every_frame ? once(config_) : config_,
-          node.deployment.frame_rate_hz,
-          [this](std::string_view what, double fraction) { report_progress(what, fraction); }) {
+      capture_(node.deployment.rig, node.deployment.viewer,
+               node.every_frame ? config::without_clock(config_) : config_,
+               node.deployment.frame_rate_hz, [this](std::string_view what, double fraction) {
+                 report_progress(what, fraction);
+               }) {
   capture_.set_go_on_waiting([this](const std::string& camera, const std::string& reason) {
     node_.status.diagnostic("camera " + camera, reason + "; capture waits for it");
     return node::running();

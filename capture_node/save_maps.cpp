@@ -78,7 +78,7 @@ void write_frame(const config::Deployment& deployment, const std::vector<Capture
     std::cout << fmt::format("{}{}: {:.1f} % object pixels\n", prefix, of_camera.camera,
                              100 * fraction);
   }
-  if (written == 0) throw std::runtime_error("the capture_node has no camera that gives shape");
+  if (written == 0) throw std::runtime_error("no capture_node has a camera that gives shape");
   write_text(folder / "cameras.txt", cameras);
   const Eigen::AlignedBox3d& volume_m = deployment.rig.volume_m;
   write_text(folder / "volume.txt",
@@ -87,24 +87,17 @@ void write_frame(const config::Deployment& deployment, const std::vector<Capture
                          fmt::join(volume_m.max().data(), volume_m.max().data() + 3, " ")));
 }
 
-const config::CaptureConfig& capture_node_of(const config::Deployment& deployment) {
-  for (const config::Node& node : deployment.nodes)
-    if (const auto* capture = std::get_if<config::CaptureConfig>(&node.config)) return *capture;
-  throw std::runtime_error(deployment.file.string() + ": the deployment has no capture_node");
-}
-
 int run(const Options& options) {
   const auto range = parse_frame_range(options.frames);
   if (!range)
     throw CLI::ValidationError("--frames", "expected N, A:B or A:B:STEP, got " + options.frames);
   const config::Deployment deployment =
       config::load_deployment(options.deployment, settings_from(options.settings));
-  // A frame beyond the end of a file must not be one of its first frames again.
-  config::CaptureConfig config = capture_node_of(deployment);
-  config.loop = false;
-  config.precomputed_frames = 0;
-  Capture capture(deployment.rig, deployment.viewer, config, deployment.frame_rate_hz,
-                  [](std::string_view what, double fraction) {
+  const auto config = config::capture_of_all_nodes(deployment);
+  if (!config)
+    throw std::runtime_error(deployment.file.string() + ": the deployment has no capture_node");
+  Capture capture(deployment.rig, deployment.viewer, config::without_clock(*config),
+                  deployment.frame_rate_hz, [](std::string_view what, double fraction) {
                     std::fprintf(stderr, "\r%.*s, %d %%   ", int(what.size()), what.data(),
                                  int(100 * fraction));
                   });

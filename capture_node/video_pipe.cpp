@@ -223,9 +223,7 @@ void run_video_pipe(node::NodeContext& node) {
         2, node.deployment.file.string() +
                ": --every-frame needs a render_node, whose composites pace the capture");
   try {
-    const auto first =
-        std::find_if(node.deployment.nodes.begin(), node.deployment.nodes.end(), captures);
-    if (first->name == node.node.name)
+    if (config::first_capture_node(node.deployment)->name == node.node.name)
       VideoPipe(node).run();
     else
       run_following_pipe(node);

@@ -27,7 +27,7 @@ class ReconstructionPipe {
         views_(config::hull_views(node.deployment)),
         config_(decided(node::config_of<config::ReconConfig>(node), backend)),
         reconstructor_(config_, node.deployment.rig.volume_m),
-        sets_(node.bus, node.deployment.rig, node.status, node.deployment.hull_rule.limits),
+        sets_(node.bus, node.deployment.rig, node.status, node.deployment.hull_rule),
         view_infos_(node.bus.reader<bus::topics::ViewInfo>()),
         poses_(node.bus.reader<bus::topics::HeadPose>()),
         colours_(node.bus.reader<bus::topics::ObjectColour>()),

@@ -228,7 +228,8 @@ class ParentPipe {
     node_.status.count(node::kFramesComposited);
     traces_.handled(hull.frame, hull.capture_stamp_ns, times, std::move(steps));
     node_.status.diagnostic(
-        "hull", node::empty_hull_text(hull.empty_cameras, node_.deployment.hull_rule.limits));
+        "hull", node::empty_hull_text(hull.empty_cameras, node_.deployment.hull_rule,
+                                      config::shape_cameras(node_.deployment.rig).size()));
     if (!wanted) node::stop_running();
     pending_.begin_wait(Clock::now());
   }

@@ -79,7 +79,7 @@ class SimulationPipe {
       : node_(node),
         scene_(node.deployment.scene),
         simulation_(new_simulation()),
-        sets_(node.bus, node.deployment.rig, node.status, node.deployment.hull_rule.limits),
+        sets_(node.bus, node.deployment.rig, node.status, node.deployment.hull_rule),
         commands_(node.bus.reader<bus::topics::Command>()),
         replay_(node.bus),
         traces_(node.bus, node.status, node.node.name),

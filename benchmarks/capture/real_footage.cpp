@@ -50,7 +50,8 @@ class Footage {
  public:
   explicit Footage(const config::Deployment& deployment)
       : deployment_(deployment),
-        capture_(deployment.rig, deployment.viewer, once(deployment), deployment.frame_rate_hz) {}
+        capture_(deployment.rig, deployment.viewer, capture_of(deployment),
+                 deployment.frame_rate_hz) {}
 
   // Throws if a camera has no image of the frame.
   std::vector<capture::CapturedCamera> at(int frame, const capture::Capture::Observer& observer) {
@@ -65,14 +66,8 @@ class Footage {
   const config::Deployment& deployment() const { return deployment_; }
 
  private:
-  // A frame beyond the end of a file must not be one of its first frames again.
-  static config::CaptureConfig once(const config::Deployment& deployment) {
-    config::CaptureConfig config;
-    for (const config::Node& node : deployment.nodes)
-      if (const auto* capture = std::get_if<config::CaptureConfig>(&node.config)) config = *capture;
-    config.loop = false;
-    config.precomputed_frames = 0;
-    return config;
+  static config::CaptureConfig capture_of(const config::Deployment& deployment) {
+    return config::without_clock(config::capture_of_all_nodes(deployment).value());
   }
 
   const config::Deployment& deployment_;

@@ -79,7 +79,7 @@ std::vector<RealFrame> real_frames(const config::Deployment& with_shadows, int c
     RealFrame& frame = frames.emplace_back();
     frame.time_s = f / with_shadows.frame_rate_hz;
     frame.silhouettes = silhouettes_at(with_shadows, frame.time_s);
-    hull::CpuHull query(pool, frame.silhouettes);
+    hull::CpuHull query(pool, frame.silhouettes, with_shadows.hull_rule);
     frame.hull = hull_in({{config::recon_pinhole(viewer), config::eye_from_world_at(viewer, 0)},
                           viewer.near_m,
                           viewer.far_m},

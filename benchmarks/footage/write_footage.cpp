@@ -28,15 +28,11 @@ void write(const std::filesystem::path& file, const cv::Mat& bgr) {
     throw std::runtime_error(file.string() + ": cannot be written");
 }
 
-const config::CaptureConfig& capture_of(const config::Deployment& deployment) {
-  for (const config::Node& node : deployment.nodes)
-    if (const auto* capture = std::get_if<config::CaptureConfig>(&node.config)) return *capture;
-  throw std::runtime_error("deployment " + deployment.name + " has no capture_node");
-}
-
 int run(const Options& options) {
   const config::Deployment deployment = config::load_deployment(options.deployment, {});
-  const config::CaptureConfig& capture = capture_of(deployment);
+  const auto all = config::capture_of_all_nodes(deployment);
+  if (!all) throw std::runtime_error("deployment " + deployment.name + " has no capture_node");
+  const config::CaptureConfig& capture = *all;
   const auto surroundings = std::make_shared<const capture::Surroundings>(capture.synthetic.seed);
   for (const config::RigCamera& camera : deployment.rig.cameras) {
     const auto source = capture.sources.find(camera.name);

@@ -60,10 +60,11 @@ replay::ReplayPlan plan_of(const recording::Recording& recording, const NodeRunO
   plan.hull_views = replay::hull_view_names(*options.deployment);
   std::set<std::string> read, written;
   for (const std::string& name : options.nodes) {
-    const std::string program = config::program_of(*config::find_node(*options.deployment, name));
-    plan.nodes.push_back({name, program, replay::inputs_of(program, options.deployment->scene)});
+    const config::Node& node = *config::find_node(*options.deployment, name);
+    plan.nodes.push_back(
+        {name, config::program_of(node), replay::inputs_of(*options.deployment, node)});
     read.insert(plan.nodes.back().inputs.begin(), plan.nodes.back().inputs.end());
-    written.merge(replay::outputs_of(program, options.deployment->scene));
+    written.merge(replay::outputs_of(*options.deployment, node));
   }
   for (const recording::RecordedChannel& channel : recording.channels())
     if (read.contains(channel.topic) &&

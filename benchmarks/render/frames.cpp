@@ -51,7 +51,7 @@ Frame frame_of(const config::Deployment& deployment, int f, bool coloured, Query
   const auto silhouettes = silhouettes_of(deployment, f);
   base::WorkerPool pool(1);
   const Clock::time_point start = Clock::now();
-  hull::CpuHull query(pool, silhouettes);
+  hull::CpuHull query(pool, silhouettes, deployment.hull_rule);
   Frame frame{hull_in({{config::recon_pinhole(deployment.viewer),
                         config::eye_from_world_at(deployment.viewer, f * kSecondsPerFrame)},
                        deployment.viewer.near_m,

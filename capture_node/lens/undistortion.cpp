@@ -115,6 +115,13 @@ bool Undistortion::sees(int u_px, int v_px) const {
          (seen_[std::size_t(v_px) * ((width_px_ + 63) / 64) + (u_px >> 6)] >> (u_px & 63) & 1);
 }
 
+bool Undistortion::sees_all() const {
+  for (int v = 0; v < height_px_; ++v)
+    for (int u = 0; u < width_px_; ++u)
+      if (!sees(u, v)) return false;
+  return true;
+}
+
 hull::ObjectPixels Undistortion::published(const hull::ObjectPixels& source) const {
   assert(source.width_px() == source_width_px_ && source.height_px() == source_height_px_);
   if (identity_) return source;

@@ -28,6 +28,8 @@ class Undistortion {
   cv::Mat published(const cv::Mat& source_bgr, const hull::PixelRect& region) const;
   // Returns true if the captured image sees this published pixel.
   bool sees(int u_px, int v_px) const;
+  // Returns whether it shows every published pixel.
+  bool sees_all() const;
 
  private:
   // Smallest source rectangle that contains the source pixels of one word (64 published pixels).

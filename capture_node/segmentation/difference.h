@@ -34,7 +34,7 @@ using LevelPlanes = std::array<std::array<std::uint8_t, 64>, 3>;
 
 // The tables of one camera, by word, row-major as ObjectPixels.
 struct DifferenceTables {
-  // What only words need that have a level farther from its mean than `tolerance` below.
+  // What only words need that have a level farther from its mean than its own tolerance.
   struct Details {
     LevelPlanes low, high;                       // inclusive bounds of the background's levels
     LevelPlanes mean;                            // rounded
@@ -50,8 +50,11 @@ struct DifferenceTables {
   int width_px = 0, height_px = 0, words_per_row = 0;
   // The only tables that every image reads, so they are small: no level of a word differs if each
   // is within the word's tolerance of its mean.
-  std::vector<WordLevels> mean;  // rounded
-  std::vector<std::uint8_t> tolerance;
+  std::vector<WordLevels> mean;         // rounded
+  std::vector<std::uint8_t> tolerance;  // the least of the word's
+  // Only for words with a level beyond `tolerance`, as noise makes many: the tolerance of each
+  // level. A pixel that is within it does not differ.
+  std::vector<WordLevels> tolerances;
   std::vector<Details> details;
   std::vector<MovingWord> moving;  // by word
 };

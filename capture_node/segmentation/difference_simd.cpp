@@ -54,14 +54,15 @@ Factors factors_of(const InverseGain& inverse_gain) {
   return factors;
 }
 
-// Whether a level of the word is farther from its mean than the tolerance. Saturated levels count
-// too, so a word without any has no pixel that differs.
-template <bool kCompensates>
-HWY_INLINE bool any_beyond(const std::uint8_t* bgr, const WordLevels& mean, std::uint8_t tolerance,
-                           const Factors& factors) {
+// Whether a level of the word is farther from its mean than tolerance_at(d, i), the tolerances of
+// the levels from i on. Saturated levels count too, so a word without any has no pixel that
+// differs.
+template <bool kCompensates, class ToleranceAt>
+HWY_INLINE bool any_beyond(const std::uint8_t* bgr, const WordLevels& mean, const Factors& factors,
+                           const ToleranceAt& tolerance_at) {
   const hn::CappedTag<std::uint8_t, 64> d;
   const hn::Repartition<std::uint16_t, decltype(d)> wide;
-  auto farthest = hn::Zero(d);
+  auto beyond = hn::Zero(d);
   for (std::size_t i = 0; i < 192; i += hn::Lanes(d)) {
     auto level = hn::LoadU(d, bgr + i);
     if (kCompensates)
@@ -69,10 +70,11 @@ HWY_INLINE bool any_beyond(const std::uint8_t* bgr, const WordLevels& mean, std:
                          hn::LoadU(wide, factors.odd.data() + i / 2));
     const auto of_background = hn::LoadU(d, mean.data() + i);
     // One of the saturating subtractions is zero.
-    farthest = hn::Max(farthest, hn::Or(hn::SaturatedSub(level, of_background),
-                                        hn::SaturatedSub(of_background, level)));
+    const auto distance =
+        hn::Or(hn::SaturatedSub(level, of_background), hn::SaturatedSub(of_background, level));
+    beyond = hn::Or(beyond, hn::SaturatedSub(distance, tolerance_at(d, i)));
   }
-  return !hn::AllTrue(d, hn::Eq(hn::SaturatedSub(farthest, hn::Set(d, tolerance)), hn::Zero(d)));
+  return !hn::AllTrue(d, hn::Eq(beyond, hn::Zero(d)));
 }
 
 template <class D>
@@ -196,7 +198,14 @@ void classify(const cv::Mat& image, const DifferenceTables& tables,
         std::memcpy(padded.data(), bgr, std::size_t(3 * pixels));
         bgr = padded.data();
       }
-      if (!any_beyond<kCompensates>(bgr, tables.mean[at], tables.tolerance[at], factors)) continue;
+      if (!any_beyond<kCompensates>(bgr, tables.mean[at], factors, [&](auto d, std::size_t) {
+            return hn::Set(d, tables.tolerance[at]);
+          }))
+        continue;
+      if (!any_beyond<kCompensates>(bgr, tables.mean[at], factors, [&](auto d, std::size_t i) {
+            return hn::LoadU(d, tables.tolerances[at].data() + i);
+          }))
+        continue;
       Bits bits = compare(bgr, tables.details[at], request.inverse_gain, compared);
       bits.differs &= within;
       if (bits.differs == 0) continue;

@@ -42,9 +42,11 @@ void fill(DifferenceTables& tables, const Background& background, const Toleranc
     tables.details[word].high[c][lane] = high;
     tables.details[word].mean[c][lane] = tables.mean[word][3 * lane + c] = rounded;
     // Bounds at the end of the range exclude no level.
-    std::uint8_t& of_word = tables.tolerance[word];
-    if (low > 0) of_word = std::min(of_word, std::uint8_t(rounded - low));
-    if (high < 255) of_word = std::min(of_word, std::uint8_t(high - rounded));
+    std::uint8_t& of_level = tables.tolerances[word][3 * lane + c];
+    of_level = 255;
+    if (low > 0) of_level = std::min(of_level, std::uint8_t(rounded - low));
+    if (high < 255) of_level = std::min(of_level, std::uint8_t(high - rounded));
+    tables.tolerance[word] = std::min(tables.tolerance[word], of_level);
   }
   tables.details[word].strong_excess[lane] =
       std::uint8_t(std::clamp(std::floor((tolerances.strong_factor - 1) * widest), 0.0, 255.0));
@@ -62,6 +64,9 @@ DifferenceTables difference_tables(const Background& background, const Tolerance
   const std::size_t words = std::size_t(tables.words_per_row) * tables.height_px;
   tables.mean.assign(words, {});
   tables.tolerance.assign(words, 255);
+  WordLevels any{};
+  any.fill(255);
+  tables.tolerances.assign(words, any);  // pixels beyond the row
   tables.details.assign(words, beyond_row);
   for (int v = 0; v < tables.height_px; ++v) refill_row(tables, background, tolerances, v);
   LevelPlanes never{};

@@ -135,10 +135,7 @@ std::vector<std::string> segmentation_diagnostics(const hull::ObjectPixels& pixe
                                                   hull::Limits limits) {
   const std::size_t all = std::size_t(pixels.width_px()) * std::size_t(pixels.height_px());
   const std::size_t set = pixels.count();
-  if (set == 0)
-    return {limits == hull::Limits::all
-                ? "no object pixels: the hull is empty"
-                : "no object pixels: the hull is empty where this camera sees"};
+  if (set == 0 && limits == hull::Limits::all) return {"no object pixels: the hull is empty"};
   if (double(set) > kMaxPlausibleFraction * double(all))
     return {std::to_string(100 * set / all) +
             " % of the image are object pixels: check exposure, light and camera position, then "

@@ -66,14 +66,17 @@ std::optional<GenicamFormat> format_named(const std::string& name) {
 int bits_per_pixel(GenicamFormat format) { return 8 * conversion_of(std::int64_t(format))->bytes; }
 
 cv::Mat bgr_of(std::uint32_t format, int width_px, int height_px, const void* bytes,
-               std::size_t size) {
+               std::size_t size, int padding) {
   const Conversion* const conversion = conversion_of(format);
-  if (!conversion || width_px <= 0 || height_px <= 0 || bytes == nullptr ||
-      size < std::size_t(conversion->bytes) * std::size_t(width_px) * std::size_t(height_px) ||
+  if (!conversion || width_px <= 0 || height_px <= 0 || bytes == nullptr || padding < 0) return {};
+  const std::size_t row = std::size_t(conversion->bytes) * std::size_t(width_px),
+                    stride = row + std::size_t(padding);
+  if (size < stride * std::size_t(height_px - 1) + row ||
       (is_yuv(conversion->format) && width_px % 2 != 0) ||
       (is_bayer(conversion->format) && (width_px < 2 || height_px < 2)))
     return {};
-  const cv::Mat raw(height_px, width_px, CV_8UC(conversion->bytes), const_cast<void*>(bytes));
+  const cv::Mat raw(height_px, width_px, CV_8UC(conversion->bytes), const_cast<void*>(bytes),
+                    stride);
   cv::Mat bgr;
   if (conversion->to_bgr == kCopy)
     raw.copyTo(bgr);

@@ -36,9 +36,9 @@ std::optional<GenicamFormat> format_named(const std::string& name);
 int bits_per_pixel(GenicamFormat format);
 
 // Returns an 8-bit BGR image with its own memory, or an empty one if the format is none of those
-// above, or if `size` bytes are too few. Grey images become BGR of equal channels; an odd width of
-// YUV and a Bayer image below 2x2 are refused.
+// above, or if `size` bytes are too few. padding: bytes after each row. Grey images become BGR of
+// equal channels; an odd width of YUV and a Bayer image below 2x2 are refused.
 cv::Mat bgr_of(std::uint32_t format, int width_px, int height_px, const void* bytes,
-               std::size_t size);
+               std::size_t size, int padding = 0);
 
 }  // namespace fivepipe::capture

@@ -16,9 +16,11 @@ using Clock = std::chrono::steady_clock;
 
 constexpr int kBuffers = 4;
 constexpr auto kPollPeriod = 100ms;
-// A camera that sends nothing for this time is opened again: the heartbeat of a GigE camera, by
-// which Aravis notices a loss, takes up to 6 s. The first image may need longer.
-constexpr auto kSilence = 1s, kFirstSilence = 5s;
+// A camera that sends nothing for this time, or for three periods, is opened again: the heartbeat
+// of a GigE camera, by which Aravis notices a loss, takes up to 6 s. The first image may need
+// longer.
+constexpr auto kSilence = 1000ms, kFirstSilence = 5000ms;
+constexpr double kSilentPeriods = 3, kMaxPeriod_s = 10;
 
 struct Connection {
   ~Connection() {
@@ -72,6 +74,7 @@ class GenicamStream final : public ImageStream {
     configure(connection->camera.get(), why);
     if (why.empty()) start(*connection, why);
     if (!why.empty()) return StreamFault{SourceFault::hardware_failed, why};
+    silence_ = silence_of(connection->camera.get());
     connection_ = std::move(connection);
     last_image_ = Clock::now();
     has_image_ = false;
@@ -83,10 +86,10 @@ class GenicamStream final : public ImageStream {
     ArvStream* const stream = connection_->stream.get();
     ArvBuffer* const buffer = newest_buffer(stream);
     if (buffer == nullptr) {
-      const auto silence = has_image_ ? kSilence : kFirstSilence;
+      const auto silence = has_image_ ? silence_ : kFirstSilence + silence_;
       if (connection_->is_control_lost) return lost("the camera no longer answers");
       if (Clock::now() - last_image_ > silence)
-        return lost(incomplete_.empty() ? "no image for " + std::to_string(silence.count()) + " s"
+        return lost(incomplete_.empty() ? fmt::format("no image for {:g} s", silence.count() / 1e3)
                                         : incomplete_);
       return {NextImage::Status::none, {}, 0, incomplete_};
     }
@@ -103,6 +106,18 @@ class GenicamStream final : public ImageStream {
  private:
   static NextImage lost(std::string why) {
     return {NextImage::Status::lost, {}, 0, std::move(why)};
+  }
+
+  // The exposure bounds the rate of a camera that does not report one.
+  static std::chrono::milliseconds silence_of(ArvCamera* camera) {
+    AravisError no_rate, no_exposure;
+    const double rate_hz = arv_camera_get_frame_rate(camera, no_rate.out()),
+                 exposure_us = arv_camera_get_exposure_time(camera, no_exposure.out());
+    double period_s = 0;
+    if (!no_rate.is_set() && rate_hz > 0) period_s = 1 / rate_hz;
+    if (!no_exposure.is_set()) period_s = std::max(period_s, 1e-6 * exposure_us);
+    period_s = std::min(period_s, kMaxPeriod_s);
+    return std::max(kSilence, std::chrono::milliseconds(int(1e3 * kSilentPeriods * period_s)));
   }
 
   // Aravis does not check the size that it sets.
@@ -186,6 +201,10 @@ class GenicamStream final : public ImageStream {
       return;
     }
     const guint payload = arv_camera_get_payload(camera, error.out());
+    if (error.is_set()) {
+      why = "cannot read the size of its images in bytes: " + error.text();
+      return;
+    }
     for (int i = 0; i < kBuffers; ++i)
       arv_stream_push_buffer(connection.stream.get(), arv_buffer_new_allocate(payload));
     connection.on_loss = g_signal_connect(
@@ -225,9 +244,11 @@ class GenicamStream final : public ImageStream {
     }
     std::size_t size = 0;
     const void* const bytes = arv_buffer_get_image_data(buffer, &size);
+    gint padding = 0, rows_of_padding = 0;
+    arv_buffer_get_image_padding(buffer, &padding, &rows_of_padding);
     next.bgr = bgr_of(std::uint32_t(arv_buffer_get_image_pixel_format(buffer)),
                       arv_buffer_get_image_width(buffer), arv_buffer_get_image_height(buffer),
-                      bytes, size);
+                      bytes, size, padding);
     if (next.bgr.empty()) return lost("an image of another pixel format than the one requested");
     next.status = NextImage::Status::image;
     // CLOCK_REALTIME at which the first packet arrived: at the end of the exposure.
@@ -239,6 +260,7 @@ class GenicamStream final : public ImageStream {
   std::unique_ptr<Connection> connection_;
   Clock::time_point last_image_;
   bool has_image_ = false;
+  std::chrono::milliseconds silence_ = kSilence;
   std::string incomplete_;  // since the last image
 };
 

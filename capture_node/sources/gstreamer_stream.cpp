@@ -76,6 +76,7 @@ class GstreamerStream final : public ImageStream {
 
   std::optional<StreamFault> open() override {
     close();
+    error_.clear();
     GError* error = nullptr;
     if (!gst_init_check(nullptr, nullptr, &error)) {
       const Owned<GError> owned(error);
@@ -114,7 +115,12 @@ class GstreamerStream final : public ImageStream {
           gst_element_get_state(pipeline_.get(), nullptr, nullptr, kPollPeriod);
       if (const std::string why = bus_error(); !why.empty()) return lost(why);
       if (change == GST_STATE_CHANGE_FAILURE) return lost("cannot start the pipeline");
-      if (change == GST_STATE_CHANGE_ASYNC) return {};
+      if (change == GST_STATE_CHANGE_ASYNC) {
+        if (Clock::now() - last_image_ > kFirstSilence)
+          return lost("the pipeline does not start within " +
+                      std::to_string(kFirstSilence.count()) + " s");
+        return {};
+      }
       play(change == GST_STATE_CHANGE_NO_PREROLL);
     }
     GstSample* pulled = nullptr;
@@ -122,10 +128,15 @@ class GstreamerStream final : public ImageStream {
     if (const Owned<GstSample> sample(pulled); sample) {
       last_image_ = Clock::now();
       has_image_ = true;
-      bus_error();  // discards messages
+      bus_error();  // the images before an error come first
       return image_of(sample.get());
     }
-    if (const std::string why = bus_error(); !why.empty()) return lost(why);
+    if (const std::string why = bus_error(); !why.empty()) {
+      NextImage next = lost(why);
+      // A file would start again at its beginning.
+      if (!is_live_) next.status = NextImage::Status::failed;
+      return next;
+    }
     gboolean is_eos = FALSE;
     g_object_get(sink_.get(), "eos", &is_eos, nullptr);
     if (is_eos)
@@ -150,13 +161,13 @@ class GstreamerStream final : public ImageStream {
     last_image_ = Clock::now();
   }
 
-  // Takes all messages, which would pile up. Returns the text of the first error; empty if none.
+  // Takes all messages, which would pile up. Returns the text of the pipeline's first error; empty
+  // if there was none.
   std::string bus_error() {
-    std::string text;
     while (const Owned<GstMessage> message{gst_bus_pop(bus_.get())})
-      if (GST_MESSAGE_TYPE(message.get()) == GST_MESSAGE_ERROR && text.empty())
-        text = text_of(message.get());
-    return text;
+      if (GST_MESSAGE_TYPE(message.get()) == GST_MESSAGE_ERROR && error_.empty())
+        error_ = text_of(message.get());
+    return error_;
   }
 
   NextImage image_of(GstSample* sample) {
@@ -206,7 +217,7 @@ class GstreamerStream final : public ImageStream {
     pipeline_.reset();
   }
 
-  std::string description_;
+  std::string description_, error_;
   Owned<GstElement> pipeline_, sink_;
   Owned<GstBus> bus_;
   bool is_playing_ = false, is_live_ = false, has_image_ = false;

@@ -100,6 +100,11 @@ class Mailbox {
     const std::lock_guard lock(mutex_);
     return has_ended_;
   }
+  // Returns true if no image can follow.
+  bool is_final() {
+    const std::lock_guard lock(mutex_);
+    return is_final_ || has_ended_;
+  }
   void stop() {
     const std::lock_guard lock(mutex_);
     stop_ = true;
@@ -202,7 +207,7 @@ class LiveSource final : public ImageSource {
   }
   std::int64_t stamp_ns() const override { return stamp_ns_; }
   std::string last_error() const override { return last_error_; }
-  bool is_live() const override { return true; }
+  bool is_live() const override { return !mailbox_->is_final(); }
   void stop() override {
     if (stop_until_) return;
     mailbox_->stop();

@@ -49,20 +49,41 @@ std::int64_t taken_ns(cv::VideoCapture& video) {
 
 class V4l2Stream final : public ImageStream {
  public:
-  cv::VideoCapture& video() { return video_; }
-  std::optional<StreamFault> open() override { return {}; }  // open_v4l2_source() has opened it
+  V4l2Stream(std::string path, int width_px, int height_px)
+      : path_(std::move(path)), width_px_(width_px), height_px_(height_px) {}
+
+  std::optional<StreamFault> open() override {
+    video_.release();
+    if (std::error_code error; !fs::is_character_file(path_, error))
+      return StreamFault{SourceFault::hardware_missing,
+                         "no such camera; " + connected_devices("/dev")};
+    if (const int descriptor = ::open(path_.c_str(), O_RDWR | O_NONBLOCK); descriptor >= 0)
+      ::close(descriptor);
+    else
+      return StreamFault{SourceFault::hardware_failed, hint(errno)};
+    errno = 0;
+    if (!video_.open(path_, cv::CAP_V4L2))
+      return StreamFault{SourceFault::hardware_failed, hint(errno)};
+    video_.set(cv::CAP_PROP_FRAME_WIDTH, width_px_);
+    video_.set(cv::CAP_PROP_FRAME_HEIGHT, height_px_);
+    video_.set(cv::CAP_PROP_BUFFERSIZE, 1);  // the newest image, not the oldest queued
+    return {};
+  }
+
   NextImage next() override {
     NextImage next;
     errno = 0;
     const bool got = video_.read(next.bgr) && !next.bgr.empty();
     const int error = errno;
-    if (!got) return {NextImage::Status::failed, {}, 0, hint(error)};
+    if (!got) return {NextImage::Status::lost, {}, 0, hint(error)};
     next.status = NextImage::Status::image;
     next.taken_ns = taken_ns(video_);
     return next;
   }
 
  private:
+  std::string path_;
+  int width_px_, height_px_;
   cv::VideoCapture video_;
 };
 
@@ -88,24 +109,10 @@ std::string connected_devices(const fs::path& dev) {
 std::unique_ptr<ImageSource> open_v4l2_source(const config::RigCamera& camera,
                                               const config::V4l2Source& source) {
   const std::string name = path_of(source.device);
-  const auto fail = [&](SourceFault fault, const std::string& what) {
-    throw_problems({{camera.name, fault, name + ": " + what}});
-  };
-  if (std::error_code error; !fs::is_character_file(name, error))
-    fail(SourceFault::hardware_missing, "no such camera; " + connected_devices("/dev"));
-  if (const int descriptor = ::open(name.c_str(), O_RDWR | O_NONBLOCK); descriptor >= 0)
-    ::close(descriptor);
-  else
-    fail(SourceFault::hardware_failed, hint(errno));
-  auto stream = std::make_unique<V4l2Stream>();
-  cv::VideoCapture& video = stream->video();
-  errno = 0;
-  if (!video.open(name, cv::CAP_V4L2)) fail(SourceFault::hardware_failed, hint(errno));
-  video.set(cv::CAP_PROP_FRAME_WIDTH, camera.source.width_px);
-  video.set(cv::CAP_PROP_FRAME_HEIGHT, camera.source.height_px);
-  video.set(cv::CAP_PROP_BUFFERSIZE, 1);  // the newest image, not the oldest queued
   // USB cameras need seconds to start their stream.
-  return open_live_source(camera, {.name = name, .first_image_timeout = 5s}, std::move(stream));
+  return open_live_source(
+      camera, {.name = name, .first_image_timeout = 5s},
+      std::make_unique<V4l2Stream>(name, camera.source.width_px, camera.source.height_px));
 }
 
 }  // namespace fivepipe::capture

@@ -147,6 +147,7 @@ void read_nodes(YamlMap& map, Deployment& deployment, bool rig_is_valid, bool vi
   check_names_and_counts(nodes, map.file(), map.problems());
   const bool nodes_are_good = map.problem_count() == problems_before;
   if (rig_is_valid) check_sources(nodes, deployment.rig, map.file(), location, map.problems());
+  check_lost_cameras(nodes, deployment.hull_rule, map.file(), map.problems());
   if (nodes_are_good && viewer_is_valid)
     check_workers(nodes, deployment.viewer, deployment.scene, map.file(), map.problems());
   for (ParsedNode& parsed : nodes) {
@@ -258,6 +259,26 @@ const Node* find_node(const Deployment& deployment, const std::string& name) {
   for (const Node& node : deployment.nodes)
     if (node.name == name) return &node;
   return nullptr;
+}
+
+const Node* first_capture_node(const Deployment& deployment) {
+  for (const Node& node : deployment.nodes)
+    if (std::holds_alternative<CaptureConfig>(node.config)) return &node;
+  return nullptr;
+}
+
+std::optional<CaptureConfig> capture_of_all_nodes(const Deployment& deployment) {
+  std::optional<CaptureConfig> all;
+  for (const Node& node : deployment.nodes) {
+    const auto* capture = std::get_if<CaptureConfig>(&node.config);
+    if (!capture) continue;
+    if (!all) all = *capture;
+    for (const auto& [camera, source] : capture->sources) {
+      all->sources[camera] = source;
+      all->segmentation_of.insert_or_assign(camera, capture->segmentation_for(camera));
+    }
+  }
+  return all;
 }
 
 }  // namespace fivepipe::config

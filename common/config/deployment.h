@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -62,5 +63,13 @@ Deployment load_deployment(const std::filesystem::path& file,
 
 // Returns a pointer into `deployment`, or nullptr if it has no node of this name.
 const Node* find_node(const Deployment& deployment, const std::string& name);
+
+// Returns the capture_node that decides when a frame is captured: the first one of the file;
+// nullptr if there is none.
+const Node* first_capture_node(const Deployment& deployment);
+// Returns what all capture_nodes together capture, for a program that does it in one process: the
+// cameras of all nodes, each with its segmentation, and the other settings of the first node;
+// nullopt if there is none.
+std::optional<CaptureConfig> capture_of_all_nodes(const Deployment& deployment);
 
 }  // namespace fivepipe::config

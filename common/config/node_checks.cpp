@@ -96,6 +96,18 @@ void check_names_and_counts(const std::vector<ParsedNode>& nodes, const std::fil
   }
 }
 
+void check_lost_cameras(const std::vector<ParsedNode>& nodes, const hull::HullRule& rule,
+                        const std::filesystem::path& file, Problems& problems) {
+  if (rule.limits == hull::Limits::all) return;
+  for (const ParsedNode& parsed : nodes)
+    if (const auto* capture = std::get_if<CaptureConfig>(&parsed.node.config);
+        capture != nullptr && capture->lost_camera == LostCamera::go_on)
+      problems.add(file, parsed.location,
+                   parsed.node.name +
+                       ": lost_camera: continue needs hull limits: all; with limits: seen a lost "
+                       "camera would see an object everywhere: use drop, which leaves it out");
+}
+
 void check_workers(const std::vector<ParsedNode>& nodes, const Viewer& viewer, const Scene& scene,
                    const std::filesystem::path& file, Problems& problems) {
   const ReconConfig* first = nullptr;

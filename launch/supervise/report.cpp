@@ -361,7 +361,7 @@ json report_from(const ReportInput& input) {
       {"refused_from", largest(all_refused(input.statuses))},
       {"frame_rate_hz", frame_rate_hz},
       {"core_ms_per_set", work},
-      {"rate_bound", what_bounds_the_rate(input, work, frame_rate_hz)},
+      {"rate_bound", what_bounds_the_rate(input, work, composited, frame_rate_hz)},
       {"latency_ms", frame_latency(input.statuses)},
       {"collisions", collisions(input.statuses)},
       {"empty_cameras", empty_cameras(input.statuses)},

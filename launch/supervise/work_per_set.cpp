@@ -33,6 +33,27 @@ Counts counts_of(const ReportInput& input, const char* program) {
   return sums;
 }
 
+// The node that keeps most cores busy: a node with one busy thread uses one core.
+struct Busiest {
+  std::string node;
+  double cores = 0;
+};
+Busiest busiest_of(const ReportInput& input, std::uint64_t composited, double rate_hz) {
+  Busiest busiest;
+  const auto processes = input.statuses.processes();
+  for (const ProgramHistory& history : input.programs) {
+    const auto node = processes.find(history.name);
+    if (node == processes.end()) continue;
+    std::uint64_t us = 0;
+    for (const ProcessStatus& process : node->second)
+      if (const auto count = process.counts.find(node::kFramesCpu); count != process.counts.end())
+        us += count->second;
+    const double cores = 1e-6 * double(us) / double(composited - 1) * rate_hz;
+    if (cores > busiest.cores) busiest = {history.name, cores};
+  }
+  return busiest;
+}
+
 }  // namespace
 
 nlohmann::json core_ms_per_set(const ReportInput& input, std::uint64_t composited) {
@@ -61,7 +82,7 @@ nlohmann::json core_ms_per_set(const ReportInput& input, std::uint64_t composite
 }
 
 std::string what_bounds_the_rate(const ReportInput& input, const nlohmann::json& core_ms_per_set,
-                                 double frame_rate_hz) {
+                                 std::uint64_t composited, double frame_rate_hz) {
   // The nodes of other hosts have no process here.
   const bool is_one_host = std::all_of(input.programs.begin(), input.programs.end(),
                                        [](const auto& node) { return !node.processes.empty(); });
@@ -75,9 +96,11 @@ std::string what_bounds_the_rate(const ReportInput& input, const nlohmann::json&
     if (part != "sum" && (largest.empty() || ms > core_ms_per_set[largest])) largest = part;
   const std::string of_largest = fmt::format("{} takes {:.1f} of {:.1f} core-ms per set", largest,
                                              core_ms_per_set[largest].get<double>(), sum_ms);
-  return busy >= kBusy ? "the processor: " + of_largest
-                       : fmt::format("waiting: the nodes use {:.0f} % of the {} cores; {}",
-                                     100 * busy, input.cores, of_largest);
+  if (busy >= kBusy) return "the processor: " + of_largest;
+  const Busiest busiest = busiest_of(input, composited, frame_rate_hz);
+  return fmt::format(
+      "waiting: the nodes use {:.0f} % of the {} cores, {} most with {:.2f} cores; {}", 100 * busy,
+      input.cores, busiest.node, busiest.cores, of_largest);
 }
 
 }  // namespace fivepipe::launch

@@ -14,9 +14,10 @@ nlohmann::json core_ms_per_set(const ReportInput& input, std::uint64_t composite
 inline constexpr std::uint64_t kMinSets = 10;
 
 // Names what limits the rate of composited sets, for the user: the requested rate, the processor
-// (with the largest part), or waiting. Empty if that is unknown, because of too few sets or nodes
+// (with the largest part), or waiting (with the node that uses most cores: with one busy thread it
+// uses one, and the others wait for it). Empty if that is unknown, because of too few sets or nodes
 // on other hosts.
 std::string what_bounds_the_rate(const ReportInput& input, const nlohmann::json& core_ms_per_set,
-                                 double frame_rate_hz);
+                                 std::uint64_t composited, double frame_rate_hz);
 
 }  // namespace fivepipe::launch

@@ -15,6 +15,7 @@
 
 #include "capture_node/object_colour.h"
 #include "common/base/realtime.h"
+#include "common/geometry/lens.h"
 #include "common/hull/cpu/cpu_hull.h"
 #include "common/hull/oracle/analytic.h"
 #include "tests/support/capture/capture_rig.h"
@@ -92,13 +93,19 @@ class CapturePictures : public testing::Test {
  protected:
   CapturePictures() {
     rig_.cameras.pop_back();  // the camera on the viewer
-    for (const config::RigCamera& camera : rig_.cameras) {
-      std::filesystem::create_directories(folder_ / camera.name);
-      cv::imwrite((folder_ / camera.name / "empty.png").string(), room());
-      config_.sources[camera.name] = config::VideoSource{
-          (folder_ / camera.name / "f%d.png").string(),
-          config::LearnedBackground{(folder_ / camera.name / "empty.png").string()}, 0};
-    }
+    for (const config::RigCamera& camera : rig_.cameras) add_source(camera.name);
+  }
+  void add_source(const std::string& camera) {
+    std::filesystem::create_directories(folder_ / camera);
+    cv::imwrite((folder_ / camera / "empty.png").string(), room());
+    config_.sources[camera] = config::VideoSource{
+        (folder_ / camera / "f%d.png").string(),
+        config::LearnedBackground{(folder_ / camera / "empty.png").string()}, 0};
+  }
+  // Adds cam2.
+  void add_camera() {
+    rig_.cameras.push_back(test::table_camera("cam2", {0, -1.8, 1.3}, 240, 162));
+    add_source("cam2");
   }
   static cv::Mat room() { return {162, 240, CV_8UC3, cv::Scalar::all(60)}; }
   void write(const std::string& camera, int frame) const {
@@ -143,10 +150,12 @@ TEST_F(CapturePictures, AMissingPictureIsNamedAndTheOtherCamerasGoOn) {
   EXPECT_EQ(capture.capture(2, false)[1].status, CaptureStatus::captured);
 }
 
-// Every pixel of the missing picture is an object pixel; the colours of the other camera go on.
+// Every pixel of the missing picture is an object pixel; the colours of the other cameras go on.
 TEST_F(CapturePictures, GoesOnWithoutAMissingPictureIfConfigured) {
+  add_camera();
   for (const int frame : {0, 1, 2}) write("cam0", frame);
   for (const int frame : {0, 2}) write("cam1", frame);
+  for (const int frame : {0, 1, 2}) write("cam2", frame);
   config_.lost_camera = config::LostCamera::go_on;
   Capture capture(rig_, test_viewer(), config_, 30);
   const auto set = capture.capture(1, true);
@@ -159,6 +168,23 @@ TEST_F(CapturePictures, GoesOnWithoutAMissingPictureIfConfigured) {
   EXPECT_EQ(set[0].colour.value().pixels, *set[0].pixels);
   EXPECT_EQ(capture.capture(2, false)[1].pixels.value().bounds(),
             (hull::PixelRect{80, 50, 110, 80}));
+}
+
+// One camera bounds no hull.
+TEST_F(CapturePictures, DoesNotGoOnWithOneCamera) {
+  write("cam0", 0), write("cam0", 1), write("cam0", 2);
+  write("cam1", 0), write("cam1", 2);
+  config_.lost_camera = config::LostCamera::go_on;
+  Capture capture(rig_, test_viewer(), config_, 30);
+  const auto set = capture.capture(1, false);
+  EXPECT_EQ(set[1].status, CaptureStatus::missing);
+  EXPECT_FALSE(set[1].pixels);
+  EXPECT_NE(set[1].reason.find("; too few cameras have an image for a hull"), std::string::npos)
+      << set[1].reason;
+  // Another node reads cam0, and may have its image.
+  config_.sources.erase("cam0");
+  Capture of_node(rig_, test_viewer(), config_, 30);
+  EXPECT_EQ(of_node.capture(1, false)[0].pixels.value().count(), 240u * 162u);
 }
 
 // No picture arrives later.
@@ -528,9 +554,37 @@ TEST(Capture, SendsColoursWhileEnoughCamerasHaveObjectPixels) {
     const auto set = capture.capture(0, true);
     EXPECT_EQ(set[0].colour.has_value(), min_seen <= others);
     EXPECT_FALSE(set[1].colour);
-    ASSERT_EQ(set[1].diagnostics.size(), 1u);
-    EXPECT_EQ(set[1].diagnostics[0], "no object pixels: the hull is empty where this camera sees");
+    EXPECT_TRUE(set[1].diagnostics.empty()) << "the usual state of such a camera";
   }
+  // Another node reads the other cameras.
+  config.hull_rule = {hull::Limits::seen, 2};
+  const auto source = config.sources.extract("cam0");
+  config.sources.clear();
+  config.sources.insert({source.key(), source.mapped()});
+  Capture capture(rig, test_viewer(), config, 30);
+  EXPECT_TRUE(capture.capture(0, true).at(0).colour);
+}
+
+// The corners of the published image are beyond the lens.
+TEST(Capture, TheLensMustShowTheWholeImageThatLimitsTheHullWhereItSees) {
+  config::Rig rig = table_rig();
+  rig.cameras[0].distortion.k1 = -0.2;
+  rig.cameras[0].published =
+      geometry::whole_pinhole(rig.cameras[0].source, rig.cameras[0].distortion);
+  config::CaptureConfig config = synthetic_config(rig);
+  EXPECT_NO_THROW(Capture(rig, test_viewer(), config, 30));
+  config.hull_rule.limits = hull::Limits::seen;
+  try {
+    Capture(rig, test_viewer(), config, 30);
+    ADD_FAILURE() << "no SourceError";
+  } catch (const SourceError& error) {
+    ASSERT_EQ(error.problems().size(), 1u);
+    EXPECT_EQ(error.problems()[0].camera, "cam0");
+    EXPECT_NE(std::string(error.what()).find("its lens must show the whole published image"),
+              std::string::npos);
+  }
+  rig.cameras[0].published = rig.cameras[0].source;  // barrel distortion shows more
+  EXPECT_NO_THROW(Capture(rig, test_viewer(), config, 30));
 }
 
 TEST(Capture, ErrorListsEveryUnavailableCamera) {

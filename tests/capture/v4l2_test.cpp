@@ -8,9 +8,11 @@
 #include <deque>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <mutex>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
+#include <set>
 #include <thread>
 
 #include "capture_node/capture.h"
@@ -50,6 +52,23 @@ class Driver {
     endless_ = cv::Mat();
     open_error = 0;
     reads_ = 0;
+    unplugged_.clear();
+  }
+  // The device fails from now on, or works again.
+  void unplug(const std::string& device, bool is_unplugged) {
+    const std::lock_guard lock(mutex_);
+    if (is_unplugged)
+      unplugged_.insert(device);
+    else
+      unplugged_.erase(device);
+    changed_.notify_all();
+  }
+  bool open(const cv::VideoCapture* video, const std::string& device) {
+    const std::lock_guard lock(mutex_);
+    devices_[video] = opened = device;
+    if (unplugged_.contains(device)) errno = ENODEV;
+    if (open_error != 0) errno = open_error;
+    return opens && !unplugged_.contains(device);
   }
   void push(const Reply& reply) {
     const std::lock_guard lock(mutex_);
@@ -80,14 +99,19 @@ class Driver {
     const std::lock_guard lock(mutex_);
     return reads_;
   }
-  bool read(cv::OutputArray image) {
+  bool read(const cv::VideoCapture* video, cv::OutputArray image) {
     std::unique_lock lock(mutex_);
     ++reads_;
     waiting_ = true;
     changed_.notify_all();
-    changed_.wait(lock, [&] { return !replies_.empty() || !endless_.empty(); });
+    const auto is_unplugged = [&] { return unplugged_.contains(devices_[video]); };
+    changed_.wait(lock, [&] { return !replies_.empty() || !endless_.empty() || is_unplugged(); });
     waiting_ = false;
     changed_.notify_all();
+    if (is_unplugged()) {
+      errno = ENODEV;
+      return false;
+    }
     if (replies_.empty()) {
       const cv::Mat next = endless_;
       lock.unlock();
@@ -117,6 +141,8 @@ class Driver {
   std::deque<Reply> replies_;
   bool waiting_ = false;
   cv::Mat endless_;  // empty: the reader waits for the next reply
+  std::map<const cv::VideoCapture*, std::string> devices_;
+  std::set<std::string> unplugged_;
   int reads_ = 0;
 };
 Driver& driver() {
@@ -130,11 +156,8 @@ Driver& driver() {
 // The linker takes these definitions instead of those in OpenCV's library.
 namespace cv {
 bool VideoCapture::open(const String& file, int api) {
-  fivepipe::capture::Driver& driver = fivepipe::capture::driver();
-  driver.opened = file;
-  driver.api = api;
-  if (driver.open_error != 0) errno = driver.open_error;
-  return driver.opens;
+  fivepipe::capture::driver().api = api;
+  return fivepipe::capture::driver().open(this, file);
 }
 bool VideoCapture::set(int property, double value) {
   fivepipe::capture::driver().settings.emplace_back(property, value);
@@ -144,7 +167,7 @@ double VideoCapture::get(int property) const {
   EXPECT_EQ(property, int(CAP_PROP_POS_MSEC));
   return fivepipe::capture::driver().kernel_stamp_ms;
 }
-bool VideoCapture::read(OutputArray image) { return fivepipe::capture::driver().read(image); }
+bool VideoCapture::read(OutputArray image) { return fivepipe::capture::driver().read(this, image); }
 }  // namespace cv
 
 namespace fivepipe::capture {
@@ -254,18 +277,28 @@ TEST_F(V4l2, AnImageOfAnotherSizeIsMissing) {
   close(source);
 }
 
-TEST_F(V4l2, ACameraThatStopsIsMissingFromThenOn) {
+TEST_F(V4l2, AnUnpluggedCameraIsMissingUntilItComesBack) {
   auto source = opened();
   driver().push({picture(20), EBUSY});  // an earlier errno does not count
   driver().wait_until_taken();
   EXPECT_EQ(shown(*source), 20);
-  driver().push({{}, ENODEV});
+  driver().unplug(kDevice, true);
   for (int i = 0; i < 2; ++i) {
     EXPECT_EQ(shown(*source), -1);
     EXPECT_EQ(source->last_error(), "/dev/null: stopped delivering: No such device");
   }
-  source.reset();
-  EXPECT_EQ(driver().reads(), 3);
+  const auto start = std::chrono::steady_clock::now();
+  const auto is_early = [&] { return std::chrono::steady_clock::now() - start < 10s; };
+  while (source->last_error().find("connecting again") == std::string::npos && is_early())
+    shown(*source);
+  EXPECT_EQ(source->last_error(),
+            "/dev/null: stopped delivering: No such device; connecting again: No such device");
+  driver().unplug(kDevice, false);
+  driver().go_on(picture(30));
+  while (shown(*source) != 30 && is_early()) std::this_thread::sleep_for(1ms);
+  EXPECT_TRUE(is_early());
+  EXPECT_EQ(driver().settings.size(), 6u) << "the size is requested again";
+  close(source);
 }
 
 // The driver gives a reason for a success, and none for the failure after it.
@@ -278,6 +311,7 @@ TEST_F(V4l2, TheErrnoOfAnEarlierImageIsNotTheReasonOfAFailure) {
   EXPECT_EQ(shown(*source), -1);
   EXPECT_EQ(source->last_error(),
             "/dev/null: stopped delivering: the device does not respond as a camera");
+  close(source);
 }
 
 // A process without standard input gets descriptor 0 for its next file.
@@ -506,6 +540,30 @@ TEST_F(V4l2, CaptureNeedsAnImageOfTheEmptyScene) {
   }
 }
 
+TEST_F(V4l2, CaptureNeedsAllImagesOfTheEmptyScene) {
+  config::Rig rig;
+  rig.cameras = {camera()};
+  config::CaptureConfig config;
+  config.sources["cam"] = config::V4l2Source{kDevice, config::LearnedBackground{"", 400}};
+  driver().go_on();
+  std::thread later([] {
+    while (driver().reads() < 50) std::this_thread::sleep_for(1ms);
+    driver().unplug(kDevice, true);
+  });
+  try {
+    Capture(rig, {}, config, 30);
+    ADD_FAILURE() << "no SourceError";
+  } catch (const SourceError& error) {
+    EXPECT_EQ(error.problems().at(0).fault, SourceFault::no_frames);
+    EXPECT_EQ(error.problems().at(0).what.rfind("only ", 0), 0u) << error.what();
+    EXPECT_NE(error.problems().at(0).what.find(
+                  " of 400 images of the empty scene; /dev/null: stopped delivering: No such"),
+              std::string::npos)
+        << error.what();
+  }
+  later.join();
+}
+
 // The camera pauses for longer than a read waits.
 TEST_F(V4l2, CaptureWaitsForACameraIfConfigured) {
   const test::TestFolder folder;
@@ -524,14 +582,48 @@ TEST_F(V4l2, CaptureWaitsForACameraIfConfigured) {
   std::vector<std::string> reasons;
   capture.set_go_on_waiting([&](const std::string& name, const std::string& reason) {
     reasons.push_back(name + ": " + reason);
-    driver().push({picture(90)});
+    driver().go_on(picture(90));
     return true;
   });
   EXPECT_EQ(capture.capture(0, false).at(0).status, CaptureStatus::captured);
   EXPECT_EQ(reasons, std::vector<std::string>{"cam: /dev/null: no image within 0.5 s"});
+  driver().pause();
+  driver().wait_until_taken();
   capture.set_go_on_waiting([](const std::string&, const std::string&) { return false; });
-  EXPECT_EQ(capture.capture(1, false).at(0).status, CaptureStatus::missing);
+  while (capture.capture(1, false).at(0).status == CaptureStatus::captured) {
+  }
   driver().go_on();
+}
+
+// The camera is unplugged for a second while the other one goes on.
+TEST_F(V4l2, TheImagesAfterAWaitAreOfOneTime) {
+  const std::string other = "/dev/zero";
+  config::Rig rig;
+  rig.cameras = {camera(), camera()};
+  rig.cameras[1].name = "other";
+  config::Viewer viewer;
+  viewer.path = {{0, {0, -0.8, 0.8}, {0, 0, 0.2}}};
+  config::CaptureConfig config;
+  config.lost_camera = config::LostCamera::wait;
+  config.sources["cam"] = config::V4l2Source{kDevice, config::LearnedBackground{"", 1}};
+  config.sources["other"] = config::V4l2Source{other, config::LearnedBackground{"", 1}};
+  driver().go_on();
+  Capture capture(rig, viewer, config, 30);
+  driver().unplug(other, true);
+  while (capture.capture(0, false)[1].status == CaptureStatus::captured) {
+  }
+  const auto start = std::chrono::steady_clock::now();
+  std::set<std::string> waits_for;
+  capture.set_go_on_waiting([&](const std::string& name, const std::string&) {
+    waits_for.insert(name);
+    if (std::chrono::steady_clock::now() - start > 1s) driver().unplug(other, false);
+    return true;
+  });
+  const auto set = capture.capture(1, false);
+  EXPECT_EQ(waits_for, std::set<std::string>{"other"});
+  EXPECT_GE(std::chrono::steady_clock::now() - start, 1s);
+  for (const CapturedCamera& one : set) EXPECT_EQ(one.status, CaptureStatus::captured);
+  EXPECT_LT(std::abs(1e-9 * double(set[0].image_stamp_ns - set[1].image_stamp_ns)), 0.5);
 }
 
 TEST_F(V4l2, ACameraThatSendsTheSameImageIsFrozen) {

@@ -189,6 +189,22 @@ TEST_F(FullDeployment, HasTheKeysOfDeploymentAndViewer) {
   EXPECT_EQ(d.viewer.eye_distance_m, 0.063);
 }
 
+TEST_F(FullDeployment, CapturesTheCamerasOfAllItsCaptureNodes) {
+  EXPECT_EQ(first_capture_node(d), d.nodes.data());
+  const CaptureConfig all = capture_of_all_nodes(d).value();
+  EXPECT_EQ(all.sources.size(), 2u);
+  EXPECT_TRUE(std::holds_alternative<V4l2Source>(all.sources.at("left")));
+  EXPECT_TRUE(std::holds_alternative<VideoSource>(all.sources.at("right")));
+  EXPECT_EQ(all.segmentation_for("left").threshold_floor_levels, 8) << "that of its own node";
+  EXPECT_EQ(all.segmentation_for("right").threshold_floor_levels, 12);
+  EXPECT_EQ(all.lost_camera, LostCamera::go_on) << "as the first node";
+  const CaptureConfig once = without_clock(all);
+  EXPECT_FALSE(once.loop);
+  EXPECT_EQ(once.precomputed_frames, 0);
+  EXPECT_EQ(first_capture_node({}), nullptr);
+  EXPECT_FALSE(capture_of_all_nodes({}));
+}
+
 TEST_F(FullDeployment, HasTheKeysOfItsCaptureNodes) {
   ASSERT_EQ(d.nodes.size(), 6u);
   EXPECT_EQ(d.nodes[0].host, "far_away");
@@ -414,8 +430,11 @@ TEST_F(DeploymentFile, EveryNodeHasTheHullRule) {
                                        std::get<ReconConfig>(d.nodes[1].config).hull_rule,
                                        std::get<SimConfig>(d.nodes[2].config).hull_rule};
   };
-  for (const hull::HullRule& rule : rules(load(with_nodes(nodes))))
+  for (const hull::HullRule& rule : rules(load(with_nodes(nodes)))) {
     EXPECT_EQ(rule.limits, hull::Limits::all);
+    EXPECT_EQ(rule.within_world_m.min(), Eigen::Vector3d(-0.5, -0.5, 0)) << "the rig's volume";
+    EXPECT_EQ(rule.within_world_m.max(), Eigen::Vector3d(0.5, 0.5, 1));
+  }
   for (const hull::HullRule& rule : rules(load(with_nodes(nodes) + "hull: {limits: all}\n")))
     EXPECT_EQ(rule.limits, hull::Limits::all);
   for (const auto& [keys, min_seen] : {std::pair("", 2), {", min_seen: 1", 1}})
@@ -424,6 +443,16 @@ TEST_F(DeploymentFile, EveryNodeHasTheHullRule) {
       EXPECT_EQ(rule.limits, hull::Limits::seen);
       EXPECT_EQ(rule.min_seen, min_seen);
     }
+}
+
+TEST_F(DeploymentFile, ALostCameraIsNoObjectWhereItSees) {
+  const std::string nodes =
+      "  - {name: c, program: capture_node, sources: synthetic, lost_camera: continue}\n";
+  EXPECT_EQ(problems(with_nodes(nodes)).size(), 0u);
+  EXPECT_THAT(problems(with_nodes(nodes) + "hull: {limits: seen}\n"),
+              ElementsAre(testing::HasSubstr(
+                  "c: lost_camera: continue needs hull limits: all; with limits: seen a lost "
+                  "camera would see an object everywhere: use drop, which leaves it out")));
 }
 
 // The rig has two cameras that give shape.

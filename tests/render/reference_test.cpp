@@ -17,7 +17,7 @@ using Eigen::Vector3d;
 
 // Half a level of rounding and the 0.41 levels by which the shader's curve differs from sRGB.
 constexpr double kLevels = 0.95;
-// Half a level of rounding. A GPU's conversion to levels may be off by more: 0.55 on an NVIDIA H200.
+// Half a level of rounding. A GPU's conversion to levels may be off by more: 0.55 on an H200.
 constexpr double kHalfALevel = 0.6;
 
 Vector3d linear(const std::array<double, 3>& srgb) {

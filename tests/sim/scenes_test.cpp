@@ -27,9 +27,7 @@ class Scene {
       : deployment_(shipped(name, displaced_m)),
         cameras_(cameras_of(deployment_.rig)),
         simulation_(deployment_.scene, {}, deployment_.rig.volume_m) {
-    for (const config::Node& node : deployment_.nodes)
-      if (const auto* capture = std::get_if<config::CaptureConfig>(&node.config))
-        world_ = capture->synthetic;
+    world_ = config::capture_of_all_nodes(deployment_).value().synthetic;
   }
 
   // Calls seen(time_s) after each frame.

@@ -24,10 +24,10 @@ std::string missing_endpoint(bus::Bus& bus, const NodesToStart& options) {
   for (const bus::EndpointDescription& endpoint : bus.endpoints())
     (endpoint.writes ? writes : reads)[endpoint.participant].insert(endpoint.topic);
   for (const std::string& name : options.nodes) {
-    const std::string program = config::program_of(*config::find_node(*options.deployment, name));
-    for (const std::string& topic : replay::inputs_of(program, options.deployment->scene))
+    const config::Node& node = *config::find_node(*options.deployment, name);
+    for (const std::string& topic : replay::inputs_of(*options.deployment, node))
       if (!reads[name].contains(topic)) return "node '" + name + "' does not read " + topic;
-    for (const std::string& topic : replay::outputs_of(program, options.deployment->scene))
+    for (const std::string& topic : replay::outputs_of(*options.deployment, node))
       if (!writes[name].contains(topic)) return "node '" + name + "' does not write " + topic;
   }
   return "";

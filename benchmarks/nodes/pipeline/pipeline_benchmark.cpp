@@ -138,15 +138,12 @@ int bench_live_pipeline(const FromRecordingOptions& options, double duration_s) 
   const MeasuredDeployment measured(nullptr, options);
   const config::Deployment& deployment = measured.deployment();
   PipelineNodes nodes = nodes_of(deployment);
-  const config::CaptureConfig* capture = nullptr;
-  for (const config::Node& node : deployment.nodes)
-    if (const auto* found = std::get_if<config::CaptureConfig>(&node.config); found && !capture) {
-      capture = found;
-      nodes.capture = node.name;
-    }
-  if (!capture)
+  const config::Node* const first = config::first_capture_node(deployment);
+  if (!first)
     throw recording::RecordingError(
         fmt::format("deployment {} has no capture_node; use --from", deployment.name));
+  nodes.capture = first->name;
+  const auto* const capture = &std::get<config::CaptureConfig>(first->config);
   NodesToStart run_options = measured.run_options(options);
   run_options.nodes = names_of(nodes);
   std::cout << fmt::format("{} with capture_node from {}, {} frames in flight\n", deployment.name,

@@ -13,13 +13,9 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 config::CaptureConfig capture_of(const config::Deployment& deployment) {
-  for (const config::Node& node : deployment.nodes)
-    if (const auto* capture = std::get_if<config::CaptureConfig>(&node.config)) {
-      config::CaptureConfig config = *capture;
-      config.precomputed_frames = 0;
-      return config;
-    }
-  throw std::runtime_error("deployment " + deployment.name + " has no capture_node");
+  const auto all = config::capture_of_all_nodes(deployment);
+  if (!all) throw std::runtime_error("deployment " + deployment.name + " has no capture_node");
+  return config::without_clock(*all);
 }
 
 std::vector<hull::Capsule> capsules_of(std::span<const capture::SyntheticPart> parts) {

@@ -269,6 +269,14 @@ Labelled measure(const std::vector<Run>& runs, const std::vector<std::size_t>& c
                  const Vector3i& size, const HullComponentsOptions& options,
                  const Vector3d& origin) {
   Labelled result{std::vector<Moments>(runs.size()), std::vector<HullComponent>(runs.size())};
+  // Of a last layer that the box covers less than half, no centre is in the box, nor in a hull that
+  // the box cuts.
+  const Vector3i last =
+      size.cwiseMin((options.within_world_m.sizes() / options.cell_m + Vector3d::Constant(0.5))
+                        .array()
+                        .floor()
+                        .cast<int>()
+                        .matrix());
   for (std::size_t i = 0; i < runs.size(); ++i) {
     const Run& r = runs[i];
     add_run(r, origin, result.moments[component_of[i]]);
@@ -276,7 +284,7 @@ Labelled measure(const std::vector<Run>& runs, const std::vector<std::size_t>& c
     for (const Vector3d& corner : {Vector3d(r.x0, r.y, r.z), Vector3d(r.x1, r.y + 1, r.z + 1)})
       component.box_world_m.extend(options.within_world_m.min() + options.cell_m * corner);
     component.clipped |=
-        r.x0 == 0 || r.x1 == size.x() || r.y == 0 || r.y + 1 == size.y() || r.z + 1 == size.z();
+        r.x0 == 0 || r.x1 >= last.x() || r.y == 0 || r.y + 1 >= last.y() || r.z + 1 >= last.z();
   }
   return result;
 }

@@ -163,4 +163,12 @@ struct CaptureConfig {
   hull::HullRule hull_rule = {};  // of the deployment: which points of the hull need a colour
 };
 
+// Returns the configuration for work without a clock: a file ends instead of starting again, so
+// that no frame is a second time one of its first, and every frame is captured.
+inline CaptureConfig without_clock(CaptureConfig config) {
+  config.loop = false;
+  config.precomputed_frames = 0;
+  return config;
+}
+
 }  // namespace fivepipe::config

@@ -109,7 +109,7 @@ RtspSource read_rtsp(YamlMap& map, bool is_here) {
 }
 
 GenicamSource read_genicam(YamlMap& map, bool is_here) {
-  constexpr Range kExposure_us{1, 1e7}, kGain_db{0, 100};
+  constexpr Range kExposure_us{1, 1e7}, kGain_db{-100, 100};
   GenicamSource source;
   source.camera = map.text("genicam");
   if (source.camera.empty())

@@ -9,10 +9,10 @@
 namespace fivepipe::node {
 
 FrameSetReader::FrameSetReader(bus::Bus& bus, const config::Rig& rig, NodeStatusReporter& status,
-                               hull::Limits limits)
+                               const hull::HullRule& rule)
     : rig_(rig),
       status_(status),
-      limits_(limits),
+      rule_(rule),
       infos_(bus.reader<bus::topics::CameraInfo>()),
       maps_(bus.reader<bus::topics::ObjectPixelMap>()),
       sets_(rig) {}
@@ -78,7 +78,7 @@ std::vector<frames::FrameSet> FrameSetReader::take() {
     status_.count(kFrameSetsComplete);
     status_.latency("set_skew", 1e-9 * double(set.skew_ns));
     for (const std::string& camera : set.empty_cameras) status_.empty_camera(camera);
-    status_.diagnostic("hull", empty_hull_text(set.empty_cameras, limits_));
+    status_.diagnostic("hull", empty_hull_text(set.empty_cameras, rule_, set.silhouettes.size()));
     status_.diagnostic("lost cameras", set.lost_cameras.empty()
                                            ? ""
                                            : fmt::format("{}; the hull uses only the other cameras",

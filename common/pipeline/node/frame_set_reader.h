@@ -16,9 +16,9 @@ namespace fivepipe::node {
 
 class FrameSetReader {
  public:
-  // The arguments must outlive the reader. `limits`: of the deployment's hull, for diagnostics.
+  // The arguments must outlive the reader. `rule`: of the deployment's hull, for diagnostics.
   FrameSetReader(bus::Bus& bus, const config::Rig& rig, NodeStatusReporter& status,
-                 hull::Limits limits = hull::Limits::all);
+                 const hull::HullRule& rule = {});
 
   // Returns the frame sets that are now complete, oldest first. Never waits.
   std::vector<frames::FrameSet> take();
@@ -43,7 +43,7 @@ class FrameSetReader {
 
   const config::Rig& rig_;
   NodeStatusReporter& status_;
-  hull::Limits limits_;
+  hull::HullRule rule_;
   bus::Reader<bus::topics::CameraInfo> infos_;
   bus::Reader<bus::topics::ObjectPixelMap> maps_;
   frames::FrameSetAssembler sets_;

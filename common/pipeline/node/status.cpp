@@ -369,11 +369,13 @@ void NodeStatusReporter::start_progress(const std::string& text) {
   if (impl_->set_diagnostic(kStart, text)) spdlog::info("{}: {}", kStart, text);
 }
 
-std::string empty_hull_text(const std::vector<std::string>& cameras, hull::Limits limits) {
-  if (cameras.empty()) return "";
-  return fmt::format("{}: no object pixel in camera {}",
-                     limits == hull::Limits::all ? "empty" : "empty where the camera sees",
-                     fmt::join(cameras, ", "));
+std::string empty_hull_text(const std::vector<std::string>& cameras, const hull::HullRule& rule,
+                            std::size_t shape_cameras) {
+  const bool is_empty = rule.limits == hull::Limits::all
+                            ? !cameras.empty()
+                            : shape_cameras < cameras.size() + std::size_t(rule.min_seen);
+  if (!is_empty) return "";
+  return fmt::format("empty: no object pixel in camera {}", fmt::join(cameras, ", "));
 }
 
 }  // namespace fivepipe::node

@@ -71,8 +71,10 @@ class NodeStatusReporter {
 };
 
 // Returns the diagnostic for a hull that is empty because these cameras have no object pixel, or an
-// empty text if `cameras` is empty. With Limits::seen it is empty only where they see.
-std::string empty_hull_text(const std::vector<std::string>& cameras, hull::Limits limits);
+// empty text if it is not: with Limits::all one such camera suffices; with Limits::seen fewer than
+// min_seen other cameras must remain. shape_cameras: number of all cameras that give shape.
+std::string empty_hull_text(const std::vector<std::string>& cameras, const hull::HullRule& rule,
+                            std::size_t shape_cameras);
 
 // Reports the time from its construction to its destruction as a latency.
 class StageTimer {

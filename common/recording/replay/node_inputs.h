@@ -4,15 +4,19 @@
 #include <set>
 #include <string>
 
+#include "common/config/deployment.h"
 #include "common/config/views.h"
 #include "common/pipeline/bus/topics.h"
 
 namespace fivepipe::replay {
 
-// Names of the topics that the program reads for a scene; empty for an unknown program.
-inline std::set<std::string> inputs_of(const std::string& program, const config::Scene& scene) {
+// Names of the topics that the program reads for a scene; empty for an unknown program. follows: as
+// a capture_node that captures the frames of another one.
+inline std::set<std::string> inputs_of(const std::string& program, const config::Scene& scene,
+                                       bool follows = false) {
   using namespace bus::topics;
-  if (program == "capture_node") return {TileCosts::name, FrameComposited::name};
+  if (program == "capture_node")
+    return {follows ? HeadPose::name : TileCosts::name, FrameComposited::name};
   if (program == "recon_node")
     return {ReplaySession::name, CameraInfo::name,   ViewInfo::name,
             HeadPose::name,      ObjectColour::name, ObjectPixelMap::name};
@@ -29,11 +33,14 @@ inline std::set<std::string> inputs_of(const std::string& program, const config:
 }
 
 // Names of the topics that the program writes for a scene, without NodeStatus and FrameTrace.
-inline std::set<std::string> outputs_of(const std::string& program, const config::Scene& scene) {
+inline std::set<std::string> outputs_of(const std::string& program, const config::Scene& scene,
+                                        bool follows = false) {
   using namespace bus::topics;
-  if (program == "capture_node")
-    return {CameraInfo::name, ViewInfo::name, HeadPose::name, ObjectColour::name,
-            ObjectPixelMap::name};
+  if (program == "capture_node") {
+    std::set<std::string> outputs{CameraInfo::name, ObjectColour::name, ObjectPixelMap::name};
+    if (!follows) outputs.insert({ViewInfo::name, HeadPose::name});
+    return outputs;
+  }
   if (program == "recon_node") return {HullTile::name, TileCosts::name};
   if (program == "sim_node") {
     std::set<std::string> outputs{CollisionResult::name, VirtualState::name};
@@ -44,6 +51,20 @@ inline std::set<std::string> outputs_of(const std::string& program, const config
   }
   if (program == "render_node") return {FrameComposited::name};
   return {};
+}
+
+// The topics of a node of the deployment.
+inline bool follows(const config::Deployment& deployment, const config::Node& node) {
+  return std::holds_alternative<config::CaptureConfig>(node.config) &&
+         config::first_capture_node(deployment)->name != node.name;
+}
+inline std::set<std::string> inputs_of(const config::Deployment& deployment,
+                                       const config::Node& node) {
+  return inputs_of(config::program_of(node), deployment.scene, follows(deployment, node));
+}
+inline std::set<std::string> outputs_of(const config::Deployment& deployment,
+                                        const config::Node& node) {
+  return outputs_of(config::program_of(node), deployment.scene, follows(deployment, node));
 }
 
 // Returns the names of the views whose tiles complete a frame for render_node.

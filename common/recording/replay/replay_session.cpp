@@ -38,8 +38,7 @@ std::set<std::string> add_nodes(ReplayPlan& plan, const recording::Recording& re
           fmt::format("the recording's deployment has no node '{}'; its nodes are: {}", name,
                       fmt::join(known, ", ")));
     }
-    const std::string program = config::program_of(*node);
-    plan.nodes.push_back({name, program, inputs_of(program, deployment.scene)});
+    plan.nodes.push_back({name, config::program_of(*node), inputs_of(deployment, *node)});
     topics.insert(plan.nodes.back().inputs.begin(), plan.nodes.back().inputs.end());
   }
   return topics;

@@ -80,6 +80,21 @@ TEST(GenicamImage, TheImageOwnsItsMemory) {
   EXPECT_TRUE(is_uniform(from_bgr, {77, 77, 77}));
 }
 
+TEST(GenicamImage, BytesAfterEachRowAreSkipped) {
+  constexpr int kPadding = 3;
+  Bytes grey((kSize_px + kPadding) * kSize_px, 9);
+  for (int v = 0; v < kSize_px; ++v)
+    std::fill_n(grey.begin() + std::ptrdiff_t(v) * (kSize_px + kPadding), kSize_px, 77);
+  const auto image = [&](std::size_t missing) {
+    return bgr_of(std::uint32_t(GenicamFormat::mono8), kSize_px, kSize_px, grey.data(),
+                  grey.size() - missing, kPadding);
+  };
+  EXPECT_TRUE(is_uniform(image(0), {77, 77, 77}));
+  EXPECT_TRUE(is_uniform(image(kPadding), {77, 77, 77})) << "the last row may have none";
+  EXPECT_TRUE(image(kPadding + 1).empty());
+  EXPECT_TRUE(bgr_of(std::uint32_t(GenicamFormat::mono8), 1, 1, grey.data(), 1, -1).empty());
+}
+
 TEST(GenicamImage, WhatCannotBeConvertedIsEmpty) {
   const Bytes grey(kSize_px * kSize_px, 77);
   EXPECT_TRUE(bgr_of(0x01100003, kSize_px, kSize_px, grey.data(), grey.size()).empty()) << "Mono10";

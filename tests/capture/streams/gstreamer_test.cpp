@@ -168,6 +168,18 @@ TEST_F(Gstreamer, ALiveStreamThatEndsOrFailsIsMissingAndComesBack) {
   }
 }
 
+// It would start again at its first image.
+TEST_F(Gstreamer, AFileThatFailsStaysMissing) {
+  const auto source = open_gstreamer_source(
+      camera(), {test_picture("") + " ! identity name=file error-after=8", {}});
+  EXPECT_TRUE(source->is_live());
+  EXPECT_EQ(status_after_images(*source), ReadStatus::missing);
+  cv::Mat image;
+  for (const auto until = Clock::now() + 1500ms; Clock::now() < until;)
+    ASSERT_EQ(source->read(0, image), ReadStatus::missing);
+  EXPECT_FALSE(source->is_live());
+}
+
 TEST_F(Gstreamer, ErrorExplainsAWrongPipeline) {
   bool is_hardware = true;
   const SourceProblem found = problem_of("no_such_element ! videoscale", is_hardware);

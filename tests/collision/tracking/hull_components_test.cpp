@@ -105,8 +105,10 @@ std::vector<Reference> reference_components(const std::vector<hull::Silhouette>&
       component.box_world_m.extend(center(cell) - Vector3d::Constant(0.5 * cell_m));
       component.box_world_m.extend(center(cell) + Vector3d::Constant(0.5 * cell_m));
       for (std::size_t axis = 0; axis < 3; ++axis)
+        // The next centre would be outside of the box.
         component.at_the_search_box |=
-            (axis > 0 && cell[axis] == 0) || cell[axis] == size[2 - Eigen::Index(axis)] - 1;
+            (axis > 0 && cell[axis] == 0) ||
+            center(cell)[2 - Eigen::Index(axis)] + cell_m > within.max()[2 - Eigen::Index(axis)];
     }
     for (const auto& cell : cells) {
       const Vector3d off = center(cell) - component.centroid_world_m;
@@ -257,6 +259,22 @@ TEST(HullComponents, IsClippedAtTheSearchBoxAndImageBorder) {
   for (const collision::HullComponent& component :
        components_of(at_border, 0.005, 1, {Vector3d(0.2, -0.3, -0.3), Vector3d(0.8, 0.3, 0.3)}))
     EXPECT_TRUE(component.clipped);
+}
+
+// The box also cuts the hull. Its upper faces are a third of a cell beyond the last whole layer.
+TEST(HullComponents, IsClippedAtABoxThatIsNoMultipleOfTheCells) {
+  const auto silhouettes = silhouettes_of({ball(kOrigin, 0.05)}, all_around());
+  const double cell_m = 0.006, least_m = -0.3, upper_m = least_m + (50 + 1.0 / 3) * cell_m;
+  for (int axis = 0; axis < 3; ++axis) {
+    Eigen::AlignedBox3d box(Vector3d::Constant(least_m), Vector3d::Constant(0.3));
+    box.max()[axis] = upper_m;  // through the ball
+    const auto found = components_of(silhouettes, cell_m, 1, box, {.within_world_m = box});
+    ASSERT_EQ(found.size(), 1u) << axis;
+    EXPECT_TRUE(found[0].clipped) << axis;
+    box.max()[axis] += 0.1;  // beside it
+    EXPECT_FALSE(components_of(silhouettes, cell_m, 1, box, {.within_world_m = box})[0].clipped)
+        << axis;
+  }
 }
 
 TEST(HullComponents, AreIndependentOfThreads) {

@@ -213,6 +213,19 @@ TEST(Command, MapsHaveTheObjectPixelsAndTheCamerasOfOneFrame) {
   }
 }
 
+TEST(Command, MapsAreOfAllCaptureNodes) {
+  const PicturesDeployment pictures;
+  pictures.write_deployment("capture_node",
+                            "above: {video: f%d.ppm, background: empty.ppm}, "
+                            "left: {video: f%d.ppm, background: empty.ppm}}}\n"
+                            "  - {name: second, program: capture_node, loop: false,\n"
+                            "     sources: {right: {video: f%d.ppm, background: empty.ppm}");
+  const Answer answer = pictures.maps("--frame 1");
+  EXPECT_EQ(answer.exit_code, 0) << answer.text;
+  EXPECT_EQ(test::text_of(pictures.out / "left.pbm"), test::text_of(pictures.out / "right.pbm"));
+  EXPECT_TRUE(test::contains(answer.text, "right: 2.5 % object pixels\n")) << answer.text;
+}
+
 // A camera that gives only colour may have fewer pictures.
 TEST(Command, MapsNeedNoPictureOfACameraThatGivesOnlyColour) {
   const PicturesDeployment pictures;

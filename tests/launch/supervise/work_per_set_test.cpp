@@ -60,8 +60,8 @@ TEST(WorkPerSet, NamesWhatBoundsTheRate) {
   // 28.5 core-ms at 60 Hz are 1.71 of 2 cores.
   EXPECT_EQ(bound(two_cores(60)), "the processor: decoding takes 12.0 of 28.5 core-ms per set");
   EXPECT_EQ(bound(two_cores(20)),
-            "waiting: the nodes use 29 % of the 2 cores; decoding takes 12.0 of 28.5 core-ms per "
-            "set");
+            "waiting: the nodes use 29 % of the 2 cores, capture most with 0.32 cores; decoding "
+            "takes 12.0 of 28.5 core-ms per set");
   auto clocked = two_cores(20);
   clocked.requested_rate_hz = 20.5;
   EXPECT_EQ(bound(clocked), "the requested rate of 20.5 Hz");

@@ -58,10 +58,12 @@ void ScriptedPeer::start(const std::string& program, const std::string& name,
   report_ = {};
   statuses_.emplace(bus_.reader<bus::topics::NodeStatus>());
   program_ = node(program, name, deployment, more);
-  const config::Scene scene = config::load_deployment(deployment).scene;
+  const config::Deployment loaded = config::load_deployment(deployment);
+  const config::Node& under_test = *config::find_node(loaded, name);
   EXPECT_TRUE(eventually(bus_, kStart, [&] {
-    return (takes_part(name, false, replay::inputs_of(program, scene)) &&
-            takes_part(name, true, replay::outputs_of(program, scene)) && traces_.writers() > 0) ||
+    return (takes_part(name, false, replay::inputs_of(loaded, under_test)) &&
+            takes_part(name, true, replay::outputs_of(loaded, under_test)) &&
+            traces_.writers() > 0) ||
            has_failed();
   })) << said();
   // Discovery announces readers in the order of their creation, so a node whose status arrives has
