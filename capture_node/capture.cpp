@@ -201,7 +201,7 @@ struct Capture::RawCapture {
   CapturedCamera result;
   cv::Mat image;  // empty if there is none, or if nothing is computed from it
   geometry::Camera published;
-  bool is_lost = false;  // a camera that may deliver again
+  bool is_lost = false;  // the camera gives shape and may deliver again
 };
 
 // Number of the cameras that give shape and that other nodes read.
@@ -268,7 +268,8 @@ Capture::RawCapture Capture::raw_capture(Channel& channel, std::int64_t frame, s
   if (status != ReadStatus::image) {
     result.status = status == ReadStatus::end ? CaptureStatus::ended : CaptureStatus::missing;
     result.reason = status == ReadStatus::end ? "its file has ended" : channel.source->last_error();
-    raw_capture.is_lost = status == ReadStatus::missing && channel.source->is_live();
+    raw_capture.is_lost =
+        channel.finder && status == ReadStatus::missing && channel.source->is_live();
     return raw_capture;
   }
   if (channel.source->is_live())

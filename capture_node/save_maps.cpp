@@ -93,10 +93,8 @@ int run(const Options& options) {
     throw CLI::ValidationError("--frames", "expected N, A:B or A:B:STEP, got " + options.frames);
   const config::Deployment deployment =
       config::load_deployment(options.deployment, settings_from(options.settings));
-  const auto config = config::capture_of_all_nodes(deployment);
-  if (!config)
-    throw std::runtime_error(deployment.file.string() + ": the deployment has no capture_node");
-  Capture capture(deployment.rig, deployment.viewer, config::without_clock(*config),
+  Capture capture(deployment.rig, deployment.viewer,
+                  config::without_clock(config::capture_of_all_nodes(deployment)),
                   deployment.frame_rate_hz, [](std::string_view what, double fraction) {
                     std::fprintf(stderr, "\r%.*s, %d %%   ", int(what.size()), what.data(),
                                  int(100 * fraction));

@@ -50,7 +50,8 @@ class Footage {
  public:
   explicit Footage(const config::Deployment& deployment)
       : deployment_(deployment),
-        capture_(deployment.rig, deployment.viewer, capture_of(deployment),
+        capture_(deployment.rig, deployment.viewer,
+                 config::without_clock(config::capture_of_all_nodes(deployment)),
                  deployment.frame_rate_hz) {}
 
   // Throws if a camera has no image of the frame.
@@ -66,10 +67,6 @@ class Footage {
   const config::Deployment& deployment() const { return deployment_; }
 
  private:
-  static config::CaptureConfig capture_of(const config::Deployment& deployment) {
-    return config::without_clock(config::capture_of_all_nodes(deployment).value());
-  }
-
   const config::Deployment& deployment_;
   capture::Capture capture_;
 };

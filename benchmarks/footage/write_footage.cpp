@@ -30,9 +30,7 @@ void write(const std::filesystem::path& file, const cv::Mat& bgr) {
 
 int run(const Options& options) {
   const config::Deployment deployment = config::load_deployment(options.deployment, {});
-  const auto all = config::capture_of_all_nodes(deployment);
-  if (!all) throw std::runtime_error("deployment " + deployment.name + " has no capture_node");
-  const config::CaptureConfig& capture = *all;
+  const config::CaptureConfig capture = config::capture_of_all_nodes(deployment);
   const auto surroundings = std::make_shared<const capture::Surroundings>(capture.synthetic.seed);
   for (const config::RigCamera& camera : deployment.rig.cameras) {
     const auto source = capture.sources.find(camera.name);

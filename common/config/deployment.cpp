@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <stdexcept>
 
 #include "common/base/readable_file.h"
 #include "common/config/node_checks.h"
@@ -267,15 +268,17 @@ const Node* first_capture_node(const Deployment& deployment) {
   return nullptr;
 }
 
-std::optional<CaptureConfig> capture_of_all_nodes(const Deployment& deployment) {
-  std::optional<CaptureConfig> all;
+CaptureConfig capture_of_all_nodes(const Deployment& deployment) {
+  const Node* const first = first_capture_node(deployment);
+  if (!first)
+    throw std::runtime_error(deployment.file.string() + ": the deployment has no capture_node");
+  auto all = std::get<CaptureConfig>(first->config);
   for (const Node& node : deployment.nodes) {
     const auto* capture = std::get_if<CaptureConfig>(&node.config);
     if (!capture) continue;
-    if (!all) all = *capture;
     for (const auto& [camera, source] : capture->sources) {
-      all->sources[camera] = source;
-      all->segmentation_of.insert_or_assign(camera, capture->segmentation_for(camera));
+      all.sources[camera] = source;
+      all.segmentation_of.insert_or_assign(camera, capture->segmentation_for(camera));
     }
   }
   return all;

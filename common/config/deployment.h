@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
-#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -68,8 +67,8 @@ const Node* find_node(const Deployment& deployment, const std::string& name);
 // nullptr if there is none.
 const Node* first_capture_node(const Deployment& deployment);
 // Returns what all capture_nodes together capture, for a program that does it in one process: the
-// cameras of all nodes, each with its segmentation, and the other settings of the first node;
-// nullopt if there is none.
-std::optional<CaptureConfig> capture_of_all_nodes(const Deployment& deployment);
+// cameras of all nodes, each with its segmentation, and the other settings of the first node.
+// Throws std::runtime_error if there is none.
+CaptureConfig capture_of_all_nodes(const Deployment& deployment);
 
 }  // namespace fivepipe::config

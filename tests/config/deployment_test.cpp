@@ -191,7 +191,7 @@ TEST_F(FullDeployment, HasTheKeysOfDeploymentAndViewer) {
 
 TEST_F(FullDeployment, CapturesTheCamerasOfAllItsCaptureNodes) {
   EXPECT_EQ(first_capture_node(d), d.nodes.data());
-  const CaptureConfig all = capture_of_all_nodes(d).value();
+  const CaptureConfig all = capture_of_all_nodes(d);
   EXPECT_EQ(all.sources.size(), 2u);
   EXPECT_TRUE(std::holds_alternative<V4l2Source>(all.sources.at("left")));
   EXPECT_TRUE(std::holds_alternative<VideoSource>(all.sources.at("right")));
@@ -202,7 +202,7 @@ TEST_F(FullDeployment, CapturesTheCamerasOfAllItsCaptureNodes) {
   EXPECT_FALSE(once.loop);
   EXPECT_EQ(once.precomputed_frames, 0);
   EXPECT_EQ(first_capture_node({}), nullptr);
-  EXPECT_FALSE(capture_of_all_nodes({}));
+  EXPECT_THROW(capture_of_all_nodes({}), std::runtime_error);
 }
 
 TEST_F(FullDeployment, HasTheKeysOfItsCaptureNodes) {

@@ -18,7 +18,7 @@ using Eigen::Vector3d;
 // Half a level of rounding and the 0.41 levels by which the shader's curve differs from sRGB.
 constexpr double kLevels = 0.95;
 // Half a level of rounding. A GPU's conversion to levels may be off by more: 0.55 on an H200.
-constexpr double kHalfALevel = 0.6;
+constexpr double kUnlitLevels = 0.6;
 
 Vector3d linear(const std::array<double, 3>& srgb) {
   Vector3d rgb;
@@ -291,7 +291,7 @@ TEST_F(Reference, TheBackgroundIsBrighterAtTheTop) {
     for (int u = 0; u < drawn.cols; ++u) {
       const double factor = 1.2 - 0.4 * (v + 0.5) / drawn.rows;
       expect_colour(drawn.at<cv::Vec3b>(v, u), 255 * factor * Vector3d(0.3, 0.5, 0.7), u, v,
-                    kHalfALevel);
+                    kUnlitLevels);
       if (HasFatalFailure()) return;
     }
 }

@@ -27,7 +27,7 @@ class Scene {
       : deployment_(shipped(name, displaced_m)),
         cameras_(cameras_of(deployment_.rig)),
         simulation_(deployment_.scene, {}, deployment_.rig.volume_m) {
-    world_ = config::capture_of_all_nodes(deployment_).value().synthetic;
+    world_ = config::capture_of_all_nodes(deployment_).synthetic;
   }
 
   // Calls seen(time_s) after each frame.

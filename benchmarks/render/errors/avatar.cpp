@@ -12,12 +12,6 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-config::CaptureConfig capture_of(const config::Deployment& deployment) {
-  const auto all = config::capture_of_all_nodes(deployment);
-  if (!all) throw std::runtime_error("deployment " + deployment.name + " has no capture_node");
-  return config::without_clock(*all);
-}
-
 std::vector<hull::Capsule> capsules_of(std::span<const capture::SyntheticPart> parts) {
   std::vector<hull::Capsule> capsules;
   for (const capture::SyntheticPart& part : parts) {
@@ -31,7 +25,8 @@ std::vector<hull::Capsule> capsules_of(std::span<const capture::SyntheticPart> p
 }  // namespace
 
 Actor::Actor(const config::Deployment& deployment)
-    : deployment_(deployment), config_(capture_of(deployment)) {
+    : deployment_(deployment),
+      config_(config::without_clock(config::capture_of_all_nodes(deployment))) {
   capsules_of(capture::synthetic_parts(world(), 0));
 }
 
