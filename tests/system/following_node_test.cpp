@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
+#include <thread>
 
 #include "common/config/deployment.h"
 #include "common/pipeline/messages/camera_messages.h"
@@ -37,6 +38,7 @@ viewer:
 nodes:
   - {name: first, program: capture_node, sources: {left: {video: f%d.bmp, background: empty.bmp}}}
   - {name: second, program: capture_node, sources: {right: {video: f%d.bmp, background: empty.bmp}}}
+  - {name: rendering, program: render_node}
 )";
 
 // Place of the square in a picture.
@@ -58,7 +60,7 @@ Map copied(const bus::Sample<bus::topics::ObjectPixelMap>& sample) {
 
 class FollowingNode : public ScriptedPeer {
  protected:
-  FollowingNode() {
+  explicit FollowingNode(const std::vector<std::string>& options = {}) {
     const cv::Mat room(kHeight_px, kWidth_px, CV_8UC3, cv::Scalar::all(60));
     cv::imwrite(folder_ / "empty.bmp", room);
     for (std::uint64_t picture = 0; picture < kPictures; ++picture) {
@@ -72,17 +74,23 @@ class FollowingNode : public ScriptedPeer {
          "name: far\nobjects:\n  - {name: box, box: {size_m: [1, 1, 1]}, position_m: [9, 9, 9]}\n");
     const std::string path = file("deployment.yaml", kDeployment);
     deployment_ = config::load_deployment(path);
-    start("capture_node", "second", path);
+    start("capture_node", "second", path, options);
     wait_for_readers(*poses_);
   }
-  static std::int64_t stamp_of(std::uint64_t frame) { return 1'000'000'000 + std::int64_t(frame); }
-  void send_pose(std::uint64_t frame) {
-    deliver(*poses_,
-            messages::head_pose_message(
-                deployment_.viewer,
-                {frame, stamp_of(frame), config::eye_from_world_at(deployment_.viewer, 0), {}})
-                .message());
+  // The node then finds the poses together.
+  void send_while_stopped(const std::vector<std::uint64_t>& frames) {
+    program_->signal(SIGSTOP);
+    for (const std::uint64_t frame : frames) poses_->write(pose_of(frame).message());
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    program_->signal(SIGCONT);
   }
+  messages::OutgoingPose pose_of(std::uint64_t frame) const {
+    return messages::head_pose_message(
+        deployment_.viewer,
+        {frame, stamp_of(frame), config::eye_from_world_at(deployment_.viewer, 0), {}});
+  }
+  static std::int64_t stamp_of(std::uint64_t frame) { return 1'000'000'000 + std::int64_t(frame); }
+  void send_pose(std::uint64_t frame) { deliver(*poses_, pose_of(frame).message()); }
   // Waits until the map of this frame has arrived; checks all maps.
   bool has_map(std::uint64_t frame) {
     const bool arrived = holds([&] {
@@ -117,20 +125,27 @@ TEST_F(FollowingNode, CapturesTheFrameOfEachPose) {
 TEST_F(FollowingNode, CapturesTheNewestFrameIfItIsSlow) {
   send_pose(0);
   EXPECT_TRUE(has_map(0));
-  program_->signal(SIGSTOP);
-  for (const std::uint64_t frame : {1, 2, 3, 4})
-    poses_->write(
-        messages::head_pose_message(
-            deployment_.viewer,
-            {frame, stamp_of(frame), config::eye_from_world_at(deployment_.viewer, 0), {}})
-            .message());
-  std::this_thread::sleep_for(std::chrono::milliseconds(100));
-  program_->signal(SIGCONT);
+  send_while_stopped({1, 2, 3, 4});
   EXPECT_TRUE(has_map(4));
   const NodeReport report = ended();
   // The node may have found the first poses before the others.
   EXPECT_GE(drops_of(report, "pipeline_busy"), 1u);
   EXPECT_EQ(drops_of(report, "pipeline_busy") + report.counts.at("frames_captured"), 5u);
+}
+
+struct FollowingNodeWithoutClock : FollowingNode {
+  FollowingNodeWithoutClock() : FollowingNode({"--every-frame"}) {}
+};
+
+TEST_F(FollowingNodeWithoutClock, CapturesEveryFrame) {
+  send_pose(0);
+  EXPECT_TRUE(has_map(0));
+  send_while_stopped({1, 2, 3, 4});
+  EXPECT_TRUE(has_map(4));
+  EXPECT_EQ(maps_.all().size(), 5u);
+  const NodeReport report = ended();
+  EXPECT_EQ(report.counts.at("frames_captured"), 5u);
+  EXPECT_EQ(report.drops.size(), 0u);
 }
 
 // Its frames begin again at 0.
