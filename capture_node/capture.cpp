@@ -17,6 +17,7 @@
 #include "capture_node/sources/synthetic_source.h"
 #include "common/base/realtime.h"
 #include "common/base/timing.h"
+#include "common/hull/silhouette/thin_coverage.h"
 #include "common/hull/silhouette_bounds.h"
 
 namespace fivepipe::capture {
@@ -289,6 +290,10 @@ Capture::RawCapture Capture::raw_capture(Channel& channel, std::int64_t frame, s
   const ObjectFinder::Found found = channel.finder->find(raw_capture.image, index);
   if (found.segmentation)
     result.pixels = channel.undistortion->published(found.segmentation->object);
+  if (found.segmentation && found.segmentation->coverage)
+    result.outline =
+        hull::preserve_thin(channel.undistortion->published(*found.segmentation->coverage))
+            .outline(*result.pixels);
   result.segment_s = base::seconds_since(segment_start);
   result.segment_cpu_s = base::thread_cpu_s() - cpu_before_s;
   if (!found.segmentation) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "capture_node/segmentation/coverage_estimate.h"
 #include "capture_node/segmentation/image_mask.h"
 #include "capture_node/segmentation/matte.h"
 #include "capture_node/sources/synthetic_source.h"
@@ -54,8 +55,10 @@ std::vector<cv::Mat> empty_frames(const config::RigCamera& camera,
 
 class BackgroundFinder final : public ObjectFinder {
  public:
-  BackgroundFinder(Segmenter segmenter, double frame_rate_hz)
-      : segmenter_(std::move(segmenter)), frame_rate_hz_(frame_rate_hz) {}
+  BackgroundFinder(Segmenter segmenter, double frame_rate_hz, bool want_coverage)
+      : segmenter_(std::move(segmenter)),
+        frame_rate_hz_(frame_rate_hz),
+        want_coverage_(want_coverage) {}
   Found find(const cv::Mat& image, std::int64_t index) override {
     // Pacing skips frames. After a restart of the file, the index decreases.
     const std::int64_t elapsed = last_index_ && index > *last_index_ ? index - *last_index_ : 1;
@@ -63,33 +66,46 @@ class BackgroundFinder final : public ObjectFinder {
     segmenter_.set_period_s(double(elapsed) / frame_rate_hz_);
     std::optional<Segmentation> segmentation = segmenter_.segment(image);
     if (!segmentation) return {{}, "the image is not 8-bit BGR of the size image_size_px"};
+    if (want_coverage_) segmentation->coverage = segmenter_.coverage(image, *segmentation);
     return {std::move(segmentation), ""};
   }
 
  private:
   Segmenter segmenter_;
   double frame_rate_hz_;
+  bool want_coverage_;
   std::optional<std::int64_t> last_index_;
 };
 
 // Object pixels that are known, without steps of segmentation.
-ObjectFinder::Found known(hull::ObjectPixels pixels, const Within& within) {
-  if (within) pixels.keep(*within);
+ObjectFinder::Found known(hull::ObjectPixels pixels, const Within& within,
+                          std::optional<hull::CoverageMap> coverage) {
+  if (within) {
+    pixels.keep(*within);
+    if (coverage) coverage->keep(*within);
+  }
   Segmentation segmentation;
   segmentation.difference = {pixels, pixels, {pixels.width_px(), pixels.height_px()}};
   segmentation.object = std::move(pixels);
+  segmentation.coverage = std::move(coverage);
   return {std::move(segmentation), ""};
 }
 
 class MatteFinder final : public ObjectFinder {
  public:
   // offset: of the index of a mask from that of its image.
-  MatteFinder(std::unique_ptr<ImageSource> masks, std::int64_t offset, Within within)
-      : masks_(std::move(masks)), offset_(offset), within_(std::move(within)) {}
+  MatteFinder(std::unique_ptr<ImageSource> masks, std::int64_t offset, Within within,
+              bool want_coverage)
+      : masks_(std::move(masks)),
+        offset_(offset),
+        within_(std::move(within)),
+        want_coverage_(want_coverage) {}
   Found find(const cv::Mat&, std::int64_t index) override {
     cv::Mat mask;
     switch (masks_->read(index + offset_, mask)) {
-      case ReadStatus::image: return known(pixels_of_mask(mask), within_);
+      case ReadStatus::image:
+        return known(pixels_of_mask(mask), within_,
+                     want_coverage_ ? std::optional(coverage_of_mask(mask)) : std::nullopt);
       case ReadStatus::missing: return {{}, masks_->last_error()};
       case ReadStatus::end: break;
     }
@@ -100,32 +116,41 @@ class MatteFinder final : public ObjectFinder {
   std::unique_ptr<ImageSource> masks_;
   std::int64_t offset_;
   Within within_;
+  bool want_coverage_;
 };
 
 class AlphaFinder final : public ObjectFinder {
  public:
-  explicit AlphaFinder(Within within) : within_(std::move(within)) {}
+  AlphaFinder(Within within, bool want_coverage)
+      : within_(std::move(within)), want_coverage_(want_coverage) {}
   Found find(const cv::Mat& image, std::int64_t) override {
     if (image.type() != CV_8UC4) return {{}, "the picture has no 8-bit alpha channel"};
-    return known(pixels_of_alpha(image), within_);
+    return known(pixels_of_alpha(image), within_,
+                 want_coverage_ ? std::optional(coverage_of_alpha(image)) : std::nullopt);
   }
 
  private:
   Within within_;
+  bool want_coverage_;
 };
 
 class ChromaFinder final : public ObjectFinder {
  public:
-  ChromaFinder(const config::ChromaKey& key, Within within)
-      : keyer_(key), within_(std::move(within)) {}
+  ChromaFinder(const config::ChromaKey& key, Within within, bool want_coverage)
+      : keyer_(key), within_(std::move(within)), want_coverage_(want_coverage) {}
   Found find(const cv::Mat& image, std::int64_t) override {
     if (image.type() != CV_8UC3) return {{}, "the image is not 8-bit BGR"};
-    return known(keyer_.object_pixels(image), within_);
+    Found found = known(keyer_.object_pixels(image), within_, std::nullopt);
+    // The colour of the screen differs from pixel to pixel by its light.
+    if (want_coverage_)
+      found.segmentation->coverage = estimated_coverage(image, found.segmentation->object, {});
+    return found;
   }
 
  private:
   ChromaKeyer keyer_;
   Within within_;
+  bool want_coverage_;
 };
 
 }  // namespace
@@ -144,17 +169,18 @@ std::unique_ptr<ObjectFinder> open_object_finder(const config::RigCamera& camera
     // Pictures and masks of one number belong together, also if the first ones are missing.
     const auto image_number = source.first_number(), mask_number = masks->first_number();
     const std::int64_t offset = image_number && mask_number ? *image_number - *mask_number : 0;
-    return std::make_unique<MatteFinder>(std::move(masks), offset, std::move(within));
+    return std::make_unique<MatteFinder>(std::move(masks), offset, std::move(within),
+                                         config.coverage);
   }
   if (std::holds_alternative<config::AlphaChannel>(key))
-    return std::make_unique<AlphaFinder>(std::move(within));
+    return std::make_unique<AlphaFinder>(std::move(within), config.coverage);
   if (const auto* screen = std::get_if<config::ChromaKey>(&key))
-    return std::make_unique<ChromaFinder>(*screen, std::move(within));
+    return std::make_unique<ChromaFinder>(*screen, std::move(within), config.coverage);
   Segmenter segmenter(
       learn_background(empty_frames(camera, std::get<config::LearnedBackground>(key), source),
                        learning_settings(segmentation)),
       segmentation, std::move(within));
-  return std::make_unique<BackgroundFinder>(std::move(segmenter), frame_rate_hz);
+  return std::make_unique<BackgroundFinder>(std::move(segmenter), frame_rate_hz, config.coverage);
 }
 
 }  // namespace fivepipe::capture

@@ -35,6 +35,7 @@ FramePublisher::FramePublisher(node::NodeContext& node)
     node_.status.diagnostic("camera " + camera, reason + "; capture waits for it");
     return node::running();
   });
+  if (config_.coverage) coverages_.emplace(node.bus.writer<bus::topics::ObjectCoverage>());
   node_.status.start_progress("");
   for (const config::RigCamera& camera : node_.deployment.rig.cameras)
     if (config_.sources.contains(camera.name)) infos_.write(messages::camera_info_message(camera));
@@ -73,6 +74,14 @@ void FramePublisher::publish(Set set) {
           messages::colour_message(camera.camera, set.frame, camera.image_stamp_ns, *camera.colour)
               .message());
   }
+  for (const CapturedCamera& camera : set.cameras)
+    if (camera.pixels && coverages_) {
+      const hull::ObjectPixels& pixels = *camera.pixels;
+      const hull::CoverageOutline whole{{pixels.width_px(), pixels.height_px()}, {}};
+      coverages_->write(messages::coverage_message(camera.camera, set.frame, camera.image_stamp_ns,
+                                                   camera.outline ? *camera.outline : whole)
+                            .message());
+    }
   for (const CapturedCamera& camera : set.cameras)
     if (camera.pixels)
       maps_.write(

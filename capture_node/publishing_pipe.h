@@ -27,8 +27,8 @@ class FramePublisher {
   };
   // stamp_ns: as in Capture::capture(). Returns nullopt if the file of a camera has ended.
   std::optional<Set> capture(std::int64_t frame, std::int64_t stamp_ns);
-  // Publishes the colours before the maps, so that a reader that has all maps of a frame also has
-  // its colours. The caller publishes the pose before.
+  // Publishes the colours and the coverage before the maps, so that a reader that has all maps of a
+  // frame also has these. The caller publishes the pose before.
   void publish(Set set);
 
   // Returns true if the file of a camera has ended: no complete set follows.
@@ -46,6 +46,7 @@ class FramePublisher {
   const config::CaptureConfig& config_;
   bus::Writer<bus::topics::CameraInfo> infos_;
   bus::Writer<bus::topics::ObjectColour> colours_;
+  std::optional<bus::Writer<bus::topics::ObjectCoverage>> coverages_;  // if config_.coverage
   bus::Writer<bus::topics::ObjectPixelMap> maps_;
   node::FrameTracer traces_;
   std::optional<std::uint64_t> published_;  // newest published frame

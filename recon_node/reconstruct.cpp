@@ -80,13 +80,28 @@ Reconstructor::Reconstructor(const config::ReconConfig& config,
     : config_(config),
       volume_world_m_(volume_world_m),
       pool_(config.backend == config::HullBackend::cpu ? config.threads : 1),
-      cpu_(pool_) {
+      cpu_(pool_),
+      coverage_(pool_) {
   assert(config.backend != config::HullBackend::automatic);
   if (config.backend == config::HullBackend::gl) gl_.emplace();
 }
 
-void Reconstructor::set_silhouettes(std::span<const hull::Silhouette> silhouettes) {
+void Reconstructor::set_silhouettes(const Maps& maps) {
+  const auto silhouettes = maps.silhouettes;
   silhouettes_ = silhouettes;
+  uses_coverage_ = config_.coverage && !maps.outlines.empty();
+  if (uses_coverage_) {
+    assert(config_.backend == config::HullBackend::cpu &&
+           maps.outlines.size() == silhouettes.size());
+    std::vector<hull::CoverageSilhouette> covered(silhouettes.size());
+    pool_.run(int(silhouettes.size()), [&](int i, int) {
+      const hull::Silhouette& s = silhouettes[std::size_t(i)];
+      covered[std::size_t(i)] = {
+          s.camera, hull::CoverageMap::from_outline(s.pixels, maps.outlines[std::size_t(i)])};
+    });
+    coverage_.assign(covered, config_.hull_rule);
+    return;
+  }
   if (config_.backend == config::HullBackend::cpu) cpu_.assign(silhouettes, config_.hull_rule);
   if (gl_) gl_->set_silhouettes(silhouettes, config_.hull_rule);
 }
@@ -119,26 +134,23 @@ Reconstructor::Depths Reconstructor::depths(const hull::View& view, std::span<co
   }
   for (const Tile& tile : tiles) {
     const Stopwatch watch;
-    made.tiles.push_back(cpu_.depth(view, tile.rect));
+    made.tiles.push_back(uses_coverage_ ? coverage_.depth(view, tile.rect)
+                                        : cpu_.depth(view, tile.rect));
     made.cost_s.push_back(watch.s());
   }
   return made;
 }
 
-std::vector<ReconTile> Reconstructor::reconstruct(std::span<const hull::Silhouette> silhouettes,
-                                                  const hull::View& view,
-                                                  std::span<const Tile> tiles,
-                                                  std::span<const hull::ColourRegion> colours,
-                                                  bool want_colour) {
+std::vector<ReconTile> Reconstructor::reconstruct(const Maps& maps, const hull::View& view,
+                                                  std::span<const Tile> tiles, bool want_colour) {
   const ViewTiles one{view, {tiles.begin(), tiles.end()}, want_colour};
-  return std::move(reconstruct(silhouettes, std::span(&one, 1), colours).front());
+  return std::move(reconstruct(maps, std::span(&one, 1)).front());
 }
 
-std::vector<std::vector<ReconTile>> Reconstructor::reconstruct(
-    std::span<const hull::Silhouette> silhouettes, std::span<const ViewTiles> views,
-    std::span<const hull::ColourRegion> colours) {
-  set_silhouettes(silhouettes);
-  const HullColour colour(silhouettes, colours);
+std::vector<std::vector<ReconTile>> Reconstructor::reconstruct(const Maps& maps,
+                                                               std::span<const ViewTiles> views) {
+  set_silhouettes(maps);
+  const HullColour colour(maps.silhouettes, maps.colours);
   std::vector<std::vector<ReconTile>> made;
   for (const ViewTiles& of : views) {
     const Depths depth = depths(of.view, of.tiles);

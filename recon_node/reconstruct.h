@@ -9,9 +9,11 @@
 
 #include "common/config/deployment.h"
 #include "common/hull/colour_region.h"
+#include "common/hull/coverage_outline.h"
 #include "common/hull/cpu/cpu_hull.h"
 #include "common/hull/gl/gl_hull.h"
 #include "common/hull/paper/plane_sweep.h"
+#include "common/hull/silhouette/coverage_hull.h"
 #include "recon_node/tiles.h"
 
 namespace fivepipe::recon {
@@ -42,13 +44,19 @@ class Reconstructor {
   // OpenGL context from construction to destruction.
   Reconstructor(const config::ReconConfig& config, const Eigen::AlignedBox3d& volume_world_m);
 
+  // The real objects of one frame as the cameras see them.
+  struct Maps {
+    std::span<const hull::Silhouette> silhouettes;
+    // With config.coverage: of the silhouettes, or empty. The hull is then that of the coverage.
+    std::span<const hull::CoverageOutline> outlines = {};
+    std::span<const hull::ColourRegion> colours = {};
+  };
   // Returns one result per tile, in the order of `tiles`, also for tiles without a hit. The tiles
-  // must be disjoint and inside the view. Takes colour from `colours` if want_colour is true.
+  // must be disjoint and inside the view. Takes colour from maps.colours if want_colour is true.
   // Throws GlError, and std::invalid_argument for more silhouettes than the backend supports
   // (kMaxSweepCameras, kMaxGlCameras).
-  std::vector<ReconTile> reconstruct(std::span<const hull::Silhouette> silhouettes,
-                                     const hull::View& view, std::span<const Tile> tiles,
-                                     std::span<const hull::ColourRegion> colours, bool want_colour);
+  std::vector<ReconTile> reconstruct(const Maps& maps, const hull::View& view,
+                                     std::span<const Tile> tiles, bool want_colour);
 
   // Tiles of one view; they must be disjoint and inside the view.
   struct ViewTiles {
@@ -58,16 +66,15 @@ class Reconstructor {
   };
   // The same for several views of one frame. Returns one result per view. Backend `sweep` uploads
   // the silhouettes once per view, the other backends prepare them once.
-  std::vector<std::vector<ReconTile>> reconstruct(std::span<const hull::Silhouette> silhouettes,
-                                                  std::span<const ViewTiles> views,
-                                                  std::span<const hull::ColourRegion> colours);
+  std::vector<std::vector<ReconTile>> reconstruct(const Maps& maps,
+                                                  std::span<const ViewTiles> views);
 
  private:
   struct Depths {
     std::vector<hull::DepthTile> tiles;
     std::vector<double> cost_s;
   };
-  void set_silhouettes(std::span<const hull::Silhouette> silhouettes);
+  void set_silhouettes(const Maps& maps);
   // These use the silhouettes of the last set_silhouettes().
   Depths depths(const hull::View& view, std::span<const Tile> tiles);
   std::vector<hull::DepthTile> depths_by_gl(const hull::View& view, std::span<const Tile> tiles);
@@ -77,6 +84,8 @@ class Reconstructor {
   Eigen::AlignedBox3d volume_world_m_;
   base::WorkerPool pool_;
   hull::CpuHull cpu_;
+  hull::CoverageHull coverage_;
+  bool uses_coverage_ = false;  // of the last set_silhouettes()
   std::optional<hull::GlHull> gl_;
   std::span<const hull::Silhouette> silhouettes_;           // valid during reconstruct()
   std::map<std::pair<int, int>, hull::PlaneSweep> sweeps_;  // by width and height of the view

@@ -27,7 +27,8 @@ class ReconstructionPipe {
         views_(config::hull_views(node.deployment)),
         config_(decided(node::config_of<config::ReconConfig>(node), backend)),
         reconstructor_(config_, node.deployment.rig.volume_m),
-        sets_(node.bus, node.deployment.rig, node.status, node.deployment.hull_rule),
+        sets_(node.bus, node.deployment.rig, node.status, node.deployment.hull_rule,
+              node.deployment.coverage),
         view_infos_(node.bus.reader<bus::topics::ViewInfo>()),
         poses_(node.bus.reader<bus::topics::HeadPose>()),
         colours_(node.bus.reader<bus::topics::ObjectColour>()),
@@ -183,7 +184,7 @@ class ReconstructionPipe {
       view.want_colour &= tiles_.readers() > 0 && !colours.empty();
     steps.begin("reconstruct");
     std::vector<std::vector<ReconTile>> made =
-        reconstructor_.reconstruct(set.silhouettes, views, colours);
+        reconstructor_.reconstruct({set.silhouettes, set.outlines, colours}, views);
     // The tiles with one index in all views have one owner, so their costs add up.
     for (std::size_t view = 0; view + 1 < made.size(); ++view)
       for (std::size_t i = 0; i < made.back().size(); ++i)

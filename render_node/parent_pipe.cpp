@@ -22,8 +22,8 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = PendingFrames::Clock;
 
-// A replay has fewer frames in flight. If a peer sends this many without the light's view, the node
-// takes no further tiles before the timeout of the first one.
+// A replay has fewer frames in flight. If a peer sends this many without the light's view, or after
+// a state without tiles, the node takes no further tiles before the timeout of the first one.
 constexpr std::size_t kMaxPending = 64;
 
 // Returns the times of the first and of the last tile of all eyes.
@@ -79,15 +79,26 @@ class ParentPipe {
  private:
   void reset() {
     pending_.clear();
+    composited_frame_.reset();
     views_.reset();
     virtual_frames_ = {};
   }
 
-  // In a lossless replay only the tiles of the light's view may still be missing while a frame
-  // waits: further frames wait on the bus.
+  // In a lossless replay only the tiles of the light's view and those of an overtaken frame may
+  // still be missing while a frame waits: further frames wait on the bus.
   bool needs_tiles() const {
     return !replay_.lossless() || pending_.empty() ||
-           (views_.lacks_light_of(pending_.first().front()) && pending_.size() < kMaxPending);
+           ((views_.lacks_light_of(pending_.first().front()) || has_overtaken()) &&
+            pending_.size() < kMaxPending);
+  }
+
+  // In a lossless replay: returns true if the first pending frame has overtaken one that
+  // render_node knows from the simulation's state. With `split: frames` the recon_nodes send whole
+  // frames independently. sim_node sends the states in the order of the frames, so those of all
+  // earlier frames have arrived when a frame's own has.
+  bool has_overtaken() const {
+    return replay_.lossless() &&
+           virtual_frames_.has_between(composited_frame_, pending_.first().front().frame);
   }
 
   // Requires a pending frame.
@@ -98,7 +109,7 @@ class ParentPipe {
   bool has_all_inputs(const EyeFrames& eyes) const {
     const HullFrame& hull = eyes.front();
     return (virtual_frames_.has(hull.frame) || states_.writers() == 0) &&
-           !views_.lacks_light_of(hull);
+           !views_.lacks_light_of(hull) && !has_overtaken();
   }
 
   void take_collisions() {
@@ -191,13 +202,20 @@ class ParentPipe {
         continue;
       }
       std::get<ReceivedTile>(tile).received_ns = sample.arrived_ns();
-      auto added = views_.add(*view, std::get<ReceivedTile>(tile));
+      const bool lossless = replay_.lossless();
+      auto added = views_.add(*view, std::get<ReceivedTile>(tile),
+                              lossless ? OlderFrames::keep : OlderFrames::drop);
       if (const RefusedTile* refused = std::get_if<RefusedTile>(&added))
         node_.status.drop_from(tiles_.process(sample), {"bad_tile", "", refused->reason});
       EyeFrames* const eyes = std::get_if<EyeFrames>(&added);
       if (!eyes) continue;
-      pending_.add(std::move(*eyes), Clock::now());
-      while (node::running() && pending_.is_superseded(replay_.lossless())) composite();
+      // A frame that comes after the timeout of one that had overtaken it.
+      if (lossless && composited_frame_ && eyes->front().frame <= *composited_frame_) {
+        node_.status.drop("incomplete_hull");
+        continue;
+      }
+      pending_.add(std::move(*eyes), Clock::now(), lossless);
+      while (node::running() && pending_.is_superseded(lossless)) composite();
     }
     report_drops();
   }
@@ -225,6 +243,7 @@ class ParentPipe {
     else
       node_.status.latency(node::kCaptureToComposite,
                            1e-9 * double(now_ns - hull.capture_stamp_ns));
+    composited_frame_ = hull.frame;
     node_.status.count(node::kFramesComposited);
     traces_.handled(hull.frame, hull.capture_stamp_ns, times, std::move(steps));
     node_.status.diagnostic(
@@ -272,7 +291,8 @@ class ParentPipe {
   VirtualFrames virtual_frames_;
   std::set<std::string> highlighted_;
   PendingFrames pending_;
-  std::optional<std::uint64_t> unread_frame_;  // the last frame that was not read back
+  std::optional<std::uint64_t> composited_frame_;  // the last one
+  std::optional<std::uint64_t> unread_frame_;      // the last frame that was not read back
   bus::Reader<bus::topics::HullTile> tiles_;
   bus::Reader<bus::topics::VirtualState> states_;
   bus::Reader<bus::topics::CollisionResult> collisions_;

@@ -1,5 +1,7 @@
 #include "render_node/virtual_frames.h"
 
+#include <algorithm>
+
 namespace fivepipe::render {
 
 // Returns nullptr for a displaced frame: it has already been composited or dropped.
@@ -42,6 +44,12 @@ void VirtualFrames::add_state(std::uint64_t frame, std::int64_t capture_stamp_ns
 bool VirtualFrames::has(std::uint64_t frame) const {
   const VirtualFrame* const found = frames_.find(frame);
   return found && found->complete;
+}
+
+bool VirtualFrames::has_between(std::optional<std::uint64_t> after, std::uint64_t before) const {
+  return std::any_of(frames_.begin(), frames_.end(), [&](const auto& entry) {
+    return entry.value.complete && entry.frame < before && (!after || entry.frame > *after);
+  });
 }
 
 const VirtualFrame* VirtualFrames::best_for(std::uint64_t frame) const {

@@ -2,6 +2,7 @@
 // overlays and particles. Keeps at most kMaxFrames frames and drops the one that was added first.
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -35,6 +36,8 @@ class VirtualFrames {
 
   // Returns true if the state of this frame has arrived.
   bool has(std::uint64_t frame) const;
+  // Returns true if the state of a frame with a number in (after, before) has arrived.
+  bool has_between(std::optional<std::uint64_t> after, std::uint64_t before) const;
   // Returns the newest complete frame with a number <= `frame`, otherwise the oldest complete one.
   // Returns nullptr if no state has arrived. Valid until the next add.
   const VirtualFrame* best_for(std::uint64_t frame) const;

@@ -79,7 +79,8 @@ class SimulationPipe {
       : node_(node),
         scene_(node.deployment.scene),
         simulation_(new_simulation()),
-        sets_(node.bus, node.deployment.rig, node.status, node.deployment.hull_rule),
+        sets_(node.bus, node.deployment.rig, node.status, node.deployment.hull_rule,
+              node.deployment.coverage),
         commands_(node.bus.reader<bus::topics::Command>()),
         replay_(node.bus),
         traces_(node.bus, node.status, node.node.name),
@@ -129,7 +130,7 @@ class SimulationPipe {
     last_set_time_ = Clock::now();
     node::FrameSteps steps;
     steps.begin("simulate");
-    if (!simulation_->advance_to(stamp_s(), held_->silhouettes)) return;
+    if (!simulation_->advance_to(stamp_s(), held_->silhouettes, held_->outlines)) return;
     steps.begin("write_state");
     count_new(node_.status, simulation_->counters(), reported_);
     for (const CollisionReport& report : simulation_->collisions()) count(node_.status, report);

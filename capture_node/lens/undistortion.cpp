@@ -151,6 +151,21 @@ hull::ObjectPixels Undistortion::published(const hull::ObjectPixels& source) con
   return result;
 }
 
+hull::CoverageMap Undistortion::published(const hull::CoverageMap& source) const {
+  assert(source.width_px() == source_width_px_ && source.height_px() == source_height_px_);
+  if (identity_) return source;
+  // OpenCV takes no pointer to const, but only reads.
+  const cv::Mat bytes(source_height_px_, source_width_px_, CV_8UC1,
+                      const_cast<std::uint8_t*>(source.bytes().data()));
+  cv::Mat result;
+  cv::remap(bytes, result, position_, fraction_, cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+  for (int v = 0; v < height_px_; ++v)
+    for (int u = 0; u < width_px_; ++u)
+      if (!sees(u, v)) result.at<std::uint8_t>(v, u) = 0;
+  return hull::CoverageMap::from_bytes(width_px_, height_px_,
+                                       {result.ptr(), std::size_t(width_px_) * height_px_});
+}
+
 cv::Mat Undistortion::published(const cv::Mat& source_bgr, const hull::PixelRect& region) const {
   const cv::Rect rect(region.u0_px, region.v0_px, region.width_px(), region.height_px());
   if (rect.empty()) return {};

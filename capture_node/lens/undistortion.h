@@ -2,8 +2,8 @@
 //
 // Segmentation runs before, on the captured image, because its noise is independent per pixel and
 // its reference is exact; interpolation would mix neighbouring pixels into every difference.
-// Undistortion then moves one bit per pixel by nearest neighbour, and interpolates colours only in
-// the region that the caller needs.
+// Undistortion then moves one bit per pixel by nearest neighbour, and interpolates coverage, and
+// colours only in the region that the caller needs.
 #pragma once
 #include <cstdint>
 #include <opencv2/core.hpp>
@@ -11,6 +11,7 @@
 
 #include "common/config/rig.h"
 #include "common/hull/object_pixels.h"
+#include "common/hull/silhouette/coverage.h"
 
 namespace fivepipe::capture {
 
@@ -23,6 +24,9 @@ class Undistortion {
   // Returns the published pixels whose source pixel is set. Pixels that the source does not see
   // stay unset. `source` must have the captured size.
   hull::ObjectPixels published(const hull::ObjectPixels& source) const;
+  // Returns the published coverage by bilinear interpolation; 0 where the source sees nothing.
+  // `source` must have the captured size.
+  hull::CoverageMap published(const hull::CoverageMap& source) const;
   // Returns the part `region` of the published image by bilinear interpolation. Pixels that the
   // source does not see are black. `region` must be inside the published image.
   cv::Mat published(const cv::Mat& source_bgr, const hull::PixelRect& region) const;

@@ -1,5 +1,6 @@
 #include "capture_node/segmentation/matte.h"
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <numbers>
@@ -32,7 +33,29 @@ hull::ObjectPixels opaque_pixels(const cv::Mat& image, int first, int end) {
   return pixels;
 }
 
+// The brightest of the channels [first, end).
+hull::CoverageMap brightest(const cv::Mat& image, int first, int end) {
+  hull::CoverageMap coverage(image.cols, image.rows);
+  const int step = image.channels();
+  for (int v = 0; v < image.rows; ++v)
+    for (int u = 0; u < image.cols; ++u) {
+      const std::uint8_t* const levels = image.ptr(v) + step * u;
+      coverage.set(u, v, *std::max_element(levels + first, levels + end));
+    }
+  return coverage;
+}
+
 }  // namespace
+
+hull::CoverageMap coverage_of_mask(const cv::Mat& mask) {
+  assert(mask.depth() == CV_8U && mask.channels() <= 3);
+  return brightest(mask, 0, mask.channels());
+}
+
+hull::CoverageMap coverage_of_alpha(const cv::Mat& bgra) {
+  assert(bgra.type() == CV_8UC4);
+  return brightest(bgra, 3, 4);
+}
 
 hull::ObjectPixels pixels_of_mask(const cv::Mat& mask) {
   assert(mask.depth() == CV_8U && mask.channels() <= 3);

@@ -5,6 +5,7 @@
 
 #include "common/config/capture/capture_config.h"
 #include "common/hull/object_pixels.h"
+#include "common/hull/silhouette/coverage.h"
 
 namespace fivepipe::capture {
 
@@ -13,8 +14,10 @@ inline constexpr int kOpaque_levels = 128;
 
 // mask: 8-bit with 1 or 3 channels, of which the brightest counts.
 hull::ObjectPixels pixels_of_mask(const cv::Mat& mask);
+hull::CoverageMap coverage_of_mask(const cv::Mat& mask);  // its levels
 // The last channel of an 8-bit image with 4 channels.
 hull::ObjectPixels pixels_of_alpha(const cv::Mat& bgra);
+hull::CoverageMap coverage_of_alpha(const cv::Mat& bgra);
 
 // Objects in front of a screen of one colour. In the plane of the chroma components Cb and Cr
 // (ITU-R BT.601), the screen is a direction: light and shadow on it change the length, hardly the

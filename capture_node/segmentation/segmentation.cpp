@@ -6,6 +6,7 @@
 
 #include "capture_node/segmentation/bit_morphology.h"
 #include "capture_node/segmentation/components.h"
+#include "capture_node/segmentation/coverage_estimate.h"
 
 namespace fivepipe::capture {
 namespace {
@@ -89,6 +90,11 @@ std::optional<Segmentation> Segmenter::segment(const cv::Mat& image_bgr) {
   if (within_) result.object.keep(*within_);
   if (config_.adaptation_s > 0) adapt(image_bgr, inverse_gain, result.object);
   return result;
+}
+
+hull::CoverageMap Segmenter::coverage(const cv::Mat& image_bgr, const Segmentation& of) const {
+  const Eigen::Vector3f gain = Eigen::Vector3d::Map(of.gain.data()).cast<float>();
+  return estimated_coverage(image_bgr, of.object, {background_.mean_levels, gain});
 }
 
 hull::ObjectPixels Segmenter::object_pixels(const Difference& difference) const {

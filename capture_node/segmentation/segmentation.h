@@ -25,6 +25,7 @@
 #include "capture_node/segmentation/gain.h"
 #include "common/config/capture/capture_config.h"
 #include "common/hull/hull.h"
+#include "common/hull/silhouette/coverage.h"
 
 namespace fivepipe::capture {
 
@@ -36,6 +37,8 @@ struct Segmentation {
   Gain gain = {1, 1, 1};
   Difference difference;
   hull::ObjectPixels object;
+  // Of the object, if the caller wants sub-pixel silhouettes.
+  std::optional<hull::CoverageMap> coverage;
 };
 
 class Segmenter {
@@ -48,6 +51,8 @@ class Segmenter {
   // Returns nullopt unless the image is 8-bit BGR of the background's size. With adaptation, each
   // call changes the background.
   std::optional<Segmentation> segment(const cv::Mat& image_bgr);
+  // Returns the coverage of the object pixels that segment() found in this image.
+  hull::CoverageMap coverage(const cv::Mat& image_bgr, const Segmentation& of) const;
 
   // Period of the images [s], for the adaptation.
   void set_period_s(double period_s) { period_s_ = period_s; }

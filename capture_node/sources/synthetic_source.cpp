@@ -29,7 +29,7 @@ SyntheticImageSource::SyntheticImageSource(const config::SyntheticWorld& world,
       camera_(camera),
       frame_rate_hz_(frame_rate_hz),
       eye_(std::move(eye)),
-      renderer_(world, camera, std::move(surroundings)),
+      renderer_(world, with_finer_pixels(camera, world.supersampling), std::move(surroundings)),
       noise_(world.noise_sigma_levels),
       noise_key_(key_of(world.seed, camera.name)) {}
 
@@ -40,7 +40,12 @@ Eigen::Isometry3d SyntheticImageSource::pose_at(double t_s) const {
 
 cv::Mat SyntheticImageSource::rendered(std::int64_t frame) {
   const double t_s = double(frame) / frame_rate_hz_;
-  return renderer_.image(synthetic_parts(world_, t_s), pose_at(t_s));
+  return mean_of_pixels(renderer_.image(synthetic_parts(world_, t_s), pose_at(t_s)),
+                        world_.supersampling);
+}
+
+cv::Mat SyntheticImageSource::room() {
+  return mean_of_pixels(renderer_.image({}, pose_at(0)), world_.supersampling);
 }
 
 bool SyntheticImageSource::prerender() {
@@ -48,7 +53,7 @@ bool SyntheticImageSource::prerender() {
   if (camera_.mount == config::Mount::viewer ||
       std::abs(frames - std::round(frames)) > kPeriodTolerance)
     return false;
-  room_bgr_ = renderer_.image({}, pose_at(0));
+  room_bgr_ = room();
   std::vector<PrerenderedRegion> ahead;
   for (std::int64_t frame = 0; frame < std::llround(frames); ++frame) {
     const cv::Mat bgr = rendered(frame);
@@ -75,7 +80,7 @@ ReadStatus SyntheticImageSource::read(std::int64_t frame, cv::Mat& bgr) {
 }
 
 cv::Mat SyntheticImageSource::background(int index) {
-  cv::Mat bgr = renderer_.image({}, pose_at(0));
+  cv::Mat bgr = room();
   // Odd keys; read() uses the even ones.
   noise_.add(bgr, splitmix64(noise_key_, 2 * std::uint64_t(index) + 1));
   return bgr;

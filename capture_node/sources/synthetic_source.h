@@ -35,11 +35,12 @@ class SyntheticImageSource final : public ImageSource {
   };
   Eigen::Isometry3d pose_at(double t_s) const;
   cv::Mat rendered(std::int64_t frame);
+  cv::Mat room();
   config::SyntheticWorld world_;
   config::RigCamera camera_;
   double frame_rate_hz_;
   EyePath eye_;
-  SyntheticCamera renderer_;
+  SyntheticCamera renderer_;  // with supersampling, of finer pixels
   SensorNoise noise_;
   std::uint64_t noise_key_;
   cv::Mat room_bgr_;                            // background of `prerendered_`

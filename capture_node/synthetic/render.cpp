@@ -84,6 +84,24 @@ SyntheticCamera::SyntheticCamera(const config::SyntheticWorld& world,
   visibility_.resize(pixels);
 }
 
+config::RigCamera with_finer_pixels(config::RigCamera camera, int n) {
+  geometry::Pinhole& k = camera.source;
+  k.width_px *= n;
+  k.height_px *= n;
+  k.fx_px *= n;
+  k.fy_px *= n;
+  k.cx_px = n * (k.cx_px + 0.5) - 0.5;
+  k.cy_px = n * (k.cy_px + 0.5) - 0.5;
+  return camera;
+}
+
+cv::Mat mean_of_pixels(const cv::Mat& fine, int n) {
+  if (n == 1) return fine;
+  cv::Mat mean;
+  cv::resize(fine, mean, {fine.cols / n, fine.rows / n}, 0, 0, cv::INTER_AREA);
+  return mean;
+}
+
 cv::Mat SyntheticCamera::image(std::span<const SyntheticPart> parts,
                                const Eigen::Isometry3d& camera_from_world) {
   if (room_.empty() || camera_from_world_.matrix() != camera_from_world.matrix())

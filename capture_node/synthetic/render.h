@@ -15,6 +15,12 @@
 
 namespace fivepipe::capture {
 
+// Returns the camera with n captured pixels along each axis of one. mean_of_pixels() of its image
+// has pixels that the object covers in part.
+config::RigCamera with_finer_pixels(config::RigCamera camera, int n);
+// Returns the image with the mean of n x n pixels in one.
+cv::Mat mean_of_pixels(const cv::Mat& fine, int n);
+
 class SyntheticCamera {
  public:
   SyntheticCamera(const config::SyntheticWorld& world, const config::RigCamera& camera,

@@ -112,10 +112,11 @@ Content read_named_file(YamlMap& map, const std::string& key,
   return read(file, map.problems());
 }
 
-// Reads `hull`. cameras: number of cameras that give shape, if the rig is valid.
-hull::HullRule read_hull(YamlMap& map, std::optional<int> cameras) {
-  hull::HullRule rule;
-  if (!map.has("hull")) return rule;
+// Reads `hull` into the deployment. cameras: number of cameras that give shape, if the rig is
+// valid.
+void read_hull(YamlMap& map, std::optional<int> cameras, Deployment& deployment) {
+  hull::HullRule& rule = deployment.hull_rule;
+  if (!map.has("hull")) return;
   YamlMap keys = map.map("hull");
   rule.limits = keys.choice<hull::Limits>(
       "limits", {{"all", hull::Limits::all}, {"seen", hull::Limits::seen}}, rule.limits);
@@ -128,14 +129,18 @@ hull::HullRule read_hull(YamlMap& map, std::optional<int> cameras) {
     keys.problem_at("limits", fmt::format("min_seen is {} by default, but the rig has {} camera "
                                           "that gives shape: set min_seen: 1",
                                           rule.min_seen, *cameras));
+  deployment.coverage = keys.flag("coverage", deployment.coverage);
+  if (deployment.coverage && rule.limits == hull::Limits::seen)
+    keys.problem_at("coverage", "coverage needs limits: all; remove one of the two");
   keys.finish();
-  return rule;
 }
 
-void set_hull_rule(const hull::HullRule& rule, NodeConfig& config) {
+// Copies what all nodes must agree on to the node's configuration.
+void set_hull(const Deployment& deployment, NodeConfig& config) {
   std::visit(
       [&](auto& node) {
-        if constexpr (requires { node.hull_rule; }) node.hull_rule = rule;
+        if constexpr (requires { node.hull_rule; }) node.hull_rule = deployment.hull_rule;
+        if constexpr (requires { node.coverage; }) node.coverage = deployment.coverage;
       },
       config);
 }
@@ -149,10 +154,11 @@ void read_nodes(YamlMap& map, Deployment& deployment, bool rig_is_valid, bool vi
   const bool nodes_are_good = map.problem_count() == problems_before;
   if (rig_is_valid) check_sources(nodes, deployment.rig, map.file(), location, map.problems());
   check_lost_cameras(nodes, deployment.hull_rule, map.file(), map.problems());
+  if (deployment.coverage) check_coverage(nodes, map.file(), map.problems());
   if (nodes_are_good && viewer_is_valid)
     check_workers(nodes, deployment.viewer, deployment.scene, map.file(), map.problems());
   for (ParsedNode& parsed : nodes) {
-    set_hull_rule(deployment.hull_rule, parsed.node.config);
+    set_hull(deployment, parsed.node.config);
     deployment.nodes.push_back(std::move(parsed.node));
   }
 }
@@ -222,8 +228,9 @@ Deployment read_deployment(const std::filesystem::path& file,
     leave_out_cameras(map, deployment.rig);
     rig_is_valid = problems.count() == problems_before_rig;
   }
-  deployment.hull_rule = read_hull(
-      map, rig_is_valid ? std::optional(int(shape_cameras(deployment.rig).size())) : std::nullopt);
+  read_hull(map,
+            rig_is_valid ? std::optional(int(shape_cameras(deployment.rig).size())) : std::nullopt,
+            deployment);
   if (rig_is_valid) deployment.hull_rule.within_world_m = deployment.rig.volume_m;
   deployment.scene = read_named_file(map, "scene", read_scene);
   if (rig_is_valid) check_history(map, deployment);

@@ -47,6 +47,7 @@ struct Deployment {
   double frame_rate_hz = 30;
   Rig rig;
   Scene scene;
+  bool coverage = false;     // sub-pixel silhouettes; as in the nodes'
   hull::HullRule hull_rule;  // which cameras limit the hull, in the rig's volume; as in the nodes'
                              // configurations
   Viewer viewer;

@@ -108,6 +108,16 @@ void check_lost_cameras(const std::vector<ParsedNode>& nodes, const hull::HullRu
                        "camera would see an object everywhere: use drop, which leaves it out");
 }
 
+void check_coverage(const std::vector<ParsedNode>& nodes, const std::filesystem::path& file,
+                    Problems& problems) {
+  for (const ParsedNode& parsed : nodes)
+    if (const auto* recon = std::get_if<ReconConfig>(&parsed.node.config);
+        recon != nullptr && recon->backend != HullBackend::cpu &&
+        recon->backend != HullBackend::automatic)
+      problems.add(file, parsed.location,
+                   parsed.node.name + ": hull coverage needs backend: cpu (or auto)");
+}
+
 void check_workers(const std::vector<ParsedNode>& nodes, const Viewer& viewer, const Scene& scene,
                    const std::filesystem::path& file, Problems& problems) {
   const ReconConfig* first = nullptr;

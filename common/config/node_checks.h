@@ -20,6 +20,10 @@ void check_names_and_counts(const std::vector<ParsedNode>& nodes, const std::fil
 void check_lost_cameras(const std::vector<ParsedNode>& nodes, const hull::HullRule& rule,
                         const std::filesystem::path& file, Problems& problems);
 
+// Checks that no reconstruction node of a deployment with coverage uses a backend without it.
+void check_coverage(const std::vector<ParsedNode>& nodes, const std::filesystem::path& file,
+                    Problems& problems);
+
 // Checks that the reconstruction nodes agree about the tiles, that no view has more tiles than
 // pixels, and that each worker index occurs exactly once.
 void check_workers(const std::vector<ParsedNode>& nodes, const Viewer& viewer, const Scene& scene,

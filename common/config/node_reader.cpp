@@ -65,6 +65,7 @@ SyntheticWorld read_synthetic_world(YamlMap map) {
   world.period_s = map.number("period_s", {0.1, 3600}, world.period_s);
   world.noise_sigma_levels = map.number("noise_sigma_levels", kLevels, world.noise_sigma_levels);
   world.cast_shadow = map.flag("cast_shadow", world.cast_shadow);
+  world.supersampling = map.integer("supersampling", {1, 4}, world.supersampling);
   world.prerender = map.flag("prerender", world.prerender);
   map.finish();
   return world;

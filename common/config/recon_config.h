@@ -28,6 +28,7 @@ struct ReconConfig {
 
   int worker_index = 0;           // this node's index, 0 to worker_count - 1
   hull::HullRule hull_rule = {};  // of the deployment
+  bool coverage = false;          // of the deployment: sub-pixel silhouettes
 };
 
 }  // namespace fivepipe::config

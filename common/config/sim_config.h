@@ -25,6 +25,7 @@ struct SimConfig {
   // Maximum number of collision points published per object; more set the `truncated` flag.
   int max_points = 256;
   hull::HullRule hull_rule = {};  // of the deployment
+  bool coverage = false;          // of the deployment: sub-pixel silhouettes
 };
 
 }  // namespace fivepipe::config

@@ -1,12 +1,18 @@
 #include "render_node/views/pending_frames.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace fivepipe::render {
 
-void PendingFrames::add(EyeFrames eyes, Clock::time_point now) {
-  if (frames_.empty()) first_since_ = now;
-  frames_.push_back(std::move(eyes));
+void PendingFrames::add(EyeFrames eyes, Clock::time_point now, bool lossless) {
+  auto next = frames_.end();
+  if (lossless)
+    next = std::find_if(frames_.begin(), frames_.end(), [&](const EyeFrames& frame) {
+      return frame.front().frame > eyes.front().frame;
+    });
+  if (next == frames_.begin()) first_since_ = now;
+  frames_.insert(next, std::move(eyes));
 }
 
 EyeFrames PendingFrames::take() {

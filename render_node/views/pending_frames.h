@@ -1,4 +1,5 @@
-// Complete hull frames that wait for the simulation's state, in the order in which they completed.
+// Complete hull frames that wait for the simulation's state: live in the order in which they
+// completed, in a lossless replay by number.
 #pragma once
 #include <chrono>
 #include <cstddef>
@@ -23,8 +24,8 @@ class PendingFrames {
   std::size_t size() const { return frames_.size(); }
   const EyeFrames& first() const { return frames_.front(); }  // requires !empty()
 
-  // Adds a frame. If it is the only one, its wait begins now.
-  void add(EyeFrames eyes, Clock::time_point now);
+  // Adds a frame. If it is now the first one, its wait begins.
+  void add(EyeFrames eyes, Clock::time_point now, bool lossless);
   // Removes and returns the first frame. Call begin_wait() after compositing it. Requires !empty().
   EyeFrames take();
   // Begins the wait of the frame that is now the first one. The time in which the node composited

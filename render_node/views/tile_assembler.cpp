@@ -55,7 +55,7 @@ TileAssembler::TileAssembler(const geometry::Pinhole& recon, double near_m, doub
                              std::size_t max_open_frames)
     : recon_(recon), near_m_(float(near_m)), far_m_(float(far_m)), open_(max_open_frames) {}
 
-AddedTile TileAssembler::add(const ReceivedTile& tile) {
+AddedTile TileAssembler::add(const ReceivedTile& tile, OlderFrames older) {
   if (auto reason = why_refused(tile)) return RefusedTile{std::move(*reason)};
   if (is_late(tile)) return {};
   OpenFrame& open = open_for(tile);
@@ -86,7 +86,7 @@ AddedTile TileAssembler::add(const ReceivedTile& tile) {
     open_.take(tile.frame);
     return RefusedTile{"tiles leave gaps in the view"};
   }
-  return completed(tile.frame);
+  return completed(tile.frame, older);
 }
 
 // Returns why the tile is invalid by itself, or nullopt.
@@ -178,10 +178,12 @@ TileAssembler::OpenFrame& TileAssembler::open_for(const ReceivedTile& tile) {
   return open;
 }
 
-HullFrame TileAssembler::completed(std::uint64_t frame) {
-  OpenFrame open = *open_.take(frame);
-  counts_.incomplete += open_.erase_up_to(frame);
-  last_complete_ = {frame, open.hull.capture_stamp_ns};
+HullFrame TileAssembler::completed(std::uint64_t frame, OlderFrames older) {
+  OpenFrame open = older == OlderFrames::keep ? *open_.close(frame) : *open_.take(frame);
+  if (older == OlderFrames::drop) {
+    counts_.incomplete += open_.erase_up_to(frame);
+    last_complete_ = {frame, open.hull.capture_stamp_ns};
+  }
   ++counts_.complete;
   if (!open.all_coloured) open.hull.bgr.clear();
   auto& cameras = open.hull.empty_cameras;

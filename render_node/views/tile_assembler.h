@@ -65,8 +65,13 @@ struct RefusedTile {
 // a duplicate.
 using AddedTile = std::variant<std::monostate, HullFrame, RefusedTile>;
 
-// Assembles several frames at a time. A complete frame drops all older open frames. If a tile of a
-// new frame arrives while max_open_frames are open, the one that was opened first is dropped.
+// What a complete frame does to older frames that lack tiles. Live, they are dropped. In a lossless
+// replay they are kept: with `split: frames`, a frame may overtake an older one of another
+// recon_node.
+enum class OlderFrames { drop, keep };
+
+// Assembles several frames at a time. If a tile of a new frame arrives while max_open_frames are
+// open, the one that was opened first is dropped.
 class TileAssembler {
  public:
   // As many frames as a reader holds of a tile (bus.cpp): a busy node takes them all at once.
@@ -83,7 +88,7 @@ class TileAssembler {
   TileAssembler(const geometry::Pinhole& recon, double near_m, double far_m,
                 std::size_t max_open_frames = kMaxOpenFrames);
 
-  AddedTile add(const ReceivedTile& tile);
+  AddedTile add(const ReceivedTile& tile, OlderFrames older = OlderFrames::drop);
 
   // Drops the open frames and accepts any frame number next. Call when a replay starts.
   void reset();
@@ -109,7 +114,7 @@ class TileAssembler {
                                               const OpenFrame& open) const;
   bool is_late(const ReceivedTile& tile);
   OpenFrame& open_for(const ReceivedTile& tile);
-  HullFrame completed(std::uint64_t frame);
+  HullFrame completed(std::uint64_t frame, OlderFrames older);
 
   geometry::Pinhole recon_;
   float near_m_, far_m_;

@@ -1,5 +1,7 @@
 #include "sim_node/hull/current_hull.h"
 
+#include <cassert>
+
 #include "common/collision/detection/cpu/cpu_detector.h"
 #include "common/collision/detection/gl/gl_detector.h"
 #include "common/collision/detection/paper/paper_detector.h"
@@ -31,9 +33,21 @@ CurrentHull::CurrentHull(const config::Scene& scene, const config::SimConfig& co
     history_.emplace(*scene.history, real_volume_world_m, pool_, scene.objects.size(), rule_);
 }
 
-void CurrentHull::set(double time_s, std::span<const hull::Silhouette> silhouettes) {
+std::span<const hull::CoverageSilhouette> CurrentHull::coverage() {
+  if (coverage_.empty())
+    for (std::size_t i = 0; i < outlines_.size(); ++i)
+      coverage_.push_back({silhouettes_[i].camera,
+                           hull::CoverageMap::from_outline(silhouettes_[i].pixels, outlines_[i])});
+  return coverage_;
+}
+
+void CurrentHull::set(double time_s, std::span<const hull::Silhouette> silhouettes,
+                      std::span<const hull::CoverageOutline> outlines) {
+  assert(outlines.empty() || outlines.size() == silhouettes.size());
   time_s_ = time_s;
   silhouettes_ = silhouettes;
+  outlines_ = outlines;
+  coverage_.clear();
   ++frames_;
   if (history_) {
     history_->add(time_s, silhouettes);

@@ -5,6 +5,8 @@
 
 #include "common/collision/response/response.h"
 #include "common/config/deployment.h"
+#include "common/hull/coverage_outline.h"
+#include "common/hull/silhouette/coverage.h"
 #include "sim_node/hull/hull_history.h"
 
 namespace fivepipe::sim {
@@ -20,8 +22,10 @@ class CurrentHull {
               const Eigen::AlignedBox3d& real_volume_world_m);
 
   // Sets the hull of a new frame set at time_s [s, any epoch]. Invalidates query() and all
-  // detection results. The silhouettes must stay valid until the next call of set().
-  void set(double time_s, std::span<const hull::Silhouette> silhouettes);
+  // detection results. outlines: of the silhouettes, or empty. Both must stay valid until the next
+  // call of set().
+  void set(double time_s, std::span<const hull::Silhouette> silhouettes,
+           std::span<const hull::CoverageOutline> outlines = {});
 
   // Returns null before the first set(), or if the scene does not need the hull.
   const hull::HullQuery* query() const { return query_; }
@@ -30,6 +34,9 @@ class CurrentHull {
   std::span<const HullPart> parts() const { return parts_; }
   // The maps of the last set(), which the caller owns.
   std::span<const hull::Silhouette> silhouettes() const { return silhouettes_; }
+  // Returns these maps with their coverage; empty if the last set() had none. The first call after
+  // set() makes them.
+  std::span<const hull::CoverageSilhouette> coverage();
   double time_s() const { return time_s_; }  // of the last set()
   // Number of calls of set().
   std::uint64_t frames() const { return frames_; }
@@ -53,6 +60,8 @@ class CurrentHull {
   const hull::HullQuery* query_ = nullptr;
   std::vector<HullPart> parts_;
   std::span<const hull::Silhouette> silhouettes_;
+  std::span<const hull::CoverageOutline> outlines_;
+  std::vector<hull::CoverageSilhouette> coverage_;  // empty: not made yet, or no outlines
   double time_s_ = 0;
   std::uint64_t frames_ = 0;
   std::unique_ptr<collision::CollisionDetector> detector_;

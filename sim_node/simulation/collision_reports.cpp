@@ -1,5 +1,7 @@
 #include "sim_node/simulation/collision_reports.h"
 
+#include "common/collision/response/coverage_border.h"
+
 namespace fivepipe::sim {
 namespace {
 
@@ -87,6 +89,8 @@ std::vector<CollisionReport> collision_reports(ReportSources sources, std::size_
     add_response(report.details, *sources.hull.query(), full.collision,
                  full.object.rp_object_world_m, sources.hull.requery(full.object),
                  sources.scene.objects[report.object].requests);
+    if (report.details.response)
+      collision::refine_by_coverage(*report.details.response, sources.hull.coverage());
     set_collision(report, full.collision, max_points);
   }
   add_proximity(sources, reports);

@@ -72,10 +72,11 @@ void Simulation::reset() {
   if (particles_) particles_->reset();
 }
 
-bool Simulation::advance_to(double time_s, std::span<const hull::Silhouette> silhouettes) {
+bool Simulation::advance_to(double time_s, std::span<const hull::Silhouette> silhouettes,
+                            std::span<const hull::CoverageOutline> outlines) {
   if (!std::isfinite(time_s)) throw std::invalid_argument("simulation time is not finite");
   proximity_.clear();
-  hull_.set(time_s, silhouettes);
+  hull_.set(time_s, silhouettes, outlines);
   return advance(time_s, true);
 }
 

@@ -57,9 +57,11 @@ class Simulation {
 
   // Simulates up to time_s [s, any epoch] against the hull of this frame set, then makes the
   // reports. SimulationClock::advance_to() defines the number of steps. Without silhouettes there
-  // is no hull. The silhouettes must stay valid until the next call that passes silhouettes.
+  // is no hull. outlines: sub-pixel coverage of the silhouettes, or empty; CP_hull and N_hull of
+  // the reports then use it. Both must stay valid until the next call that passes silhouettes.
   // Returns false if `stop` ended it. Throws std::invalid_argument if time_s is not finite.
-  bool advance_to(double time_s, std::span<const hull::Silhouette> silhouettes);
+  bool advance_to(double time_s, std::span<const hull::Silhouette> silhouettes,
+                  std::span<const hull::CoverageOutline> outlines = {});
   // As above, without a new frame set: uses the last hull.
   bool advance_to(double time_s);
 

@@ -4,6 +4,7 @@
 #include <set>
 
 #include "capture_node/lens/undistortion.h"
+#include "capture_node/segmentation/coverage_estimate.h"
 #include "capture_node/synthetic/noise/noise.h"
 #include "capture_node/synthetic/shading.h"
 #include "common/hull/hull.h"
@@ -375,6 +376,42 @@ TEST(SyntheticImage, MatchesAnalyticSilhouette) {
     EXPECT_LE(test::count_not_in(differs, truth), 2u);
     EXPECT_LE(test::count_not_in(truth, differs), truth.count() / 1000);
   }
+}
+
+// Root mean square error of the coverage that is estimated from the image of a camera, in the
+// pixels that the object covers in part.
+double coverage_error(const config::SyntheticWorld& world) {
+  const config::RigCamera camera = test::table_cameras()[0];
+  SyntheticImageSource source(world, camera, 30, {}, test::test_room());
+  cv::Mat image, room;
+  source.read(25, image);
+  source.background(0).convertTo(room, CV_32FC3);
+  const auto object = test::synthetic_object(world, 25 / 30.0);
+  const geometry::Camera published = config::published_camera(camera);
+  const hull::CoverageMap truth = hull::true_coverage(object, published),
+                          found = estimated_coverage(
+                              image,
+                              hull::true_object_pixels(object, published, hull::PixelRule::touched),
+                              {{room.ptr<float>(), room.total() * 3}});
+  double sum = 0;
+  int count = 0;
+  for (int v = 0; v < 486; ++v)
+    for (int u = 0; u < 720; ++u)
+      if (const int coverage = truth.at(u, v); coverage > 0 && coverage < 255) {
+        sum += std::pow((found.at(u, v) - coverage) / 255.0, 2);
+        ++count;
+      }
+  EXPECT_GT(count, 300);
+  return std::sqrt(sum / count);
+}
+
+TEST(SyntheticImage, ASupersampledOutlineIsAMixtureByCoverage) {
+  config::SyntheticWorld world;
+  world.noise_sigma_levels = 0;
+  world.cast_shadow = false;
+  EXPECT_GT(coverage_error(world), 0.2) << "one ray per pixel";
+  world.supersampling = 4;
+  EXPECT_LT(coverage_error(world), 0.1);
 }
 
 TEST(SyntheticImage, MatchesAnalyticSilhouetteAtImageBorder) {

@@ -126,7 +126,8 @@ nodes:
       adaptation_s: 60
       volume_m: {min: [-1, -2, -3], max: [1, 2, 3]}
       regions: {right: plate.png}
-    synthetic: {seed: 9, period_s: 2, noise_sigma_levels: 0, cast_shadow: false, prerender: true}
+    synthetic: {seed: 9, period_s: 2, noise_sigma_levels: 0, cast_shadow: false, prerender: true,
+      supersampling: 3}
     max_frames_in_flight: 0
     precomputed_frames: 60
   - name: a
@@ -252,6 +253,7 @@ TEST_F(FullDeployment, HasTheKeysOfItsCaptureNodes) {
   EXPECT_EQ(film.synthetic.noise_sigma_levels, 0);
   EXPECT_FALSE(film.synthetic.cast_shadow);
   EXPECT_TRUE(film.synthetic.prerender);
+  EXPECT_EQ(film.synthetic.supersampling, 3);
   EXPECT_EQ(film.max_frames_in_flight, 0);
   EXPECT_EQ(film.precomputed_frames, 60);
 }
@@ -443,6 +445,36 @@ TEST_F(DeploymentFile, EveryNodeHasTheHullRule) {
       EXPECT_EQ(rule.limits, hull::Limits::seen);
       EXPECT_EQ(rule.min_seen, min_seen);
     }
+}
+
+TEST_F(DeploymentFile, EveryNodeKnowsWhetherSilhouettesAreSubPixel) {
+  const std::string nodes =
+      "  - {name: c, program: capture_node, sources: synthetic}\n"
+      "  - {name: r, program: recon_node}\n  - {name: s, program: sim_node}\n";
+  for (const bool coverage : {false, true}) {
+    const Deployment d =
+        load(with_nodes(nodes) + (coverage ? "hull: {coverage: true}\n" : "hull: {}\n"));
+    EXPECT_EQ(d.coverage, coverage);
+    EXPECT_EQ(std::get<CaptureConfig>(d.nodes[0].config).coverage, coverage);
+    EXPECT_EQ(std::get<ReconConfig>(d.nodes[1].config).coverage, coverage);
+    EXPECT_EQ(std::get<SimConfig>(d.nodes[2].config).coverage, coverage);
+  }
+}
+
+TEST_F(DeploymentFile, SubPixelSilhouettesNeedTheHullOfAllCamerasOnTheCpu) {
+  EXPECT_THAT(problems(test::kGoodDeployment + "hull: {limits: seen, coverage: true}\n"),
+              ElementsAre(testing::HasSubstr("coverage needs limits: all; remove one of the two")));
+  for (const std::string backend : {"cpu", "auto", "gl", "sweep"}) {
+    const auto found =
+        problems(with_nodes("  - {name: r, program: recon_node, backend: " + backend + "}\n") +
+                 "hull: {coverage: true}\n");
+    if (backend == "cpu" || backend == "auto")
+      EXPECT_THAT(found, ElementsAre()) << backend;
+    else
+      EXPECT_THAT(found,
+                  ElementsAre(testing::HasSubstr("r: hull coverage needs backend: cpu (or auto)")))
+          << backend;
+  }
 }
 
 TEST_F(DeploymentFile, ALostCameraIsNoObjectWhereItSees) {

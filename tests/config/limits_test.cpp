@@ -54,7 +54,7 @@ nodes:
                    moving_boxes: LOW, shadow_min_brightness: LOW, shadow_tint_degrees: LOW,
                    min_object_px: LOW,
                    max_hole_px: LOW, opening_px: LOW, closing_px: LOW, adaptation_s: LOW}
-    synthetic: {seed: LOW, period_s: LOW, noise_sigma_levels: LOW}
+    synthetic: {seed: LOW, period_s: LOW, noise_sigma_levels: LOW, supersampling: LOW}
     max_frames_in_flight: LOW
     precomputed_frames: LOW
   - {name: r, program: recon_node, threads: LOW, sweep_planes: LOW, tile_columns: LOW,
@@ -127,6 +127,7 @@ TEST_F(Limits, EachNumberOfADeploymentHasItsRange) {
           "seed must be from 0 to 9.007199255e+15, is -1e9",
           "period_s must be from 0.1 to 3600, is -1e9",
           "noise_sigma_levels must be from 0 to 255, is -1e9",
+          "supersampling must be from 1 to 4, is -1e9",
           "max_frames_in_flight must be from 0 to 64, is -1e9",
           "precomputed_frames must be from 0 to 100000, is -1e9",
           "threads must be from 1 to 256, is -1e9", "sweep_planes must be from 2 to 4096, is -1e9",
@@ -273,6 +274,7 @@ TEST_F(Limits, AnAbsentKeyOfADeploymentHasItsDefault) {
   EXPECT_EQ(capture.synthetic.noise_sigma_levels, 2);
   EXPECT_TRUE(capture.synthetic.cast_shadow);
   EXPECT_FALSE(capture.synthetic.prerender);
+  EXPECT_EQ(capture.synthetic.supersampling, 1);
   EXPECT_TRUE(capture.loop);
   EXPECT_EQ(capture.lost_camera, LostCamera::drop);
   EXPECT_EQ(capture.max_frames_in_flight, 3);

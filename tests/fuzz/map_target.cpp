@@ -1,4 +1,4 @@
-// ObjectPixelMap and ObjectColour: decoding of their payloads, and validation.
+// ObjectPixelMap, ObjectColour and ObjectCoverage: decoding of their payloads, and validation.
 #include <array>
 #include <numbers>
 
@@ -13,13 +13,15 @@ namespace {
 constexpr const char* kFile = "map.bin";
 constexpr std::int64_t kStamp_ns = 1'700'000'000'000'000'000;
 
+enum Kind : std::uint32_t { kMap, kColour, kCoverage };
+
 struct Header {
   char camera[40];
   std::uint64_t frame;
   std::int64_t stamp_ns;
   std::int32_t width_px, height_px;
   fivepipe_v1_PixelRect region;
-  std::uint32_t object_pixels, encoding, payload_bytes, is_colour;
+  std::uint32_t object_pixels, encoding, payload_bytes, kind;
   fivepipe_v1_Pose pose;
 };
 static_assert(sizeof(Header) == 40 + 2 * 8 + 2 * 4 + 16 + 4 * 4 + 7 * 8, "no padding");
@@ -60,8 +62,10 @@ std::string valid_message(Random& random) {
   const config::RigCamera& camera = any_of(random, rig().cameras);
   const hull::ObjectPixels pixels = random_pixels(random, camera.published);
   Header header{};
-  header.is_colour = !camera.gives_shape || one_in(random, 3);
-  std::vector<std::uint8_t> payload, bgr;
+  header.kind = !camera.gives_shape || one_in(random, 3) ? kColour
+                : one_in(random, 3)                      ? kCoverage
+                                                         : kMap;
+  std::vector<std::uint8_t> payload, bgr;  // or the coverage
   const auto take_common = [&](const auto& message) {
     set_name(header.camera, message.camera, std::strlen(message.camera));
     header.frame = message.frame;
@@ -71,7 +75,15 @@ std::string valid_message(Random& random) {
     header.region = message.region;
     header.encoding = std::uint32_t(message.encoding);
   };
-  if (header.is_colour) {
+  if (header.kind == kCoverage) {
+    hull::CoverageOutline outline{pixels, {}};
+    for (std::size_t i = 0; i < pixels.count(); ++i)
+      outline.coverage.push_back(std::uint8_t(random()));
+    auto message = messages::coverage_message(camera.name, random(), kStamp_ns, outline);
+    take_common(message.header);
+    payload = message.pixels;
+    bgr = message.coverage;
+  } else if (header.kind == kColour) {
     const hull::PixelRect region = pixels.bounds();
     std::vector<std::uint8_t> image(3 * region.area_px());
     for (std::uint8_t& value : image) value = std::uint8_t(random());
@@ -209,21 +221,60 @@ Verdict check_colour(const Header& header, std::vector<std::uint8_t> payload,
   return {true, ""};
 }
 
+Verdict check_coverage(const Header& header, std::vector<std::uint8_t> payload,
+                       std::vector<std::uint8_t> coverage) {
+  fivepipe_v1_ObjectCoverage message{};
+  set_name(message.camera, header.camera, sizeof header.camera);
+  message.frame = header.frame;
+  message.capture_stamp_ns = header.stamp_ns;
+  message.image_width_px = header.width_px;
+  message.image_height_px = header.height_px;
+  message.region = header.region;
+  message.encoding = fivepipe_v1_MapEncoding(header.encoding % 2);
+  messages::borrow(message.pixels, payload);
+  messages::borrow(message.coverage, coverage);
+  const auto received = messages::coverage_from(message, rig());
+  const auto* of = std::get_if<messages::CameraCoverage>(&received);
+  if (of == nullptr) return {};
+  const config::RigCamera& camera = rig().cameras.at(of->camera);
+  if (!camera.gives_shape) return {true, "coverage of a camera that gives no shape"};
+  if (messages::why_implausible(of->frame, of->capture_stamp_ns))
+    return {true, "an implausible frame or stamp"};
+  if (std::string broken = broken_pixels(of->outline.pixels, message.region, message.encoding,
+                                         payload, camera.published);
+      !broken.empty())
+    return {true, broken};
+  if (of->outline.coverage != coverage || coverage.size() != of->outline.pixels.count())
+    return {true, "the coverage differs"};
+  auto again =
+      messages::coverage_message(camera.name, of->frame, of->capture_stamp_ns, of->outline);
+  const auto decoded = messages::coverage_from(again.message(), rig());
+  const auto* same = std::get_if<messages::CameraCoverage>(&decoded);
+  if (same == nullptr || !(same->outline == of->outline)) return {true, "decode(encode(x)) != x"};
+  return {true, ""};
+}
+
 Verdict check(const std::filesystem::path& folder) {
   const std::string bytes = bytes_of_file(folder / kFile);
   std::string_view rest = bytes;
   const auto header = take_object<Header>(rest);
   // A map has no sequence after the payload, so it takes the rest.
-  const std::size_t payload_bytes = header.is_colour ? header.payload_bytes : rest.size();
+  const bool is_map = header.kind != kColour && header.kind != kCoverage;
+  const std::size_t payload_bytes = is_map ? rest.size() : header.payload_bytes;
   auto payload = take_elements<std::uint8_t>(rest, payload_bytes);
-  if (!header.is_colour) return check_map(header, std::move(payload));
-  return check_colour(header, std::move(payload), take_elements<std::uint8_t>(rest, rest.size()));
+  if (is_map) return check_map(header, std::move(payload));
+  auto values = take_elements<std::uint8_t>(rest, rest.size());
+  if (header.kind == kCoverage)
+    return check_coverage(header, std::move(payload), std::move(values));
+  return check_colour(header, std::move(payload), std::move(values));
 }
 
 }  // namespace
 
 Target map_target() {
-  return {"map", "messages ObjectPixelMap and ObjectColour: decoding and validation", input, check};
+  return {"map",
+          "messages ObjectPixelMap, ObjectColour and ObjectCoverage: decoding and validation",
+          input, check};
 }
 
 }  // namespace fivepipe::fuzz

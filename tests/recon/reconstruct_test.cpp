@@ -72,7 +72,7 @@ TEST_P(Recon, UsesTheHullRuleOfItsConfiguration) {
   const hull::PixelRect all = test::whole_image(view.camera);
   const auto depths = [&](config::HullBackend backend, const hull::HullRule& rule) {
     return assembled(Reconstructor({.backend = backend, .hull_rule = rule}, kVolume)
-                         .reconstruct(silhouettes, view, tiles_of(83, 57, 3, 2), {}, false),
+                         .reconstruct({silhouettes}, view, tiles_of(83, 57, 3, 2), false),
                      all);
   };
   const auto hits = [](const std::vector<float>& depth_m) {
@@ -107,6 +107,38 @@ TEST_P(Recon, UsesTheHullRuleOfItsConfiguration) {
   EXPECT_NEAR(hits(depths(GetParam(), half)), of_cpu(half), tolerance * double(of_cpu(half)));
 }
 
+// With coverage, the depth is that of the coverage hull inside of the rule's box.
+TEST(ReconCoverage, UsesTheOutlines) {
+  test::Random random(14);
+  const auto object = test::random_object(random, 3, 0.15);
+  const auto cameras = test::random_cameras(random, 3);
+  const auto silhouettes = test::silhouettes_of(object, cameras);
+  std::vector<hull::CoverageSilhouette> covered;
+  std::vector<hull::CoverageOutline> outlines;
+  for (const hull::Silhouette& s : silhouettes) {
+    covered.push_back({s.camera, hull::true_coverage(object, s.camera)});
+    outlines.push_back(covered.back().map.outline(s.pixels));
+  }
+  const hull::View view{test::random_camera(random, 83, 57, 0.7), 0.05, 3.0};
+  const hull::PixelRect all = test::whole_image(view.camera);
+  hull::HullRule half;
+  half.within_world_m = {Vector3d(-0.4, -0.4, -0.4), Vector3d(0.4, 0.4, 0.02)};
+  for (const hull::HullRule& rule : {hull::HullRule(), half}) {
+    Reconstructor reconstructor(
+        {.backend = config::HullBackend::cpu, .hull_rule = rule, .coverage = true}, kVolume);
+    const auto depths = [&](const Reconstructor::Maps& maps) {
+      return assembled(reconstructor.reconstruct(maps, view, tiles_of(83, 57, 3, 2), false), all);
+    };
+    base::WorkerPool pool(1);
+    const auto of_coverage = hull::CoverageHull(pool, covered, rule).depth(view, all).depth_m;
+    EXPECT_EQ(depths({silhouettes, outlines}), of_coverage);
+    const auto binary = hull::CpuHull(pool, silhouettes, rule).depth(view, all).depth_m;
+    EXPECT_EQ(depths({silhouettes}), binary) << "without outlines";
+    EXPECT_NE(binary, of_coverage);
+    EXPECT_GT(std::count_if(binary.begin(), binary.end(), [](float d) { return d > 0; }), 100);
+  }
+}
+
 TEST_P(Recon, TilesFromAnyNodeEqualTheWholeViewBitForBit) {
   test::Random random(4);
   const auto silhouettes =
@@ -114,8 +146,8 @@ TEST_P(Recon, TilesFromAnyNodeEqualTheWholeViewBitForBit) {
   const hull::View view{test::random_camera(random, 83, 57, 0.7), 0.05, 3.0};
   const hull::PixelRect all = test::whole_image(view.camera);
   Reconstructor reconstructor({.backend = GetParam()}, kVolume);
-  const auto whole = assembled(
-      reconstructor.reconstruct(silhouettes, view, tiles_of(83, 57, 1, 1), {}, false), all);
+  const auto whole =
+      assembled(reconstructor.reconstruct({silhouettes}, view, tiles_of(83, 57, 1, 1), false), all);
   EXPECT_GT(std::count_if(whole.begin(), whole.end(), [](float d) { return d != hull::kNoHull; }),
             100);
   for (const auto& [columns, rows, shares] :
@@ -126,7 +158,7 @@ TEST_P(Recon, TilesFromAnyNodeEqualTheWholeViewBitForBit) {
       std::vector<Tile> own = tiles_of(83, 57, columns, rows);
       std::erase_if(own,
                     [&](const Tile& tile) { return owners[std::size_t(tile.index)] != share; });
-      for (auto& tile : reconstructor.reconstruct(silhouettes, view, own, {}, false)) {
+      for (auto& tile : reconstructor.reconstruct({silhouettes}, view, own, false)) {
         EXPECT_GE(tile.cost_s, 0);
         made.push_back(std::move(tile));
       }
@@ -144,12 +176,12 @@ TEST_P(Recon, SeveralViewsOfAFrameEqualSingleOnes) {
       {{test::random_camera(random, 83, 57, 0.7), 0.05, 3.0}, tiles_of(83, 57, 2, 2), false},
       {{test::random_camera(random, 40, 64, 0.9), 0.1, 4.0}, tiles_of(40, 64, 3, 1), false}};
   Reconstructor reconstructor({.backend = GetParam()}, kVolume);
-  const auto together = reconstructor.reconstruct(silhouettes, views, {});
+  const auto together = reconstructor.reconstruct({silhouettes}, views);
   ASSERT_EQ(together.size(), 2u);
   for (std::size_t i = 0; i < views.size(); ++i) {
     const hull::PixelRect all = test::whole_image(views[i].view.camera);
     const auto alone = assembled(
-        reconstructor.reconstruct(silhouettes, views[i].view, views[i].tiles, {}, false), all);
+        reconstructor.reconstruct({silhouettes}, views[i].view, views[i].tiles, false), all);
     EXPECT_EQ(assembled(together[i], all), alone) << i;
     EXPECT_GT(std::count_if(alone.begin(), alone.end(), [](float d) { return d != hull::kNoHull; }),
               50);
@@ -165,16 +197,16 @@ TEST_P(Recon, FollowsTheViewsSizeAndTheSilhouettes) {
   hull::View large = small;
   large.camera.pinhole = geometry::resized(small.camera.pinhole, 81, 61);
   const auto tiles = tiles_of(40, 30, 4, 3), large_tiles = tiles_of(81, 61, 4, 3);
-  const auto first = assembled(reconstructor.reconstruct(silhouettes, small, tiles, {}, false),
+  const auto first = assembled(reconstructor.reconstruct({silhouettes}, small, tiles, false),
                                test::whole_image(small.camera));
   EXPECT_EQ(
-      reconstructor.reconstruct(silhouettes, large, large_tiles, {}, false).back().tile.rect.u1_px,
+      reconstructor.reconstruct({silhouettes}, large, large_tiles, false).back().tile.rect.u1_px,
       81);
   EXPECT_EQ(
-      assembled(reconstructor.reconstruct(std::span(silhouettes).first(0), small, tiles, {}, false),
+      assembled(reconstructor.reconstruct({std::span(silhouettes).first(0)}, small, tiles, false),
                 test::whole_image(small.camera)),
       std::vector<float>(1200, hull::kNoHull));
-  EXPECT_EQ(assembled(reconstructor.reconstruct(silhouettes, small, tiles, {}, false),
+  EXPECT_EQ(assembled(reconstructor.reconstruct({silhouettes}, small, tiles, false),
                       test::whole_image(small.camera)),
             first);
 }
@@ -187,9 +219,8 @@ TEST(ReconBackends, ExactBackendsGiveTheSameDepths) {
   const hull::View view{test::random_camera(random, 83, 57, 0.7), 0.05, 3.0};
   const auto tiles = tiles_of(83, 57, 3, 2);
   const auto depths = [&](const config::ReconConfig& config) {
-    return assembled(
-        Reconstructor(config, kVolume).reconstruct(silhouettes, view, tiles, {}, false),
-        test::whole_image(view.camera));
+    return assembled(Reconstructor(config, kVolume).reconstruct({silhouettes}, view, tiles, false),
+                     test::whole_image(view.camera));
   };
   const auto cpu = depths({.backend = config::HullBackend::cpu});
   EXPECT_EQ(depths({.backend = config::HullBackend::cpu, .threads = 3}), cpu);
@@ -212,10 +243,9 @@ TEST_P(Recon, DependsOnNoEarlierView) {
     view.camera.pinhole = geometry::resized(view.camera.pinhole, width, height);
     const auto tiles = tiles_of(width, height, 2, 2);
     const hull::PixelRect all = test::whole_image(view.camera);
-    const auto again =
-        assembled(reconstructor.reconstruct(silhouettes, view, tiles, {}, false), all);
+    const auto again = assembled(reconstructor.reconstruct({silhouettes}, view, tiles, false), all);
     EXPECT_EQ(again, assembled(Reconstructor({.backend = GetParam()}, kVolume)
-                                   .reconstruct(silhouettes, view, tiles, {}, false),
+                                   .reconstruct({silhouettes}, view, tiles, false),
                                all))
         << width << ' ' << height;
     EXPECT_GT(std::count_if(again.begin(), again.end(), [](float d) { return d > 0; }), 30);
@@ -235,7 +265,7 @@ TEST_P(Recon, TheCostsOfTheTilesAreAPartOfTheElapsedTime) {
   Reconstructor reconstructor({.backend = GetParam()}, kVolume);
   const auto start = std::chrono::steady_clock::now();
   const auto tiles =
-      reconstructor.reconstruct(silhouettes, view, tiles_of(64, 48, 2, 1), regions, true);
+      reconstructor.reconstruct({silhouettes, {}, regions}, view, tiles_of(64, 48, 2, 1), true);
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
   ASSERT_EQ(tiles.size(), 2u);
   for (const ReconTile& tile : tiles) EXPECT_GT(tile.cost_s, 0);
@@ -356,8 +386,8 @@ TEST_F(Colour, HullAtTheBorderOfTheSentPixelsHasColour) {
         3};
     Reconstructor reconstructor({.backend = config::HullBackend::cpu}, kVolume);
     int hits = 0, unseen = 0;
-    for (const ReconTile& tile : reconstructor.reconstruct(
-             silhouettes, view, tiles_of(320, 240, 4, 3), std::span(&colour, 1), true))
+    for (const ReconTile& tile : reconstructor.reconstruct({silhouettes, {}, std::span(&colour, 1)},
+                                                           view, tiles_of(320, 240, 4, 3), true))
       for (std::size_t i = 0; i < tile.depth_m.size(); ++i) {
         if (tile.depth_m[i] == hull::kNoHull) continue;
         ++hits;
@@ -581,10 +611,12 @@ TEST_F(Colour, IsComputedForHitsOnlyAndOnRequest) {
       3};
   Reconstructor reconstructor({.backend = config::HullBackend::cpu}, kVolume);
   const auto tiles = tiles_of(60, 45, 4, 3);
-  for (const ReconTile& tile : reconstructor.reconstruct(silhouettes, view, tiles, regions, false))
+  for (const ReconTile& tile :
+       reconstructor.reconstruct({silhouettes, {}, regions}, view, tiles, false))
     EXPECT_TRUE(tile.bgr.empty());
   int coloured = 0;
-  for (const ReconTile& tile : reconstructor.reconstruct(silhouettes, view, tiles, regions, true)) {
+  for (const ReconTile& tile :
+       reconstructor.reconstruct({silhouettes, {}, regions}, view, tiles, true)) {
     ASSERT_EQ(tile.bgr.size(), 3 * tile.depth_m.size());
     for (std::size_t i = 0; i < tile.depth_m.size(); ++i) {
       EXPECT_EQ((Bgr{tile.bgr[3 * i], tile.bgr[3 * i + 1], tile.bgr[3 * i + 2]}),

@@ -114,6 +114,24 @@ TEST(TileAssembler, ACompleteFrameDropsOlderOnesAndCountsThem) {
   EXPECT_EQ(tiles.counts().duplicate, 1u);
 }
 
+TEST(TileAssembler, InALosslessReplayACompleteFrameKeepsOlderOnes) {
+  TileAssembler tiles = sets();
+  add(tiles, 1, 0);
+  for (const std::uint64_t frame : {3, 2, 1})
+    for (std::uint32_t i = frame == 1 ? 1 : 0; i < 4; ++i) {
+      const AddedTile added = tiles.add(message(frame, i).get(), OlderFrames::keep);
+      EXPECT_EQ(std::holds_alternative<HullFrame>(added), i == 3) << frame << ' ' << i;
+    }
+  EXPECT_EQ(tiles.counts().complete, 3u);
+  EXPECT_EQ(tiles.counts().incomplete, 0u);
+  for (const std::uint64_t frame : {1, 2, 3}) {
+    const AddedTile again = tiles.add(message(frame, 0).get(), OlderFrames::keep);
+    EXPECT_TRUE(std::holds_alternative<std::monostate>(again));
+  }
+  EXPECT_EQ(tiles.counts().late, 3u);
+  EXPECT_EQ(tiles.open_frames(), 0u);
+}
+
 TEST(TileAssembler, ANewerOpenFrameCompletesAfterAnOlderOne) {
   TileAssembler tiles = sets();
   for (std::uint32_t i = 0; i < 2; ++i) add(tiles, 5, i);

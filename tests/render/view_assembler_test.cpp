@@ -104,6 +104,18 @@ TEST_F(ViewsOfAFrame, AFrameWithoutOneEyeIsDroppedForANewerOneAndCounted) {
   EXPECT_EQ(assembler_.counts().missing_eye, 2u);
 }
 
+TEST_F(ViewsOfAFrame, InALosslessReplayACompleteFrameKeepsOlderOnes) {
+  const auto add_lossless = [&](std::size_t view, std::uint64_t frame) {
+    return std::holds_alternative<EyeFrames>(
+        assembler_.add(view, tile(views_.at(view), frame), OlderFrames::keep));
+  };
+  EXPECT_FALSE(add_lossless(1, 7));
+  EXPECT_FALSE(add_lossless(1, 8));
+  EXPECT_TRUE(add_lossless(2, 8));
+  EXPECT_TRUE(add_lossless(2, 7));
+  EXPECT_EQ(assembler_.counts().missing_eye, 0u);
+}
+
 // A newer frame of one eye does not drop an older one whose other eye is on its way.
 TEST_F(ViewsOfAFrame, OlderFramesWaitWhileNoNewerOneIsComplete) {
   for (const std::uint64_t frame : {7, 8, 9}) EXPECT_FALSE(add("viewer/left", frame));

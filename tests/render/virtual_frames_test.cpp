@@ -29,6 +29,19 @@ TEST(VirtualFrames, BestIsTheSameFrameThenAnOlderThenTheOldest) {
   EXPECT_EQ(x_of(frames.best_for(1)), 4);
 }
 
+TEST(VirtualFrames, KnowTheStatesBetweenTwoFrames) {
+  VirtualFrames frames;
+  EXPECT_FALSE(frames.has_between(std::nullopt, 9));
+  frames.add_state(4, 4, ball_at(4));
+  frames.add_collision(6, 6, "block");
+  EXPECT_TRUE(frames.has_between(std::nullopt, 5));
+  EXPECT_TRUE(frames.has_between(3, 5));
+  EXPECT_FALSE(frames.has_between(std::nullopt, 4));
+  EXPECT_FALSE(frames.has_between(4, 9)) << "frame 6 has no state yet";
+  frames.add_state(6, 6, ball_at(6));
+  EXPECT_TRUE(frames.has_between(4, 9));
+}
+
 TEST(VirtualFrames, AFrameWithoutAStateIsIncomplete) {
   VirtualFrames frames;
   frames.add_collision(7, 7, "block");

@@ -133,7 +133,7 @@ render::HullFrame ScenePlayer::seen_hull(const hull::View& view,
                                          std::span<const hull::ColourRegion> colours) {
   const geometry::Pinhole& pinhole = view.camera.pinhole;
   const recon::ReconTile made = reconstructor_.reconstruct(
-      silhouettes, view, recon::tiles_of(pinhole.width_px, pinhole.height_px, 1, 1), colours,
+      {silhouettes, {}, colours}, view, recon::tiles_of(pinhole.width_px, pinhole.height_px, 1, 1),
       !colours.empty())[0];
   render::ReceivedTile tile;
   tile.tiles = 1;

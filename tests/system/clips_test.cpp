@@ -74,8 +74,8 @@ class ClipsOfCameras : public testing::Test {
            "240]\n  recon_size_px: [160, 120]\nnodes:\n  - name: capture\n    program: "
            "capture_node\n    sources:\n"
         << sources.str()
-        << "  - {name: recon_a, program: recon_node, worker: 0, workers: 2}\n"
-           "  - {name: recon_b, program: recon_node, worker: 1, workers: 2}\n"
+        << "  - {name: recon_a, program: recon_node, worker: 0, workers: 2, split: frames}\n"
+           "  - {name: recon_b, program: recon_node, worker: 1, workers: 2, split: frames}\n"
            "  - {name: simulation, program: sim_node}\n"
            "  - {name: rendering, program: render_node}\n";
   }

@@ -22,7 +22,7 @@ constexpr double kMinCaptureFraction = 0.1;
 // What the wire shows of one frame [ns].
 struct OutsideFrame {
   std::uint64_t frame = 0;
-  std::int64_t first_input_ns = 0;               // of HeadPose, ObjectColour, ObjectPixelMap
+  std::int64_t first_input_ns = 0;               // see is_input()
   std::int64_t captured_ns = 0;                  // FrameTrace, the last message of capture_node
   std::string slowest;                           // its tiles were sent last
   std::int64_t maps_ns = 0;                      // the last map for that node
@@ -37,7 +37,8 @@ void extend(wire::SendTimes& times, const wire::SendTimes& other) {
 }
 
 bool is_input(const std::string& topic) {
-  return topic == HeadPose::name || topic == ObjectColour::name || topic == ObjectPixelMap::name;
+  return topic == HeadPose::name || topic == ObjectColour::name || topic == ObjectCoverage::name ||
+         topic == ObjectPixelMap::name;
 }
 
 // The tiles and their costs, by reconstruction node.

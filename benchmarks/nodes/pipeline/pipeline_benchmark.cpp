@@ -59,6 +59,7 @@ std::vector<std::size_t> median_sizes(const recording::Recording& recording) {
   while (const auto message = messages.next())
     if (!message->key_change && (message->channel->topic == bus::topics::ObjectPixelMap::name ||
                                  message->channel->topic == bus::topics::ObjectColour::name ||
+                                 message->channel->topic == bus::topics::ObjectCoverage::name ||
                                  message->channel->topic == bus::topics::HullTile::name))
       sizes[message->channel->topic].push_back(double(message->cdr.size()));
   std::vector<std::size_t> medians;

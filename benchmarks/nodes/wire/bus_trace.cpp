@@ -13,8 +13,9 @@ namespace {
 std::map<std::string, MessageWriter> writers_of(bus::Bus& bus) {
   using namespace bus::topics;
   static const std::set<std::string> followed = {
-      HeadPose::name,  ObjectColour::name, ObjectPixelMap::name,  VirtualState::name,
-      TileCosts::name, HullTile::name,     FrameComposited::name, FrameTrace::name};
+      HeadPose::name,       ObjectColour::name,    ObjectCoverage::name,
+      ObjectPixelMap::name, VirtualState::name,    TileCosts::name,
+      HullTile::name,       FrameComposited::name, FrameTrace::name};
   std::map<std::string, MessageWriter> writers;
   for (const bus::EndpointDescription& endpoint : bus.endpoints())
     if (endpoint.writes && followed.contains(endpoint.topic))

@@ -89,7 +89,8 @@ render::HullFrame reconstructed(const CameraImages& images, const hull::View& vi
   const recon::Tile whole{0, {0, 0, k.width_px, k.height_px}};
   const bool want_colour = !images.colours.empty();
   const recon::ReconTile tile =
-      reconstructor.reconstruct(images.silhouettes, view, {&whole, 1}, images.colours, want_colour)
+      reconstructor
+          .reconstruct({images.silhouettes, {}, images.colours}, view, {&whole, 1}, want_colour)
           .front();
   std::vector<float> depth_m(whole.rect.area_px(), hull::kNoHull);
   std::vector<std::uint8_t> bgr(want_colour ? 3 * depth_m.size() : 0);

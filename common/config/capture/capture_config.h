@@ -103,6 +103,7 @@ struct SyntheticWorld {
   double period_s = 4.0;            // of the motion
   double noise_sigma_levels = 2.0;  // sensor noise, grey levels of 255
   bool cast_shadow = true;
+  int supersampling = 1;  // rays along each axis of a pixel; 1: no pixel is covered in part
   // Cameras fixed in the world render one period before the start. This takes at most 1 MB per
   // image, and read() then only copies images.
   bool prerender = false;
@@ -161,6 +162,7 @@ struct CaptureConfig {
   // Captures this many frames before the start and publishes them repeatedly; 0: live.
   int precomputed_frames = 0;
   hull::HullRule hull_rule = {};  // of the deployment: which points of the hull need a colour
+  bool coverage = false;          // of the deployment: sub-pixel silhouettes
 };
 
 // Returns the configuration for work without a clock: a file ends instead of starting again, so

@@ -54,6 +54,40 @@ CoverageMap CoverageMap::from_pixels(const ObjectPixels& pixels) {
   return from_bytes(pixels.width_px(), pixels.height_px(), pixels.to_bytes());
 }
 
+CoverageMap CoverageMap::from_outline(const ObjectPixels& object, const CoverageOutline& outline) {
+  assert(outline.pixels.width_px() == object.width_px() &&
+         outline.pixels.height_px() == object.height_px());
+  CoverageMap map = from_pixels(object);
+  auto next = outline.coverage.begin();
+  outline.pixels.for_each_run({0, 0, map.width_px_, map.height_px_}, [&](int v, int u, int end) {
+    std::copy(next, next + (end - u), map.bytes_.begin() + std::ptrdiff_t(v) * map.width_px_ + u);
+    next += end - u;
+  });
+  return map;
+}
+
+void CoverageMap::keep(const ObjectPixels& pixels) {
+  const std::vector<std::uint8_t> kept = pixels.to_bytes();
+  for (std::size_t i = 0; i < bytes_.size(); ++i) bytes_[i] &= kept[i];
+}
+
+CoverageOutline CoverageMap::outline(const ObjectPixels& object) const {
+  assert(object.width_px() == width_px_ && object.height_px() == height_px_);
+  CoverageOutline outline{ObjectPixels(width_px_, height_px_), {}};
+  const std::vector<std::uint8_t> told = object.to_bytes();
+  const auto first = bytes_.begin();
+  for (int v = 0; v < height_px_; ++v) {
+    const std::ptrdiff_t begin = std::ptrdiff_t(v) * width_px_, end = begin + width_px_;
+    for (std::ptrdiff_t i = begin; i < end; ++i) {
+      i = std::mismatch(first + i, first + end, told.begin() + i).first - first;
+      if (i == end) break;
+      outline.pixels.set(int(i - begin), v);
+      outline.coverage.push_back(bytes_[std::size_t(i)]);
+    }
+  }
+  return outline;
+}
+
 std::uint8_t CoverageMap::at_nearest(int u_px, int v_px) const {
   return at(std::clamp(u_px, 0, width_px_ - 1), std::clamp(v_px, 0, height_px_ - 1));
 }

@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "common/hull/coverage_outline.h"
 #include "common/hull/oracle/analytic.h"
 
 namespace fivepipe::hull {
@@ -27,6 +28,8 @@ class CoverageMap {
   // Copies a map. Rows are top to bottom without padding; bytes.size() == width * height.
   static CoverageMap from_bytes(int width_px, int height_px, std::span<const std::uint8_t> bytes);
   static CoverageMap from_pixels(const ObjectPixels& pixels);  // 0 or 255
+  // The outline has the image's size (asserted).
+  static CoverageMap from_outline(const ObjectPixels& object, const CoverageOutline& outline);
 
   int width_px() const { return width_px_; }
   int height_px() const { return height_px_; }
@@ -37,11 +40,17 @@ class CoverageMap {
   // Coverage of the pixel of the image nearest to (u, v). The image must not be empty.
   std::uint8_t at_nearest(int u_px, int v_px) const;
   void set(int u_px, int v_px, std::uint8_t coverage);  // the pixel is inside the image
+  // Sets the coverage of all pixels that are not in `pixels`, which has the same size, to 0.
+  void keep(const ObjectPixels& pixels);
   std::span<const std::uint8_t> bytes() const { return bytes_; }
 
   // Interpolates bilinearly between pixel centres, clamped beyond the outermost ones. Returns a
   // fraction, or 0 outside the image and for NaN.
   double interpolated(double u_px, double v_px) const;
+
+  // Returns what `object`, which has the image's size (asserted), does not tell of this map:
+  // from_outline(object, outline(object)) is the map again.
+  CoverageOutline outline(const ObjectPixels& object) const;
 
   bool operator==(const CoverageMap&) const = default;
 

@@ -75,17 +75,19 @@ std::optional<Vector3d> outward_normal_world(const CoverageSilhouette& silhouett
 }
 
 CoverageHull::CoverageHull(base::WorkerPool& pool) : pool_(&pool), superset_(pool) {}
-CoverageHull::CoverageHull(base::WorkerPool& pool, std::span<const CoverageSilhouette> silhouettes)
+CoverageHull::CoverageHull(base::WorkerPool& pool, std::span<const CoverageSilhouette> silhouettes,
+                           const HullRule& rule)
     : CoverageHull(pool) {
-  assign(silhouettes);
+  assign(silhouettes, rule);
 }
 
-void CoverageHull::assign(std::span<const CoverageSilhouette> silhouettes) {
+void CoverageHull::assign(std::span<const CoverageSilhouette> silhouettes, const HullRule& rule) {
+  assert(rule.limits == Limits::all);
   std::vector<Silhouette> cells(silhouettes.size());
   pool_->run(int(silhouettes.size()), [&](int i, int) {
     cells[i] = {cell_camera(silhouettes[i].camera), cells_with_object(silhouettes[i].map)};
   });
-  superset_.assign(cells);
+  superset_.assign(cells, rule);
   cameras_.clear();
   for (const CpuHull::MapCamera& c : superset_.cameras())
     cameras_.push_back({silhouettes[c.silhouette], c.silhouette, &c.skip_map});
@@ -111,7 +113,16 @@ void CoverageHull::trace(const View& view, const PixelRect& rect, std::span<floa
           std::size_t(row) * std::size_t(rect.width_px()) + std::size_t(column);
       float& depth = depth_m[index];
       if (depth == kNoHull) continue;
-      const RayRange range{std::max(view.near_m, depth * (1 - kStartSlack)), view.far_m};
+      RayRange range{std::max(view.near_m, depth * (1 - kStartSlack)), view.far_m};
+      if (const HullRule& rule = superset_.rule(); rule.is_bounded())
+        range = range_in_box(
+            rule.within_world_m,
+            geometry::ray_through(view.camera, Vector2d(rect.u0_px + column, rect.v0_px + row)),
+            range);
+      if (range.empty()) {
+        depth = kNoHull;
+        continue;
+      }
       walks.clear();
       for (std::size_t i = 0; i < cameras_.size(); ++i)
         walks.emplace_back(image_line(maps[i], rect.u0_px + column, rect.v0_px + row),

@@ -1,9 +1,9 @@
 // The visual hull of sub-pixel silhouettes: its depth and normals from any view, exact in double.
 //
-// A point is in the hull if it is in front of every camera and in its image, and its interpolated
-// coverage there is at least one half. Depth takes two passes: backend `cpu` finds the first point
-// of a superset, the hull of all cells that may be covered; from there each ray is walked through
-// the cells (coverage_walk.h).
+// A point is in the hull if it is in the rule's box, in front of every camera and in its image, and
+// its interpolated coverage there is at least one half. Depth takes two passes: backend `cpu` finds
+// the first point of a superset, the hull of all cells that may be covered; from there each ray is
+// walked through the cells (coverage_walk.h).
 #pragma once
 #include <cstdint>
 #include <span>
@@ -14,8 +14,8 @@
 
 namespace fivepipe::hull {
 
-// Returns true if p is in the hull. Returns false if there is no camera or a coordinate is not
-// finite. Computes in double.
+// Returns true if p is in the hull, without a box. Returns false if there is no camera or a
+// coordinate is not finite. Computes in double.
 bool in_hull(std::span<const CoverageSilhouette> silhouettes, const Eigen::Vector3d& p_world_m);
 
 // Returns the outward unit normal of the hull's surface at a point p at which this silhouette
@@ -28,8 +28,8 @@ std::optional<Eigen::Vector3d> outward_normal_world(const CoverageSilhouette& si
 struct SurfaceTile {
   PixelRect rect;
   std::vector<float> depth_m;  // as in DepthTile
-  // Outward unit normals. Zero if the ray meets no hull, if the near plane or an image's border
-  // limits the hull there, or if outward_normal_world() returns nullopt.
+  // Outward unit normals. Zero if the ray meets no hull, if the near plane, the rule's box or an
+  // image's border limits the hull there, or if outward_normal_world() returns nullopt.
   std::vector<Eigen::Vector3f> normal_world;
   // Index of the silhouette that limits the hull there, in the silhouettes given to assign(); -1 if
   // the normal is zero.
@@ -40,9 +40,11 @@ struct SurfaceTile {
 class CoverageHull {
  public:
   explicit CoverageHull(base::WorkerPool& pool);  // the pool must outlive the hull
-  CoverageHull(base::WorkerPool& pool, std::span<const CoverageSilhouette> silhouettes);
-  // Replaces the silhouettes. If a camera is not finite, the hull is empty.
-  void assign(std::span<const CoverageSilhouette> silhouettes);
+  CoverageHull(base::WorkerPool& pool, std::span<const CoverageSilhouette> silhouettes,
+               const HullRule& rule = {});
+  // Replaces the silhouettes. If a camera is not finite, the hull is empty. The rule has
+  // Limits::all (asserted).
+  void assign(std::span<const CoverageSilhouette> silhouettes, const HullRule& rule = {});
 
   // Writes the depth of the view's rays through the pixels of `rect` to depth_m (see DepthTile),
   // which must have the rect's size. The bits do not depend on the order of the silhouettes or the

@@ -55,6 +55,7 @@ Qos qos_of(topics::Delivery delivery, bool keep_all) {
 
 bool is_accepted(const dds_sample_info_t* info, void* reader_filter) {
   auto& filter = *static_cast<detail::ReaderFilter*>(reader_filter);
+  const detail::Callback callback(filter.order);
   filter.arrival_times.add(info->publication_handle, info->source_timestamp,
                            base::now_realtime_ns());
   return filter.key_limit.accepts(info->publication_handle, info->instance_handle);

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "common/pipeline/bus/arrival_times.h"
+#include "common/pipeline/bus/callback_order.h"
 #include "common/pipeline/bus/key_limit.h"
 #include "common/pipeline/bus/process_id.h"
 #include "common/pipeline/bus/topics.h"
@@ -36,10 +37,11 @@ namespace detail {
 struct WriteCounts {
   std::atomic<std::uint64_t> sent{0}, not_sent{0};  // samples written and dropped
 };
-// What DDS calls for each sample that arrives at a reader. KeyLimit comes last in a call: see its
-// destructor, whose lock covers the call.
+// What DDS calls for each sample that arrives at a reader.
 struct ReaderFilter {
-  explicit ReaderFilter(std::size_t max_keys) : key_limit(max_keys) {}
+  explicit ReaderFilter(std::size_t max_keys) : key_limit(max_keys) { order.pass(); }
+  ~ReaderFilter() { order.pass(); }
+  CallbackOrder order;
   KeyLimit key_limit;
   ArrivalTimes arrival_times;
 };

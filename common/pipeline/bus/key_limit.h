@@ -23,9 +23,6 @@ class KeyLimit {
   static constexpr std::uint64_t kFurtherWriters = 0;
 
   explicit KeyLimit(std::size_t max_keys) : max_keys_(max_keys) {}  // > 0
-  // DDS has ended all callbacks before, by a lock of its own, which the thread sanitizer does not
-  // see. It sees this one.
-  ~KeyLimit() { const std::scoped_lock lock(mutex_); }
 
   // Returns whether the reader may keep a sample. Handles: of the writer's publication and of the
   // key's instance. Counts refused samples.

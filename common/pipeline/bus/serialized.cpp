@@ -74,7 +74,10 @@ struct SerializedReader::Writers {
   mutable std::mutex mutex;
   base::BoundedMap<std::uint64_t, WriterDescription> by_handle{kMaxDescribed};
 
-  ~Writers() { const std::scoped_lock lock(mutex); }  // see ~KeyLimit()
+  detail::CallbackOrder order;
+
+  Writers() { order.pass(); }
+  ~Writers() { order.pass(); }
   void add_writer(dds_entity_t reader, dds_instance_handle_t handle) {
     dds_builtintopic_endpoint_t* described = dds_get_matched_publication_data(reader, handle);
     if (!described) return;
@@ -87,8 +90,9 @@ struct SerializedReader::Writers {
   }
   static void matched(dds_entity_t reader, dds_subscription_matched_status_t status,
                       void* writers) {
-    if (status.current_count_change > 0)
-      static_cast<Writers*>(writers)->add_writer(reader, status.last_publication_handle);
+    auto& known = *static_cast<Writers*>(writers);
+    const detail::Callback callback(known.order);
+    if (status.current_count_change > 0) known.add_writer(reader, status.last_publication_handle);
   }
 };
 

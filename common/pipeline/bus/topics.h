@@ -27,6 +27,7 @@ inline constexpr std::uint32_t kMaxKeys = 1024, kMaxTiles = 4096;
   TOPIC(Command, event, kMaxKeys)            \
   TOPIC(HeadPose, stream, kMaxKeys)          \
   TOPIC(ObjectColour, stream, kMaxKeys)      \
+  TOPIC(ObjectCoverage, stream, kMaxKeys)    \
   TOPIC(ObjectPixelMap, stream, kMaxKeys)    \
   TOPIC(CollisionResult, stream, kMaxKeys)   \
   TOPIC(Particles, stream, kMaxKeys)         \

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/config/rig.h"
+#include "common/hull/coverage_outline.h"
 #include "common/hull/hull.h"
 #include "common/pipeline/frames/camera_writers.h"
 #include "common/pipeline/frames/recent_frames.h"
@@ -21,8 +22,9 @@ struct CameraMap {
   std::uint64_t frame;
   std::int64_t capture_stamp_ns;
   hull::ObjectPixels pixels;
-  std::int64_t received_ns = 0;  // CLOCK_REALTIME, by this process
-  std::uint64_t writer = 0;      // bus::Sample::writer()
+  std::optional<hull::CoverageOutline> outline = {};  // sub-pixel silhouettes only
+  std::int64_t received_ns = 0;                       // CLOCK_REALTIME, by this process
+  std::uint64_t writer = 0;                           // bus::Sample::writer()
 };
 
 struct FrameSet {
@@ -31,8 +33,10 @@ struct FrameSet {
   std::int64_t skew_ns;                              // latest capture stamp minus earliest
   std::int64_t first_received_ns, last_received_ns;  // CLOCK_REALTIME; of its maps
   std::vector<hull::Silhouette> silhouettes;         // in the rig's order
-  std::vector<std::string> cameras;                  // of the silhouettes
-  std::vector<std::string> empty_cameras;            // cameras with no object pixel
+  // Of the silhouettes; empty if a map has none.
+  std::vector<hull::CoverageOutline> outlines;
+  std::vector<std::string> cameras;        // of the silhouettes
+  std::vector<std::string> empty_cameras;  // cameras with no object pixel
   // Cameras without a map for kLostAfterFrames. The set has no silhouette of them.
   std::vector<std::string> lost_cameras;
 };

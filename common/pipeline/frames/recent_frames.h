@@ -15,8 +15,8 @@ namespace fivepipe::frames {
 template <class Value>
 class RecentFrames {
  public:
-  // The table remembers the numbers of this many displaced frames, more than a reader holds per key
-  // (bus.cpp), so that a late message does not open a displaced frame again.
+  // The table remembers the numbers of this many displaced or closed frames, more than a reader
+  // holds per key (bus.cpp), so that a late message does not open such a frame again.
   static constexpr std::size_t kMaxDisplaced = 64;
 
   struct Entry {
@@ -47,8 +47,7 @@ class RecentFrames {
     std::optional<std::uint64_t> displaced;
     if (entries_.size() == capacity_) {
       displaced = entries_.front().frame;
-      displaced_.push_back(*displaced);
-      if (displaced_.size() > kMaxDisplaced) displaced_.pop_front();
+      remember(*displaced);
       entries_.pop_front();
     }
     std::erase(displaced_, frame);
@@ -64,6 +63,12 @@ class RecentFrames {
     return value;
   }
 
+  // As take(), and was_displaced(frame) is true from now on.
+  std::optional<Value> close(std::uint64_t frame) {
+    remember(frame);
+    return take(frame);
+  }
+
   // Removes all frames with numbers <= `frame`. Returns how many.
   std::size_t erase_up_to(std::uint64_t frame) {
     return std::erase_if(entries_, [&](const Entry& entry) { return entry.frame <= frame; });
@@ -74,7 +79,7 @@ class RecentFrames {
     displaced_.clear();
   }
 
-  // True if the frame is one of the last kMaxDisplaced displaced frames.
+  // True if the frame is one of the last kMaxDisplaced displaced or closed frames.
   bool was_displaced(std::uint64_t frame) const {
     return std::find(displaced_.begin(), displaced_.end(), frame) != displaced_.end();
   }
@@ -87,6 +92,11 @@ class RecentFrames {
   std::size_t size() const { return entries_.size(); }
 
  private:
+  void remember(std::uint64_t frame) {
+    displaced_.push_back(frame);
+    if (displaced_.size() > kMaxDisplaced) displaced_.pop_front();
+  }
+
   auto position(std::uint64_t frame) {
     return std::find_if(entries_.begin(), entries_.end(),
                         [&](const Entry& entry) { return entry.frame == frame; });

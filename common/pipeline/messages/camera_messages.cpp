@@ -132,6 +132,43 @@ Received<CameraColour> colour_from(const fivepipe_v1_ObjectColour& message,
                       hull::ColourRegion{camera, std::move(*pixels), region, std::move(bgr)}};
 }
 
+OutgoingCoverage coverage_message(const std::string& camera, std::uint64_t frame,
+                                  std::int64_t capture_stamp_ns,
+                                  const hull::CoverageOutline& outline) {
+  OutgoingCoverage out;
+  set_text(out.header.camera, camera);
+  out.header.frame = frame;
+  out.header.capture_stamp_ns = capture_stamp_ns;
+  out.header.image_width_px = outline.pixels.width_px();
+  out.header.image_height_px = outline.pixels.height_px();
+  const hull::PixelRect region = outline.pixels.bounds();
+  out.header.region = to_wire(region);
+  EncodedPixels code = encoded(outline.pixels, region);
+  out.header.encoding = code.encoding;
+  out.pixels = std::move(code.payload);
+  out.coverage = outline.coverage;
+  return out;
+}
+
+Received<CameraCoverage> coverage_from(const fivepipe_v1_ObjectCoverage& message,
+                                       const config::Rig& rig) {
+  const auto index = camera_index(rig, message.camera);
+  if (std::string why = why_mismatched(message, rig, index); !why.empty())
+    return BadMessage{"bad_coverage", message.camera, why};
+  if (!rig.cameras[*index].gives_shape)
+    return BadMessage{"bad_coverage", message.camera, "the camera gives no shape"};
+  auto pixels = decoded(message.encoding, message.image_width_px, message.image_height_px,
+                        from_wire(message.region), span_of(message.pixels));
+  if (!pixels) return BadMessage{"bad_coverage", message.camera, "pixels truncated or undecodable"};
+  const auto sent = span_of(message.coverage);
+  if (sent.size() != pixels->count())
+    return BadMessage{"bad_coverage", message.camera, "not as many coverages as pixels"};
+  return CameraCoverage{*index,
+                        message.frame,
+                        message.capture_stamp_ns,
+                        {std::move(*pixels), {sent.begin(), sent.end()}}};
+}
+
 fivepipe_v1_CameraInfo camera_info_message(const config::RigCamera& camera) {
   fivepipe_v1_CameraInfo info{};
   set_text(info.camera, camera.name);

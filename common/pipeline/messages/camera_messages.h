@@ -1,5 +1,5 @@
-// Converts and validates CameraInfo, ObjectPixelMap and ObjectColour. capture_node writes them;
-// recon_node and sim_node read them.
+// Converts and validates CameraInfo, ObjectPixelMap, ObjectCoverage and ObjectColour. capture_node
+// writes them; recon_node and sim_node read them.
 #pragma once
 #include <cstdint>
 #include <string>
@@ -7,6 +7,7 @@
 
 #include "common/config/rig.h"
 #include "common/hull/colour_region.h"
+#include "common/hull/coverage_outline.h"
 #include "common/pipeline/frames/frame_set_assembler.h"
 #include "common/pipeline/messages/bad_message.h"
 #include "common/pipeline/messages/wire_conversions.h"
@@ -58,6 +59,29 @@ struct CameraColour {
 // Returns BadMessage as for maps, and if the number of colours differs from the number of pixels or
 // the pose is not finite or not that of this rig.
 Received<CameraColour> colour_from(const fivepipe_v1_ObjectColour& message, const config::Rig& rig);
+
+struct OutgoingCoverage {
+  fivepipe_v1_ObjectCoverage header{};
+  std::vector<std::uint8_t> pixels, coverage;
+  const fivepipe_v1_ObjectCoverage& message() {
+    borrow(header.pixels, pixels);
+    borrow(header.coverage, coverage);
+    return header;
+  }
+};
+OutgoingCoverage coverage_message(const std::string& camera, std::uint64_t frame,
+                                  std::int64_t capture_stamp_ns,
+                                  const hull::CoverageOutline& outline);
+
+struct CameraCoverage {
+  std::size_t camera;  // index into rig.cameras
+  std::uint64_t frame;
+  std::int64_t capture_stamp_ns;
+  hull::CoverageOutline outline;
+};
+// Returns BadMessage as for maps, and if the number of coverages differs from that of pixels.
+Received<CameraCoverage> coverage_from(const fivepipe_v1_ObjectCoverage& message,
+                                       const config::Rig& rig);
 
 fivepipe_v1_CameraInfo camera_info_message(const config::RigCamera& camera);
 // Describes how the published camera model differs from the rig that this node has loaded. Returns

@@ -3,19 +3,53 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "common/pipeline/messages/camera_messages.h"
 #include "common/pipeline/node/status_names.h"
 
 namespace fivepipe::node {
 
 FrameSetReader::FrameSetReader(bus::Bus& bus, const config::Rig& rig, NodeStatusReporter& status,
-                               const hull::HullRule& rule)
+                               const hull::HullRule& rule, bool want_coverage)
     : rig_(rig),
       status_(status),
       rule_(rule),
       infos_(bus.reader<bus::topics::CameraInfo>()),
       maps_(bus.reader<bus::topics::ObjectPixelMap>()),
-      sets_(rig) {}
+      sets_(rig) {
+  if (want_coverage) coverages_.emplace(bus.reader<bus::topics::ObjectCoverage>());
+}
+
+void FrameSetReader::reset() {
+  outlines_.clear();
+  sets_.reset();
+}
+
+void FrameSetReader::take_coverages() {
+  if (!coverages_) return;
+  for (const auto& sample : coverages_->take()) {
+    if (!sample.valid()) continue;
+    auto received = messages::coverage_from(*sample, rig_);
+    if (const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&received)) {
+      status_.drop_from(coverages_->process(sample), *bad);
+      continue;
+    }
+    auto& coverage = std::get<messages::CameraCoverage>(received);
+    outlines_.get_or_add(coverage.frame)
+        .value.insert_or_assign(coverage.camera, std::move(coverage));
+  }
+}
+
+// Moves the coverage of the map's image to the map.
+void FrameSetReader::add_outline(frames::CameraMap& map) {
+  if (!coverages_) return;
+  if (OutlineOfCamera* const of_frame = outlines_.find(map.frame))
+    if (const auto found = of_frame->find(map.camera);
+        found != of_frame->end() && found->second.capture_stamp_ns == map.capture_stamp_ns) {
+      map.outline = std::move(found->second.outline);
+      of_frame->erase(found);
+      return;
+    }
+  status_.drop({"missing_coverage", rig_.cameras[map.camera].name, ""});
+}
 
 void FrameSetReader::check_cameras() {
   for (const auto& sample : infos_.take()) {
@@ -56,7 +90,11 @@ bool FrameSetReader::is_mismatched(const std::string& camera,
 std::vector<frames::FrameSet> FrameSetReader::take() {
   check_cameras();
   std::vector<frames::FrameSet> complete;
-  for (const auto& sample : maps_.take()) {
+  // capture_node sends the coverage before the map. Taking the maps first guarantees that the
+  // coverage of all taken maps is available.
+  const auto maps = maps_.take();
+  take_coverages();
+  for (const auto& sample : maps) {
     if (!sample.valid()) continue;
     if (is_mismatched(sample->camera, maps_.process(sample))) {
       status_.drop_from(maps_.process(sample),
@@ -71,6 +109,7 @@ std::vector<frames::FrameSet> FrameSetReader::take() {
     frames::CameraMap& map = std::get<frames::CameraMap>(received);
     map.received_ns = sample.arrived_ns();
     map.writer = sample.writer();
+    add_outline(map);
     for (frames::FrameSet& set : sets_.add(std::move(map))) complete.push_back(std::move(set));
   }
   for (const auto& [reason, n] : sets_.take_drops()) status_.drop(reason, n);

@@ -4,12 +4,15 @@
 // diagnostic.
 #pragma once
 #include <deque>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "common/pipeline/bus/bus.h"
 #include "common/pipeline/frames/frame_set_assembler.h"
+#include "common/pipeline/frames/recent_frames.h"
+#include "common/pipeline/messages/camera_messages.h"
 #include "common/pipeline/node/status.h"
 
 namespace fivepipe::node {
@@ -17,12 +20,14 @@ namespace fivepipe::node {
 class FrameSetReader {
  public:
   // The arguments must outlive the reader. `rule`: of the deployment's hull, for diagnostics.
+  // want_coverage: sub-pixel silhouettes. A map without coverage of its frame counts as
+  // `missing_coverage`, and its set has no outlines.
   FrameSetReader(bus::Bus& bus, const config::Rig& rig, NodeStatusReporter& status,
-                 const hull::HullRule& rule = {});
+                 const hull::HullRule& rule = {}, bool want_coverage = false);
 
   // Returns the frame sets that are now complete, oldest first. Never waits.
   std::vector<frames::FrameSet> take();
-  void reset() { sets_.reset(); }  // see FrameSetAssembler
+  void reset();  // see FrameSetAssembler
 
  private:
   // A camera as a process publishes it, and why its model differs from the rig.
@@ -37,7 +42,11 @@ class FrameSetReader {
   // Remembers at most kMaxMismatches and forgets the oldest.
   static constexpr std::size_t kMaxMismatches = 256;
 
+  using OutlineOfCamera = std::map<std::size_t, messages::CameraCoverage>;
+
   void check_cameras();
+  void take_coverages();
+  void add_outline(frames::CameraMap& map);
   void report_mismatch(const std::string& camera);
   bool is_mismatched(const std::string& camera, const std::optional<bus::ProcessId>& process) const;
 
@@ -46,6 +55,9 @@ class FrameSetReader {
   hull::HullRule rule_;
   bus::Reader<bus::topics::CameraInfo> infos_;
   bus::Reader<bus::topics::ObjectPixelMap> maps_;
+  std::optional<bus::Reader<bus::topics::ObjectCoverage>> coverages_;  // if they are wanted
+  // Of as many frames as the assembler keeps.
+  frames::RecentFrames<OutlineOfCamera> outlines_{frames::FrameSetAssembler::kMaxIncompleteSets};
   frames::FrameSetAssembler sets_;
   std::deque<Mismatch> mismatches_;
 };

@@ -10,8 +10,8 @@
 
 namespace fivepipe::replay {
 
-// Names of the topics that the program reads for a scene; empty for an unknown program. follows: as
-// a capture_node that captures the frames of another one.
+// Names of the topics that the program reads for a scene, without sub-pixel silhouettes; empty for
+// an unknown program. follows: as a capture_node that captures the frames of another one.
 inline std::set<std::string> inputs_of(const std::string& program, const config::Scene& scene,
                                        bool follows = false) {
   using namespace bus::topics;
@@ -32,7 +32,8 @@ inline std::set<std::string> inputs_of(const std::string& program, const config:
   return {};
 }
 
-// Names of the topics that the program writes for a scene, without NodeStatus and FrameTrace.
+// Names of the topics that the program writes for a scene, without NodeStatus and FrameTrace, and
+// without sub-pixel silhouettes.
 inline std::set<std::string> outputs_of(const std::string& program, const config::Scene& scene,
                                         bool follows = false) {
   using namespace bus::topics;
@@ -60,11 +61,19 @@ inline bool follows(const config::Deployment& deployment, const config::Node& no
 }
 inline std::set<std::string> inputs_of(const config::Deployment& deployment,
                                        const config::Node& node) {
-  return inputs_of(config::program_of(node), deployment.scene, follows(deployment, node));
+  const std::string program = config::program_of(node);
+  std::set<std::string> inputs = inputs_of(program, deployment.scene, follows(deployment, node));
+  if (deployment.coverage && (program == "recon_node" || program == "sim_node"))
+    inputs.insert(bus::topics::ObjectCoverage::name);
+  return inputs;
 }
 inline std::set<std::string> outputs_of(const config::Deployment& deployment,
                                         const config::Node& node) {
-  return outputs_of(config::program_of(node), deployment.scene, follows(deployment, node));
+  const std::string program = config::program_of(node);
+  std::set<std::string> outputs = outputs_of(program, deployment.scene, follows(deployment, node));
+  if (deployment.coverage && program == "capture_node")
+    outputs.insert(bus::topics::ObjectCoverage::name);
+  return outputs;
 }
 
 // Returns the names of the views whose tiles complete a frame for render_node.

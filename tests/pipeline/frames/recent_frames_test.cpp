@@ -82,5 +82,22 @@ TEST(RecentFrames, EqualsAListAfterRandomChanges) {
   }
 }
 
+TEST(RecentFrames, AClosedFrameIsTakenAndRemembered) {
+  RecentFrames<int> table(2);
+  table.get_or_add(7).value = 70;
+  EXPECT_FALSE(table.was_displaced(7));
+  EXPECT_EQ(table.close(7), 70);
+  EXPECT_EQ(table.size(), 0u);
+  EXPECT_TRUE(table.was_displaced(7));
+  EXPECT_EQ(table.close(8), std::nullopt);
+  EXPECT_TRUE(table.was_displaced(8));
+  // As many as the table remembers.
+  for (std::uint64_t frame = 100; frame < 100 + RecentFrames<int>::kMaxDisplaced; ++frame) {
+    EXPECT_TRUE(table.was_displaced(8)) << frame;
+    table.close(frame);
+  }
+  EXPECT_FALSE(table.was_displaced(8));
+}
+
 }  // namespace
 }  // namespace fivepipe::frames

@@ -259,6 +259,53 @@ TEST(CameraMessages, InvalidMapsHaveReasons) {
   EXPECT_NE(why_bad(message, rig).find("count"), std::string::npos);
 }
 
+TEST(CameraMessages, CoverageRoundTrips) {
+  const config::Rig rig = one_camera_rig(720, 486);
+  hull::CoverageOutline outline{random_pixels(720, 486, 0.02, 5), {}};
+  for (std::size_t i = 0; i < outline.pixels.count(); ++i)
+    outline.coverage.push_back(std::uint8_t(i * 7));
+  for (const hull::CoverageOutline& sent :
+       {outline, hull::CoverageOutline{hull::ObjectPixels(720, 486), {}}}) {
+    OutgoingCoverage out = coverage_message("wall1", 42, 123456789, sent);
+    const auto received = coverage_from(out.message(), rig);
+    ASSERT_TRUE(std::holds_alternative<CameraCoverage>(received));
+    EXPECT_EQ(std::get<CameraCoverage>(received).outline, sent);
+    EXPECT_EQ(std::get<CameraCoverage>(received).camera, 0u);
+    EXPECT_EQ(std::get<CameraCoverage>(received).frame, 42u);
+    EXPECT_EQ(std::get<CameraCoverage>(received).capture_stamp_ns, 123456789);
+  }
+}
+
+TEST(CameraMessages, InvalidCoverageHasReasons) {
+  config::Rig rig = one_camera_rig(720, 486);
+  hull::CoverageOutline outline{random_pixels(720, 486, 0.02, 5), {}};
+  outline.coverage.assign(outline.pixels.count(), 99);
+  OutgoingCoverage out = coverage_message("wall1", 1, 1, outline);
+  const auto why = [&](const fivepipe_v1_ObjectCoverage& message) {
+    const auto received = coverage_from(message, rig);
+    return std::holds_alternative<BadMessage>(received) ? text_of(std::get<BadMessage>(received))
+                                                        : "";
+  };
+  auto message = out.message();
+  EXPECT_EQ(why(message), "");
+  set_text(message.camera, "wall9");
+  EXPECT_EQ(why(message), "bad_coverage: wall9: unknown camera");
+  message = out.message();
+  message.image_width_px = 640;
+  EXPECT_EQ(why(message), "bad_coverage: wall1: wrong image size");
+  message = out.message();
+  message.region.u1_px = 721;
+  EXPECT_EQ(why(message), "bad_coverage: wall1: region outside the image");
+  message = out.message();
+  message.pixels._length -= 1;
+  EXPECT_EQ(why(message), "bad_coverage: wall1: pixels truncated or undecodable");
+  message = out.message();
+  message.coverage._length -= 1;
+  EXPECT_EQ(why(message), "bad_coverage: wall1: not as many coverages as pixels");
+  rig.cameras[0].gives_shape = false;
+  EXPECT_EQ(why(out.message()), "bad_coverage: wall1: the camera gives no shape");
+}
+
 TEST(CameraMessages, FixedCameraColourPoseIsBitExact) {
   config::Rig rig = one_camera_rig(720, 486);
   rig.cameras[0].camera_from_mount = geometry::look_at({1.3, -0.7, 0.9}, {0, 0.1, 0.2});

@@ -128,6 +128,42 @@ TEST_F(FrameSetReaderTest, ReportsEachCompleteSet) {
   EXPECT_EQ(last.diagnostics, (Texts{{"hull", "empty: no object pixel in camera c1"}}));
 }
 
+// Coverage is sent before the map. That of another frame, or of another image of the same number,
+// is not taken for it.
+TEST_F(FrameSetReaderTest, JoinsTheCoverageOfTheSameImage) {
+  reader_.emplace(bus_, rig_, *status_, hull::HullRule(), true);
+  auto coverages = bus_.writer<bus::topics::ObjectCoverage>();
+  EXPECT_TRUE(test::eventually(bus_, 10s,
+                               [&] { return coverages.readers() == 1 && maps_.readers() == 1; }));
+  const auto outline = [&](std::uint8_t coverage) {
+    hull::CoverageOutline of{hull::ObjectPixels(4, 4), {coverage}};
+    of.pixels.set(1, 1);
+    return of;
+  };
+  const auto publish = [&](const char* camera, std::uint64_t frame, std::int64_t stamp_ns,
+                           std::uint8_t coverage) {
+    coverages.write(
+        messages::coverage_message(camera, frame, stamp_ns, outline(coverage)).message());
+  };
+  publish("c0", 1, 1'000'000, 100);
+  publish("c1", 1, 1'000'000, 200);
+  for (const std::size_t camera : {0, 1}) publish_map(camera, 1);
+  const frames::FrameSet first = take_frame(1);
+  EXPECT_EQ(first.outlines, (std::vector<hull::CoverageOutline>{outline(100), outline(200)}));
+  publish("c0", 2, 1'000'000, 100);
+  publish("c1", 2, 999'999, 200);
+  for (const std::size_t camera : {0, 1}) publish_map(camera, 2);
+  EXPECT_TRUE(take_frame(2).outlines.empty());
+  hull::CoverageOutline bad = outline(3);
+  bad.coverage.push_back(4);
+  coverages.write(messages::coverage_message("c1", 3, 1'000'000, bad).message());
+  publish("c0", 3, 1'000'000, 5);
+  for (const std::size_t camera : {1, 0}) publish_map(camera, 3);
+  EXPECT_TRUE(take_frame(3).outlines.empty());
+  EXPECT_EQ(final_status().drops, (Counts{{"bad_coverage: c1: not as many coverages as pixels", 1},
+                                          {"missing_coverage: c1", 2}}));
+}
+
 TEST_F(FrameSetReaderTest, NamesALostCameraUntilItReturns) {
   for (const bool returns : {false, true}) {
     for (std::uint64_t frame = 0; frame < 16; ++frame) {

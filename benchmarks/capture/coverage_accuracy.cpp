@@ -1,0 +1,186 @@
+#include "benchmarks/capture/coverage_accuracy.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <memory>
+#include <optional>
+
+#include "capture_node/segmentation/segmentation.h"
+#include "capture_node/synthetic/noise/sensor_noise.h"
+#include "capture_node/synthetic/render.h"
+#include "common/base/timing.h"
+#include "common/hull/silhouette/coverage_hull.h"
+#include "common/hull/silhouette/thin_coverage.h"
+
+namespace fivepipe::capture_bench {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr int kRaysPerAxis = 4;  // of a pixel
+constexpr int kLearningImages = 24;
+constexpr std::array kAllMaps{Maps::centre, Maps::segmented, Maps::exact_coverage,
+                              Maps::estimated_coverage};
+
+// One camera that looks at the synthetic world.
+class Imaged {
+ public:
+  Imaged(const config::SyntheticWorld& world, const config::RigCamera& camera, std::uint64_t number)
+      : camera_(camera),
+        number_(number),
+        noise_(world.noise_sigma_levels),
+        renderer_(world, capture::with_finer_pixels(camera, kRaysPerAxis),
+                  std::make_shared<const capture::Surroundings>(world.seed)) {
+    std::vector<cv::Mat> learning;
+    for (int i = 0; i < kLearningImages; ++i) learning.push_back(image({}));
+    segmenter_.emplace(capture::learn_background(learning), config::SegmentationConfig());
+  }
+  cv::Mat image(const std::vector<capture::SyntheticPart>& parts) {
+    cv::Mat bgr =
+        capture::mean_of_pixels(renderer_.image(parts, camera_.camera_from_mount), kRaysPerAxis);
+    noise_.add(bgr, ++images_ * 1000 + number_);
+    return bgr;
+  }
+  capture::Segmenter& segmenter() { return *segmenter_; }
+  geometry::Camera camera() const { return config::published_camera(camera_); }
+
+ private:
+  config::RigCamera camera_;
+  std::uint64_t number_, images_ = 0;
+  capture::SensorNoise noise_;
+  capture::SyntheticCamera renderer_;
+  std::optional<capture::Segmenter> segmenter_;
+};
+
+// The maps of all cameras in one pose.
+struct Pose {
+  std::vector<hull::Capsule> object;
+  std::vector<hull::Silhouette> centre, segmented;
+  std::vector<hull::CoverageOutline> exact, estimated;  // of `centre` and of `segmented`
+};
+
+Pose pose_of(std::vector<Imaged>& cameras, const config::SyntheticWorld& world, double t_s) {
+  Pose pose;
+  const std::vector<capture::SyntheticPart> parts = capture::synthetic_parts(world, t_s);
+  for (const capture::SyntheticPart& part : parts)
+    pose.object.push_back(std::get<hull::Capsule>(part.shape));
+  for (Imaged& one : cameras) {
+    const geometry::Camera camera = one.camera();
+    pose.centre.push_back(
+        {camera, hull::true_object_pixels(pose.object, camera, hull::PixelRule::center)});
+    pose.exact.push_back(
+        hull::true_coverage(pose.object, camera).outline(pose.centre.back().pixels));
+    const cv::Mat image = one.image(parts);
+    const capture::Segmentation found = *one.segmenter().segment(image);
+    pose.segmented.push_back({camera, found.object});
+    pose.estimated.push_back(
+        hull::preserve_thin(one.segmenter().coverage(image, found)).outline(found.object));
+  }
+  return pose;
+}
+
+std::vector<hull::CoverageSilhouette> covered(const std::vector<hull::Silhouette>& silhouettes,
+                                              const std::vector<hull::CoverageOutline>& outlines) {
+  std::vector<hull::CoverageSilhouette> all;
+  for (std::size_t i = 0; i < silhouettes.size(); ++i)
+    all.push_back({silhouettes[i].camera,
+                   hull::CoverageMap::from_outline(silhouettes[i].pixels, outlines[i])});
+  return all;
+}
+
+hull::DepthTile depths(const Pose& pose, Maps maps, const hull::View& view,
+                       base::WorkerPool& pool) {
+  const hull::PixelRect whole{0, 0, view.camera.pinhole.width_px, view.camera.pinhole.height_px};
+  switch (maps) {
+    case Maps::centre: return hull::CpuHull(pool, pose.centre).depth(view, whole);
+    case Maps::segmented: return hull::CpuHull(pool, pose.segmented).depth(view, whole);
+    case Maps::exact_coverage:
+      return hull::CoverageHull(pool, covered(pose.centre, pose.exact)).depth(view, whole);
+    case Maps::estimated_coverage:
+      return hull::CoverageHull(pool, covered(pose.segmented, pose.estimated)).depth(view, whole);
+  }
+  return {};
+}
+
+// First depth in [near_m, far_m] at which the ray is in the hull of the true silhouettes.
+std::optional<double> true_depth_m(const std::vector<hull::Capsule>& object,
+                                   const std::vector<geometry::Camera>& cameras,
+                                   const geometry::Ray& ray, double near_m, double far_m) {
+  constexpr double kStep_m = 0.5e-3;
+  const auto inside = [&](double t) {
+    return hull::in_analytic_hull(object, cameras, ray.origin_world_m + t * ray.direction_world);
+  };
+  if (inside(near_m)) return std::nullopt;  // it begins before
+  for (double t = near_m + kStep_m; t < far_m; t += kStep_m) {
+    if (!inside(t)) continue;
+    double out = t - kStep_m, in = t;
+    for (int i = 0; i < 30; ++i) (inside(0.5 * (out + in)) ? in : out) = 0.5 * (out + in);
+    return in;
+  }
+  return std::nullopt;
+}
+
+void add_errors(const Pose& pose, const hull::View& view, const std::vector<hull::DepthTile>& tiles,
+                CoverageAccuracy& all) {
+  std::vector<geometry::Camera> cameras;
+  for (const hull::Silhouette& s : pose.centre) cameras.push_back(s.camera);
+  const int width = view.camera.pinhole.width_px;
+  for (std::size_t i = 0; i < tiles[0].depth_m.size(); ++i) {
+    const auto hits = [&](const hull::DepthTile& tile) { return tile.depth_m[i] != hull::kNoHull; };
+    all.rays += std::any_of(tiles.begin(), tiles.end(), hits);
+    if (!std::all_of(tiles.begin(), tiles.end(), hits)) continue;
+    const double about_m = double(tiles[0].depth_m[i]);
+    const auto truth_m =
+        true_depth_m(pose.object, cameras,
+                     geometry::ray_through(view.camera, Vector2d(int(i) % width, int(i) / width)),
+                     about_m - kSearch_m, about_m + kSearch_m);
+    if (!truth_m) continue;
+    for (std::size_t m = 0; m < tiles.size(); ++m)
+      all.rows[m].error_mm.push_back(1e3 * std::abs(double(tiles[m].depth_m[i]) - *truth_m));
+  }
+}
+
+}  // namespace
+
+std::string name_of(Maps maps) {
+  switch (maps) {
+    case Maps::centre: return "binary, by pixel centres";
+    case Maps::segmented: return "binary, segmented";
+    case Maps::exact_coverage: return "coverage, exact";
+    case Maps::estimated_coverage: return "coverage, from images";
+  }
+  return "";
+}
+
+CoverageAccuracy measure_coverage(const config::Rig& rig, int poses, int timed_runs) {
+  const config::SyntheticWorld world;
+  std::vector<Imaged> cameras;
+  for (const config::RigCamera& camera : rig.cameras)
+    if (camera.gives_shape && camera.mount == config::Mount::world)
+      cameras.emplace_back(world, camera, cameras.size());
+  const hull::View view{{geometry::pinhole_from_fov(320, 240, 65 * M_PI / 180),
+                         geometry::look_at({0.0, -0.75, 0.55}, {0.0, 0.05, 0.2})},
+                        0.05,
+                        5};
+  CoverageAccuracy all;
+  for (const Maps maps : kAllMaps) all.rows.push_back({maps, {}, {}});
+  base::WorkerPool pool(1);
+  for (int i = 0; i < poses; ++i) {
+    const Pose pose = pose_of(cameras, world, world.period_s * (i + 0.3) / poses);
+    std::vector<hull::DepthTile> tiles;
+    for (const Maps maps : kAllMaps) tiles.push_back(depths(pose, maps, view, pool));
+    add_errors(pose, view, tiles, all);
+    for (int run = 0; run < timed_runs; ++run)
+      for (CoverageRow& row : all.rows) {
+        const auto start = std::chrono::steady_clock::now();
+        depths(pose, row.maps, view, pool);
+        row.time_ms.push_back(1e3 * base::seconds_since(start));
+      }
+  }
+  return all;
+}
+
+}  // namespace fivepipe::capture_bench
