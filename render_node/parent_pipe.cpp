@@ -36,6 +36,15 @@ node::InputTimes input_times(const EyeFrames& eyes) {
   return times;
 }
 
+bool is_split_by_frames(const config::Deployment& deployment) {
+  return std::any_of(deployment.nodes.begin(), deployment.nodes.end(),
+                     [](const config::Node& node) {
+                       const auto* const recon = std::get_if<config::ReconConfig>(&node.config);
+                       return recon != nullptr && recon->split == config::ReconSplit::frames &&
+                              recon->worker_count > 1;
+                     });
+}
+
 class ParentPipe {
  public:
   explicit ParentPipe(node::NodeContext& node)
@@ -45,6 +54,7 @@ class ParentPipe {
         presenter_(node::config_of<config::RenderConfig>(node), viewer_,
                    node.deployment.frame_rate_hz, node.out),
         views_(config::hull_views(node.deployment)),
+        is_split_by_frames_(is_split_by_frames(node.deployment)),
         tiles_(node.bus.reader<bus::topics::HullTile>()),
         states_(node.bus.reader<bus::topics::VirtualState>()),
         collisions_(node.bus.reader<bus::topics::CollisionResult>()),
@@ -79,7 +89,7 @@ class ParentPipe {
  private:
   void reset() {
     pending_.clear();
-    composited_frame_.reset();
+    composited_ns_.reset();
     views_.reset();
     virtual_frames_ = {};
   }
@@ -88,17 +98,22 @@ class ParentPipe {
   // still be missing while a frame waits: further frames wait on the bus.
   bool needs_tiles() const {
     return !replay_.lossless() || pending_.empty() ||
-           ((views_.lacks_light_of(pending_.first().front()) || has_overtaken()) &&
+           ((views_.lacks_light_of(pending_.first().front()) || overtaken() > 0) &&
             pending_.size() < kMaxPending);
   }
 
-  // In a lossless replay: returns true if the first pending frame has overtaken one that
-  // render_node knows from the simulation's state. With `split: frames` the recon_nodes send whole
-  // frames independently. sim_node sends the states in the order of the frames, so those of all
-  // earlier frames have arrived when a frame's own has.
-  bool has_overtaken() const {
-    return replay_.lossless() &&
-           virtual_frames_.has_between(composited_frame_, pending_.first().front().frame);
+  // With `split: frames` the recon_nodes send whole frames independently, so that a frame may
+  // overtake another one. In a lossless replay both are composited, in the order of their capture.
+  FrameOrder order() const {
+    return replay_.lossless() && is_split_by_frames_ ? FrameOrder::capture : FrameOrder::completion;
+  }
+
+  // Returns the number of frames that the first pending one has overtaken, as far as render_node
+  // knows them from the simulation's states. sim_node sends the states in the order of the frames,
+  // so those of all earlier frames have arrived when a frame's own has.
+  std::size_t overtaken() const {
+    if (order() == FrameOrder::completion) return 0;
+    return virtual_frames_.between(composited_ns_, pending_.first().front().capture_stamp_ns);
   }
 
   // Requires a pending frame.
@@ -109,7 +124,7 @@ class ParentPipe {
   bool has_all_inputs(const EyeFrames& eyes) const {
     const HullFrame& hull = eyes.front();
     return (virtual_frames_.has(hull.frame) || states_.writers() == 0) &&
-           !views_.lacks_light_of(hull) && !has_overtaken();
+           !views_.lacks_light_of(hull) && overtaken() == 0;
   }
 
   void take_collisions() {
@@ -202,25 +217,34 @@ class ParentPipe {
         continue;
       }
       std::get<ReceivedTile>(tile).received_ns = sample.arrived_ns();
-      const bool lossless = replay_.lossless();
-      auto added = views_.add(*view, std::get<ReceivedTile>(tile),
-                              lossless ? OlderFrames::keep : OlderFrames::drop);
+      auto added = views_.add(*view, std::get<ReceivedTile>(tile), order());
       if (const RefusedTile* refused = std::get_if<RefusedTile>(&added))
         node_.status.drop_from(tiles_.process(sample), {"bad_tile", "", refused->reason});
       EyeFrames* const eyes = std::get_if<EyeFrames>(&added);
       if (!eyes) continue;
-      // A frame that comes after the timeout of one that had overtaken it.
-      if (lossless && composited_frame_ && eyes->front().frame <= *composited_frame_) {
-        node_.status.drop("incomplete_hull");
-        continue;
-      }
-      pending_.add(std::move(*eyes), Clock::now(), lossless);
-      while (node::running() && pending_.is_superseded(lossless)) composite();
+      if (is_too_late(eyes->front())) continue;
+      pending_.add(std::move(*eyes), Clock::now(), order());
+      while (node::running() && pending_.is_superseded(replay_.lossless())) composite();
     }
     report_drops();
   }
 
+  // Returns true for a frame that arrives after the timeout of one that had overtaken it, which
+  // counted it. If many follow each other, the stamp of the composited frame was wrong, for example
+  // that of a peer, and the node goes on from here.
+  bool is_too_late(const HullFrame& hull) {
+    if (order() == FrameOrder::completion || !composited_ns_ ||
+        hull.capture_stamp_ns > *composited_ns_) {
+      late_in_a_row_ = 0;
+      return false;
+    }
+    if (++late_in_a_row_ < TileAssembler::kMaxLateFrames) return true;
+    composited_ns_.reset();
+    return false;
+  }
+
   void composite() {
+    node_.status.drop("incomplete_hull", overtaken());
     const EyeFrames eyes = pending_.take();
     const HullFrame& hull = eyes.front();
     if (!virtual_frames_.has(hull.frame) && states_.writers() > 0) node_.status.drop("late_state");
@@ -243,7 +267,7 @@ class ParentPipe {
     else
       node_.status.latency(node::kCaptureToComposite,
                            1e-9 * double(now_ns - hull.capture_stamp_ns));
-    composited_frame_ = hull.frame;
+    composited_ns_ = hull.capture_stamp_ns;
     node_.status.count(node::kFramesComposited);
     traces_.handled(hull.frame, hull.capture_stamp_ns, times, std::move(steps));
     node_.status.diagnostic(
@@ -291,8 +315,10 @@ class ParentPipe {
   VirtualFrames virtual_frames_;
   std::set<std::string> highlighted_;
   PendingFrames pending_;
-  std::optional<std::uint64_t> composited_frame_;  // the last one
-  std::optional<std::uint64_t> unread_frame_;      // the last frame that was not read back
+  bool is_split_by_frames_;
+  std::optional<std::int64_t> composited_ns_;  // capture stamp of the last composited frame
+  std::uint32_t late_in_a_row_ = 0;            // see is_too_late()
+  std::optional<std::uint64_t> unread_frame_;  // the last frame that was not read back
   bus::Reader<bus::topics::HullTile> tiles_;
   bus::Reader<bus::topics::VirtualState> states_;
   bus::Reader<bus::topics::CollisionResult> collisions_;

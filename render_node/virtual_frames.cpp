@@ -39,6 +39,7 @@ void VirtualFrames::add_state(std::uint64_t frame, std::int64_t capture_stamp_ns
   if (!found) return;
   found->poses = std::move(poses);
   found->complete = true;
+  found->capture_stamp_ns = capture_stamp_ns;
 }
 
 bool VirtualFrames::has(std::uint64_t frame) const {
@@ -46,10 +47,12 @@ bool VirtualFrames::has(std::uint64_t frame) const {
   return found && found->complete;
 }
 
-bool VirtualFrames::has_between(std::optional<std::uint64_t> after, std::uint64_t before) const {
-  return std::any_of(frames_.begin(), frames_.end(), [&](const auto& entry) {
-    return entry.value.complete && entry.frame < before && (!after || entry.frame > *after);
-  });
+std::size_t VirtualFrames::between(std::optional<std::int64_t> after_ns,
+                                   std::int64_t before_ns) const {
+  return std::size_t(std::count_if(frames_.begin(), frames_.end(), [&](const auto& entry) {
+    const std::int64_t stamp_ns = entry.value.capture_stamp_ns;
+    return entry.value.complete && stamp_ns < before_ns && (!after_ns || stamp_ns > *after_ns);
+  }));
 }
 
 const VirtualFrame* VirtualFrames::best_for(std::uint64_t frame) const {

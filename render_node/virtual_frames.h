@@ -21,6 +21,7 @@ struct VirtualFrame {
   std::vector<ParticleCloud> particles;  // at most one per source
   // True if the state has arrived. sim_node sends collisions and particles before the state.
   bool complete = false;
+  std::int64_t capture_stamp_ns = 0;
 };
 
 class VirtualFrames {
@@ -36,8 +37,9 @@ class VirtualFrames {
 
   // Returns true if the state of this frame has arrived.
   bool has(std::uint64_t frame) const;
-  // Returns true if the state of a frame with a number in (after, before) has arrived.
-  bool has_between(std::optional<std::uint64_t> after, std::uint64_t before) const;
+  // Returns the number of kept states whose frames were captured after `after_ns`, if it is given,
+  // and before `before_ns`.
+  std::size_t between(std::optional<std::int64_t> after_ns, std::int64_t before_ns) const;
   // Returns the newest complete frame with a number <= `frame`, otherwise the oldest complete one.
   // Returns nullptr if no state has arrived. Valid until the next add.
   const VirtualFrame* best_for(std::uint64_t frame) const;

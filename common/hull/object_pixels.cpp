@@ -92,9 +92,10 @@ PixelRect ObjectPixels::bounds() const {
 
 std::vector<std::uint8_t> ObjectPixels::to_bytes() const {
   std::vector<std::uint8_t> mask(std::size_t(width_px_) * height_px_);
-  for (int v = 0; v < height_px_; ++v)
-    for (int u = 0; u < width_px_; ++u)
-      mask[std::size_t(v) * width_px_ + u] = contains(u, v) ? 255 : 0;
+  for_each_run(bounds(), [&](int v, int begin, int end) {
+    std::fill_n(mask.begin() + std::ptrdiff_t(v) * width_px_ + begin, end - begin,
+                std::uint8_t(255));
+  });
   return mask;
 }
 

@@ -5,11 +5,11 @@
 
 namespace fivepipe::render {
 
-void PendingFrames::add(EyeFrames eyes, Clock::time_point now, bool lossless) {
+void PendingFrames::add(EyeFrames eyes, Clock::time_point now, FrameOrder order) {
   auto next = frames_.end();
-  if (lossless)
+  if (order == FrameOrder::capture)
     next = std::find_if(frames_.begin(), frames_.end(), [&](const EyeFrames& frame) {
-      return frame.front().frame > eyes.front().frame;
+      return frame.front().capture_stamp_ns > eyes.front().capture_stamp_ns;
     });
   if (next == frames_.begin()) first_since_ = now;
   frames_.insert(next, std::move(eyes));

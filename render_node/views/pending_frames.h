@@ -1,5 +1,5 @@
-// Complete hull frames that wait for the simulation's state: live in the order in which they
-// completed, in a lossless replay by number.
+// Complete hull frames that wait for the simulation's state, in the order in which they completed,
+// or in that of their capture.
 #pragma once
 #include <chrono>
 #include <cstddef>
@@ -16,16 +16,17 @@ class PendingFrames {
   // A frame waits this long for its state. Then render_node composites it with the previous state
   // and counts it as late_state.
   static constexpr std::chrono::milliseconds kStateTimeout{40};
-  // In a lossless replay the state always arrives; a longer wait means that the simulation has
-  // failed.
+  // In a lossless replay the state always arrives, and an overtaken hull too; a longer wait means
+  // that a node has failed.
   static constexpr std::chrono::milliseconds kStateTimeoutLossless{2000};
 
   bool empty() const { return frames_.empty(); }
   std::size_t size() const { return frames_.size(); }
   const EyeFrames& first() const { return frames_.front(); }  // requires !empty()
 
-  // Adds a frame. If it is now the first one, its wait begins.
-  void add(EyeFrames eyes, Clock::time_point now, bool lossless);
+  // Adds a frame: as the last one, or by its capture stamp. If it is now the first one, its wait
+  // begins.
+  void add(EyeFrames eyes, Clock::time_point now, FrameOrder order);
   // Removes and returns the first frame. Call begin_wait() after compositing it. Requires !empty().
   EyeFrames take();
   // Begins the wait of the frame that is now the first one. The time in which the node composited

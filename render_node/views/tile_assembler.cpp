@@ -55,9 +55,9 @@ TileAssembler::TileAssembler(const geometry::Pinhole& recon, double near_m, doub
                              std::size_t max_open_frames)
     : recon_(recon), near_m_(float(near_m)), far_m_(float(far_m)), open_(max_open_frames) {}
 
-AddedTile TileAssembler::add(const ReceivedTile& tile, OlderFrames older) {
+AddedTile TileAssembler::add(const ReceivedTile& tile, FrameOrder order) {
   if (auto reason = why_refused(tile)) return RefusedTile{std::move(*reason)};
-  if (is_late(tile)) return {};
+  if (is_late(tile, order)) return {};
   OpenFrame& open = open_for(tile);
   if (auto reason = why_inconsistent(tile, open)) return RefusedTile{std::move(*reason)};
   if (!open.rects[tile.tile].empty()) {
@@ -86,7 +86,7 @@ AddedTile TileAssembler::add(const ReceivedTile& tile, OlderFrames older) {
     open_.take(tile.frame);
     return RefusedTile{"tiles leave gaps in the view"};
   }
-  return completed(tile.frame, older);
+  return completed(tile.frame, order);
 }
 
 // Returns why the tile is invalid by itself, or nullopt.
@@ -135,22 +135,32 @@ void TileAssembler::reset() {
   last_complete_.reset();
 }
 
+void TileAssembler::restart() {
+  ++counts_.restarts;
+  reset();
+}
+
 // Returns true for a tile of a completed or dropped frame. A restarted source counts from 0 again:
 // its frame number is lower, but its capture stamp is later than that of the last complete frame.
 // Such a tile resets the assembler and is not late.
-bool TileAssembler::is_late(const ReceivedTile& tile) {
+bool TileAssembler::is_late(const ReceivedTile& tile, FrameOrder order) {
+  const bool is_newer = !last_complete_ || tile.frame > last_complete_->frame;
+  if (order == FrameOrder::capture && !is_newer &&
+      tile.capture_stamp_ns > last_complete_->capture_stamp_ns) {
+    restart();
+    return false;
+  }
   if (open_.was_displaced(tile.frame)) {
     ++counts_.late;
     return true;
   }
-  if (!last_complete_ || tile.frame > last_complete_->frame) {
+  if (is_newer || order == FrameOrder::capture) {
     late_in_a_row_ = 0;
     return false;
   }
   if (tile.capture_stamp_ns > last_complete_->capture_stamp_ns ||
       ++late_in_a_row_ >= kMaxLateFrames * tile.tiles) {
-    ++counts_.restarts;
-    reset();
+    restart();
     return false;
   }
   ++(last_complete_->frame == tile.frame ? counts_.duplicate : counts_.late);
@@ -178,12 +188,12 @@ TileAssembler::OpenFrame& TileAssembler::open_for(const ReceivedTile& tile) {
   return open;
 }
 
-HullFrame TileAssembler::completed(std::uint64_t frame, OlderFrames older) {
-  OpenFrame open = older == OlderFrames::keep ? *open_.close(frame) : *open_.take(frame);
-  if (older == OlderFrames::drop) {
-    counts_.incomplete += open_.erase_up_to(frame);
+HullFrame TileAssembler::completed(std::uint64_t frame, FrameOrder order) {
+  const bool in_order = order == FrameOrder::capture;
+  OpenFrame open = in_order ? *open_.close(frame) : *open_.take(frame);
+  if (!in_order) counts_.incomplete += open_.erase_up_to(frame);
+  if (!in_order || !last_complete_ || frame > last_complete_->frame)
     last_complete_ = {frame, open.hull.capture_stamp_ns};
-  }
   ++counts_.complete;
   if (!open.all_coloured) open.hull.bgr.clear();
   auto& cameras = open.hull.empty_cameras;

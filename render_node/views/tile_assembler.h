@@ -65,10 +65,11 @@ struct RefusedTile {
 // a duplicate.
 using AddedTile = std::variant<std::monostate, HullFrame, RefusedTile>;
 
-// What a complete frame does to older frames that lack tiles. Live, they are dropped. In a lossless
-// replay they are kept: with `split: frames`, a frame may overtake an older one of another
-// recon_node.
-enum class OlderFrames { drop, keep };
+// The order of the frames that leave the assembler.
+//   completion: as they complete. A complete frame drops all older open frames.
+//   capture: a complete frame drops none, and the caller sorts. For lossless replays with `split:
+//     frames`, where a frame may overtake an older one of another recon_node.
+enum class FrameOrder { completion, capture };
 
 // Assembles several frames at a time. If a tile of a new frame arrives while max_open_frames are
 // open, the one that was opened first is dropped.
@@ -88,7 +89,7 @@ class TileAssembler {
   TileAssembler(const geometry::Pinhole& recon, double near_m, double far_m,
                 std::size_t max_open_frames = kMaxOpenFrames);
 
-  AddedTile add(const ReceivedTile& tile, OlderFrames older = OlderFrames::drop);
+  AddedTile add(const ReceivedTile& tile, FrameOrder order = FrameOrder::completion);
 
   // Drops the open frames and accepts any frame number next. Call when a replay starts.
   void reset();
@@ -112,9 +113,10 @@ class TileAssembler {
   std::optional<std::string> why_refused(const ReceivedTile& tile) const;
   std::optional<std::string> why_inconsistent(const ReceivedTile& tile,
                                               const OpenFrame& open) const;
-  bool is_late(const ReceivedTile& tile);
+  bool is_late(const ReceivedTile& tile, FrameOrder order);
+  void restart();
   OpenFrame& open_for(const ReceivedTile& tile);
-  HullFrame completed(std::uint64_t frame, OlderFrames older);
+  HullFrame completed(std::uint64_t frame, FrameOrder order);
 
   geometry::Pinhole recon_;
   float near_m_, far_m_;

@@ -34,11 +34,11 @@ std::optional<std::size_t> ViewAssembler::find(const std::string& name) const {
   return std::size_t(found - views_.begin());
 }
 
-AddedToView ViewAssembler::add(std::size_t number, const ReceivedTile& tile, OlderFrames older) {
+AddedToView ViewAssembler::add(std::size_t number, const ReceivedTile& tile, FrameOrder order) {
   View& view = views_[number];
   if (view.of.fixed && !tile.eye_from_world.isApprox(*view.of.fixed, kSamePose))
     return RefusedTile{"pose of another light"};
-  AddedTile added = view.tiles.add(tile, older);
+  AddedTile added = view.tiles.add(tile, order);
   if (RefusedTile* const refused = std::get_if<RefusedTile>(&added)) return std::move(*refused);
   HullFrame* const hull = std::get_if<HullFrame>(&added);
   if (!hull) return {};
@@ -46,11 +46,11 @@ AddedToView ViewAssembler::add(std::size_t number, const ReceivedTile& tile, Old
   kept = std::move(*hull);
   if (view.of.fixed) return {};
   missing_eye_ += displaced.has_value();
-  return joined(kept, older);
+  return joined(kept, order);
 }
 
 // Returns the frame in all eyes if it is complete in each of them.
-AddedToView ViewAssembler::joined(const HullFrame& last, OlderFrames older) {
+AddedToView ViewAssembler::joined(const HullFrame& last, FrameOrder order) {
   const std::uint64_t frame = last.frame;
   for (const View& view : views_)
     if (!view.of.fixed && !is_same_frame(view.complete.find(frame), last)) return {};
@@ -60,7 +60,7 @@ AddedToView ViewAssembler::joined(const HullFrame& last, OlderFrames older) {
   for (View& view : views_) {
     if (view.of.fixed) continue;
     eyes.push_back(*view.complete.take(frame));
-    if (older == OlderFrames::drop) missing_eye_ += view.complete.erase_up_to(frame);
+    if (order == FrameOrder::completion) missing_eye_ += view.complete.erase_up_to(frame);
     const Eigen::Isometry3d of_eye = head_from_world(view.of, eyes.back().eye_from_world);
     if (eyes.size() == 1) head = of_eye;
     is_one_head &= of_eye.isApprox(head, kSamePose);

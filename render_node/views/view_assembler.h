@@ -31,10 +31,10 @@ class ViewAssembler {
   // Returns the number of the view with this name, or nullopt.
   std::optional<std::size_t> find(const std::string& name) const;
   // Adds a tile of the view with this number. An eye's frame waits for the other eye until
-  // TileAssembler::kMaxOpenFrames further ones wait or, with OlderFrames::drop, until a newer frame
-  // is complete; then it is dropped.
+  // TileAssembler::kMaxOpenFrames further ones wait or, with FrameOrder::completion, until a newer
+  // frame is complete; then it is dropped.
   AddedToView add(std::size_t view, const ReceivedTile& tile,
-                  OlderFrames older = OlderFrames::drop);
+                  FrameOrder order = FrameOrder::completion);
 
   // Returns the hull in the light's view of the same frame, or null. Valid until the next add().
   const HullFrame* light_of(const HullFrame& eye) const;
@@ -53,7 +53,7 @@ class ViewAssembler {
     // The complete frames: of a light, or of an eye that waits for the other one.
     frames::RecentFrames<HullFrame> complete{TileAssembler::kMaxOpenFrames};
   };
-  AddedToView joined(const HullFrame& frame, OlderFrames older);
+  AddedToView joined(const HullFrame& frame, FrameOrder order);
 
   std::vector<View> views_;
   std::uint64_t missing_eye_ = 0;

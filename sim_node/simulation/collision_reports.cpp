@@ -90,7 +90,8 @@ std::vector<CollisionReport> collision_reports(ReportSources sources, std::size_
                  full.object.rp_object_world_m, sources.hull.requery(full.object),
                  sources.scene.objects[report.object].requests);
     if (report.details.response)
-      collision::refine_by_coverage(*report.details.response, sources.hull.coverage());
+      collision::refine_by_coverage(*report.details.response, sources.hull.coverage(),
+                                    sources.hull.query()->hull().rule());
     set_collision(report, full.collision, max_points);
   }
   add_proximity(sources, reports);

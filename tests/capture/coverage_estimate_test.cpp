@@ -13,7 +13,7 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr int kWidth = 130, kHeight = 90;
+constexpr int kImageWidth = 130, kImageHeight = 90;
 const Vector3f kObject(60, 90, 180), kBackground(150, 140, 120);
 
 // A disc as a camera with a box filter of one pixel sees it, with noise.
@@ -31,8 +31,8 @@ struct Disc {
 };
 
 struct Scene {
-  cv::Mat image = cv::Mat(kHeight, kWidth, CV_8UC3);
-  hull::ObjectPixels object{kWidth, kHeight};  // the pixels with at least `threshold` coverage
+  cv::Mat image = cv::Mat(kImageHeight, kImageWidth, CV_8UC3);
+  hull::ObjectPixels object{kImageWidth, kImageHeight};  // the pixels with at least `threshold` coverage
   std::vector<float> background;
   std::vector<double> coverage;
 };
@@ -42,8 +42,8 @@ Scene scene_of(const Disc& disc, double sigma_levels, const Vector3f& of_object 
   Scene scene;
   std::mt19937 random(seed);
   std::normal_distribution<float> noise(0, float(sigma_levels));
-  for (int v = 0; v < kHeight; ++v)
-    for (int u = 0; u < kWidth; ++u) {
+  for (int v = 0; v < kImageHeight; ++v)
+    for (int u = 0; u < kImageWidth; ++u) {
       const double a = disc.coverage(u, v);
       scene.coverage.push_back(a);
       if (a >= threshold) scene.object.set(u, v);
@@ -61,9 +61,9 @@ Scene scene_of(const Disc& disc, double sigma_levels, const Vector3f& of_object 
 double rms_error(const hull::CoverageMap& map, const Scene& scene) {
   double sum = 0;
   int count = 0;
-  for (int v = 0; v < kHeight; ++v)
-    for (int u = 0; u < kWidth; ++u) {
-      const double a = scene.coverage[std::size_t(v * kWidth + u)];
+  for (int v = 0; v < kImageHeight; ++v)
+    for (int u = 0; u < kImageWidth; ++u) {
+      const double a = scene.coverage[std::size_t(v * kImageWidth + u)];
       if (a == 0 || a == 1) continue;
       sum += std::pow(map.at(u, v) / 255.0 - a, 2);
       ++count;
@@ -106,8 +106,8 @@ TEST(CoverageEstimate, MovesTheBorderByAtMostOnePixel) {
     Scene scene = scene_of(disc, 2);
     const Scene other = scene_of({disc.u, disc.v, disc.radius + wrong}, 0);
     const hull::CoverageMap map = estimated_coverage(scene.image, other.object, {scene.background});
-    for (int v = 1; v + 1 < kHeight; ++v)
-      for (int u = 1; u + 1 < kWidth; ++u) {
+    for (int v = 1; v + 1 < kImageHeight; ++v)
+      for (int u = 1; u + 1 < kImageWidth; ++u) {
         int around = 0;
         for (int dv = -1; dv <= 1; ++dv)
           for (int du = -1; du <= 1; ++du) around += other.object.contains(u + du, v + dv);
@@ -130,14 +130,14 @@ TEST(CoverageEstimate, WithoutContrastOrInsideIsBinary) {
             hull::CoverageMap::from_pixels(pale.object));
   // A wire of two pixels has no pixel with neighbours of the object all around.
   const Scene image = scene_of({64.3, 44.8, 30.4}, 0);
-  hull::ObjectPixels wire(kWidth, kHeight);
+  hull::ObjectPixels wire(kImageWidth, kImageHeight);
   for (const int v : {40, 41}) wire.set_run(10, 120, v);
   EXPECT_EQ(estimated_coverage(image.image, wire, {image.background}),
             hull::CoverageMap::from_pixels(wire));
-  const hull::ObjectPixels none(kWidth, kHeight);
-  EXPECT_EQ(estimated_coverage(image.image, none, {}), hull::CoverageMap(kWidth, kHeight));
-  hull::ObjectPixels all(kWidth, kHeight);
-  for (int v = 0; v < kHeight; ++v) all.set_run(0, kWidth, v);
+  const hull::ObjectPixels none(kImageWidth, kImageHeight);
+  EXPECT_EQ(estimated_coverage(image.image, none, {}), hull::CoverageMap(kImageWidth, kImageHeight));
+  hull::ObjectPixels all(kImageWidth, kImageHeight);
+  for (int v = 0; v < kImageHeight; ++v) all.set_run(0, kImageWidth, v);
   EXPECT_EQ(estimated_coverage(image.image, all, {}), hull::CoverageMap::from_pixels(all));
 }
 
@@ -145,17 +145,17 @@ TEST(CoverageEstimate, WithoutContrastOrInsideIsBinary) {
 TEST(CoverageEstimate, DoesNotDependOnTheDirection) {
   const Scene scene = scene_of({44.8, 44.8, 30.4}, 2);
   const hull::CoverageMap map = estimated_coverage(scene.image, scene.object, {scene.background});
-  cv::Mat turned(kWidth, kHeight, CV_8UC3);
-  hull::ObjectPixels object(kHeight, kWidth);
-  for (int v = 0; v < kHeight; ++v)
-    for (int u = 0; u < kWidth; ++u) {
-      turned.at<cv::Vec3b>(u, kHeight - 1 - v) = scene.image.at<cv::Vec3b>(v, u);
-      object.set(kHeight - 1 - v, u, scene.object.contains(u, v));
+  cv::Mat turned(kImageWidth, kImageHeight, CV_8UC3);
+  hull::ObjectPixels object(kImageHeight, kImageWidth);
+  for (int v = 0; v < kImageHeight; ++v)
+    for (int u = 0; u < kImageWidth; ++u) {
+      turned.at<cv::Vec3b>(u, kImageHeight - 1 - v) = scene.image.at<cv::Vec3b>(v, u);
+      object.set(kImageHeight - 1 - v, u, scene.object.contains(u, v));
     }
   const hull::CoverageMap of_turned = estimated_coverage(turned, object, {scene.background});
-  for (int v = 0; v < kHeight; ++v)
-    for (int u = 0; u < kWidth; ++u)
-      EXPECT_NEAR(of_turned.at(kHeight - 1 - v, u), map.at(u, v), 1) << u << ' ' << v;
+  for (int v = 0; v < kImageHeight; ++v)
+    for (int u = 0; u < kImageWidth; ++u)
+      EXPECT_NEAR(of_turned.at(kImageHeight - 1 - v, u), map.at(u, v), 1) << u << ' ' << v;
 }
 
 }  // namespace

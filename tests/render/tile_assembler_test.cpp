@@ -114,22 +114,40 @@ TEST(TileAssembler, ACompleteFrameDropsOlderOnesAndCountsThem) {
   EXPECT_EQ(tiles.counts().duplicate, 1u);
 }
 
-TEST(TileAssembler, InALosslessReplayACompleteFrameKeepsOlderOnes) {
+TEST(TileAssembler, ByCaptureACompleteFrameKeepsOlderOnes) {
   TileAssembler tiles = sets();
   add(tiles, 1, 0);
   for (const std::uint64_t frame : {3, 2, 1})
     for (std::uint32_t i = frame == 1 ? 1 : 0; i < 4; ++i) {
-      const AddedTile added = tiles.add(message(frame, i).get(), OlderFrames::keep);
+      const AddedTile added = tiles.add(message(frame, i).get(), FrameOrder::capture);
       EXPECT_EQ(std::holds_alternative<HullFrame>(added), i == 3) << frame << ' ' << i;
     }
   EXPECT_EQ(tiles.counts().complete, 3u);
   EXPECT_EQ(tiles.counts().incomplete, 0u);
   for (const std::uint64_t frame : {1, 2, 3}) {
-    const AddedTile again = tiles.add(message(frame, 0).get(), OlderFrames::keep);
+    const AddedTile again = tiles.add(message(frame, 0).get(), FrameOrder::capture);
     EXPECT_TRUE(std::holds_alternative<std::monostate>(again));
   }
   EXPECT_EQ(tiles.counts().late, 3u);
   EXPECT_EQ(tiles.open_frames(), 0u);
+}
+
+// A restarted capture_node counts from 0 again, with later stamps.
+TEST(TileAssembler, ByCaptureItFollowsARestartedSource) {
+  TileAssembler tiles = sets();
+  const auto complete = [&](std::uint64_t frame, std::int64_t later_ns) {
+    bool done = false;
+    for (std::uint32_t i = 0; i < 4; ++i) {
+      Message m = message(frame, i);
+      m.tile.capture_stamp_ns += later_ns;
+      done = std::holds_alternative<HullFrame>(tiles.add(m.get(), FrameOrder::capture));
+    }
+    return done;
+  };
+  for (const std::uint64_t frame : {0, 1, 3, 2}) EXPECT_TRUE(complete(frame, 0)) << frame;
+  for (const std::uint64_t frame : {1, 0, 2}) EXPECT_TRUE(complete(frame, 1'000'000'000)) << frame;
+  EXPECT_EQ(tiles.counts().restarts, 1u);
+  EXPECT_EQ(tiles.counts().late, 0u);
 }
 
 TEST(TileAssembler, ANewerOpenFrameCompletesAfterAnOlderOne) {

@@ -104,15 +104,15 @@ TEST_F(ViewsOfAFrame, AFrameWithoutOneEyeIsDroppedForANewerOneAndCounted) {
   EXPECT_EQ(assembler_.counts().missing_eye, 2u);
 }
 
-TEST_F(ViewsOfAFrame, InALosslessReplayACompleteFrameKeepsOlderOnes) {
-  const auto add_lossless = [&](std::size_t view, std::uint64_t frame) {
+TEST_F(ViewsOfAFrame, ByCaptureACompleteFrameKeepsOlderOnes) {
+  const auto add_by_capture = [&](std::size_t view, std::uint64_t frame) {
     return std::holds_alternative<EyeFrames>(
-        assembler_.add(view, tile(views_.at(view), frame), OlderFrames::keep));
+        assembler_.add(view, tile(views_.at(view), frame), FrameOrder::capture));
   };
-  EXPECT_FALSE(add_lossless(1, 7));
-  EXPECT_FALSE(add_lossless(1, 8));
-  EXPECT_TRUE(add_lossless(2, 8));
-  EXPECT_TRUE(add_lossless(2, 7));
+  EXPECT_FALSE(add_by_capture(1, 7));
+  EXPECT_FALSE(add_by_capture(1, 8));
+  EXPECT_TRUE(add_by_capture(2, 8));
+  EXPECT_TRUE(add_by_capture(2, 7));
   EXPECT_EQ(assembler_.counts().missing_eye, 0u);
 }
 

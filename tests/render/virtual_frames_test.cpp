@@ -29,17 +29,18 @@ TEST(VirtualFrames, BestIsTheSameFrameThenAnOlderThenTheOldest) {
   EXPECT_EQ(x_of(frames.best_for(1)), 4);
 }
 
-TEST(VirtualFrames, KnowTheStatesBetweenTwoFrames) {
+TEST(VirtualFrames, CountTheStatesBetweenTwoCaptures) {
   VirtualFrames frames;
-  EXPECT_FALSE(frames.has_between(std::nullopt, 9));
-  frames.add_state(4, 4, ball_at(4));
-  frames.add_collision(6, 6, "block");
-  EXPECT_TRUE(frames.has_between(std::nullopt, 5));
-  EXPECT_TRUE(frames.has_between(3, 5));
-  EXPECT_FALSE(frames.has_between(std::nullopt, 4));
-  EXPECT_FALSE(frames.has_between(4, 9)) << "frame 6 has no state yet";
-  frames.add_state(6, 6, ball_at(6));
-  EXPECT_TRUE(frames.has_between(4, 9));
+  EXPECT_EQ(frames.between(std::nullopt, 90), 0u);
+  frames.add_state(4, 40, ball_at(4));
+  frames.add_collision(6, 60, "block");
+  EXPECT_EQ(frames.between(std::nullopt, 50), 1u);
+  EXPECT_EQ(frames.between(30, 50), 1u);
+  EXPECT_EQ(frames.between(std::nullopt, 40), 0u);
+  EXPECT_EQ(frames.between(40, 90), 0u) << "frame 6 has no state yet";
+  frames.add_state(6, 60, ball_at(6));
+  EXPECT_EQ(frames.between(40, 90), 1u);
+  EXPECT_EQ(frames.between(std::nullopt, 90), 2u);
 }
 
 TEST(VirtualFrames, AFrameWithoutAStateIsIncomplete) {

@@ -28,8 +28,8 @@ class VirtualDisplay {
     int ends[2];
     if (pipe(ends) != 0) return;
     const std::string fd = std::to_string(ends[1]);
-    const char* arguments[] = {"Xvfb",        "-displayfd", fd.c_str(), "-noreset", "-screen", "0",
-                               "1024x768x24", "-nolisten",  "tcp",      nullptr};
+    const char* arguments[] = {"Xvfb", "-displayfd",  fd.c_str(),  "-noreset", "-screen",
+                               "0",    "1024x768x24", "-nolisten", "tcp",      nullptr};
     posix_spawn_file_actions_t actions;
     posix_spawn_file_actions_init(&actions);
     posix_spawn_file_actions_addclose(&actions, ends[0]);

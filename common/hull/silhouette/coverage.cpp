@@ -59,7 +59,7 @@ CoverageMap CoverageMap::from_outline(const ObjectPixels& object, const Coverage
          outline.pixels.height_px() == object.height_px());
   CoverageMap map = from_pixels(object);
   auto next = outline.coverage.begin();
-  outline.pixels.for_each_run({0, 0, map.width_px_, map.height_px_}, [&](int v, int u, int end) {
+  outline.pixels.for_each_run(outline.pixels.bounds(), [&](int v, int u, int end) {
     std::copy(next, next + (end - u), map.bytes_.begin() + std::ptrdiff_t(v) * map.width_px_ + u);
     next += end - u;
   });

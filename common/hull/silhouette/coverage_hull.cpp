@@ -36,23 +36,28 @@ struct Entry {
   int camera;  // the camera whose walk ended there; -1: the ray starts in the hull
 };
 
-// Returns the first parameter in [t, end) just after which all walks are inside, or kNever.
-Entry next_entry(std::span<CoverageWalk> walks, double t, double end) {
-  int limiting = -1;
-  for (std::size_t camera = 0, agreed = 0; agreed < walks.size();
-       camera = camera + 1 == walks.size() ? 0 : camera + 1) {
-    ++agreed;
-    for (CoverageWalk::VerdictSpan verdict_span;
-         !(verdict_span = walks[camera].verdict_at(t)).inside; agreed = 1) {
-      t = verdict_span.end;
-      limiting = int(camera);
-      if (!(t < end)) return {kNever, -1};
-    }
-  }
-  return {t, limiting};
-}
-
 }  // namespace
+
+// The walk of one ray through the map of one camera, which begins when it is needed: at most points
+// the ray is at the border of one silhouette and far inside of the others.
+class CoverageHull::LazyWalk {
+ public:
+  LazyWalk(const MapFromView& map, const MapCamera& camera, double u_px, double v_px)
+      : line_(image_line(map, u_px, v_px)), camera_(&camera) {}
+  CoverageWalk::VerdictSpan verdict_at(double t, const RayRange& range) {
+    // Without an end: the next call asks again.
+    if (is_in_whole_cell(line_, camera_->whole_cells, t)) return {true, t};
+    if (!walk_) walk_.emplace(line_, camera_->silhouette.map, *camera_->skip_map, range);
+    return walk_->verdict_at(t);
+  }
+  // The camera sees the ray from this parameter on; requires a walk.
+  double begin() const { return walk_->begin(); }
+
+ private:
+  ImageLine line_;
+  const MapCamera* camera_;
+  std::optional<CoverageWalk> walk_;
+};
 
 bool in_hull(std::span<const CoverageSilhouette> silhouettes, const Vector3d& p_world_m) {
   return !silhouettes.empty() &&
@@ -84,16 +89,39 @@ CoverageHull::CoverageHull(base::WorkerPool& pool, std::span<const CoverageSilho
 void CoverageHull::assign(std::span<const CoverageSilhouette> silhouettes, const HullRule& rule) {
   assert(rule.limits == Limits::all);
   std::vector<Silhouette> cells(silhouettes.size());
+  std::vector<ObjectPixels> whole_cells(silhouettes.size());
   pool_->run(int(silhouettes.size()), [&](int i, int) {
-    cells[i] = {cell_camera(silhouettes[i].camera), cells_with_object(silhouettes[i].map)};
+    CellsOfMap of_map = cells_of(silhouettes[i].map);
+    cells[i] = {cell_camera(silhouettes[i].camera), std::move(of_map.any)};
+    whole_cells[i] = std::move(of_map.all);
   });
   superset_.assign(cells, rule);
   cameras_.clear();
   for (const CpuHull::MapCamera& c : superset_.cameras())
-    cameras_.push_back({silhouettes[c.silhouette], c.silhouette, &c.skip_map});
+    cameras_.push_back({silhouettes[c.silhouette], c.silhouette,
+                        std::move(whole_cells[c.silhouette]), &c.skip_map});
   std::sort(cameras_.begin(), cameras_.end(), [](const MapCamera& a, const MapCamera& b) {
     return smaller_first(a.silhouette, b.silhouette);
   });
+}
+
+// The first parameter of the range just after which the ray is inside of all silhouettes, or
+// kNever.
+template <class Walks>
+static Entry next_entry(Walks& walks, const RayRange& range) {
+  double t = range.begin;
+  int limiting = -1;
+  for (std::size_t camera = 0, agreed = 0; agreed < walks.size();
+       camera = camera + 1 == walks.size() ? 0 : camera + 1) {
+    ++agreed;
+    for (CoverageWalk::VerdictSpan verdict_span;
+         !(verdict_span = walks[camera].verdict_at(t, range)).inside; agreed = 1) {
+      t = verdict_span.end;
+      limiting = int(camera);
+      if (!(t < range.end)) return {kNever, -1};
+    }
+  }
+  return {t, limiting};
 }
 
 // Calls found(index in rect, depth [m], camera) for each ray that meets the hull. `camera` is the
@@ -105,9 +133,9 @@ void CoverageHull::trace(const View& view, const PixelRect& rect, std::span<floa
   std::vector<MapFromView> maps;
   for (const MapCamera& c : cameras_)
     maps.push_back(map_from_view(cell_camera(c.silhouette.camera), view.camera));
-  std::vector<std::vector<CoverageWalk>> walks_of(std::size_t(pool_->threads()));
+  std::vector<std::vector<LazyWalk>> walks_of(std::size_t(pool_->threads()));
   pool_->run(rect.height_px(), [&](int row, int thread) {
-    std::vector<CoverageWalk>& walks = walks_of[std::size_t(thread)];
+    std::vector<LazyWalk>& walks = walks_of[std::size_t(thread)];
     for (int column = 0; column < rect.width_px(); ++column) {
       const std::size_t index =
           std::size_t(row) * std::size_t(rect.width_px()) + std::size_t(column);
@@ -125,9 +153,8 @@ void CoverageHull::trace(const View& view, const PixelRect& rect, std::span<floa
       }
       walks.clear();
       for (std::size_t i = 0; i < cameras_.size(); ++i)
-        walks.emplace_back(image_line(maps[i], rect.u0_px + column, rect.v0_px + row),
-                           cameras_[i].silhouette.map, *cameras_[i].skip_map, range);
-      const Entry entry = next_entry(walks, range.begin, range.end);
+        walks.emplace_back(maps[i], cameras_[i], rect.u0_px + column, rect.v0_px + row);
+      const Entry entry = next_entry(walks, range);
       depth = entry.t == kNever ? kNoHull : float(entry.t);
       if (depth == kNoHull) continue;
       const bool by_border =

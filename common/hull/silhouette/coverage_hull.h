@@ -58,8 +58,10 @@ class CoverageHull {
   struct MapCamera {
     CoverageSilhouette silhouette;
     int given;  // index in the silhouettes given to assign()
+    ObjectPixels whole_cells;
     const SkipMap* skip_map;
   };
+  class LazyWalk;
   template <class Found>
   void trace(const View& view, const PixelRect& rect, std::span<float> depth_m, const Found& found);
 

@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <span>
 #include <utility>
+#include <vector>
 
 namespace fivepipe::hull {
 namespace {
@@ -61,14 +64,62 @@ geometry::Camera cell_camera(const geometry::Camera& camera) {
   return cells;
 }
 
-ObjectPixels cells_with_object(const CoverageMap& map) {
-  ObjectPixels cells(map.width_px() + 1, map.height_px() + 1);
-  for (int v = 0; v < map.height_px(); ++v)
-    for (int u = 0; u < map.width_px(); ++u) {
-      if (side_of_border(map.at(u, v)) < 0) continue;
-      for (const int dv : {0, 1})
-        for (const int du : {0, 1}) cells.set(u + du, v + dv);
+namespace {
+
+// Sets bit i of `bits` for each byte of the row at or above one half.
+void half_covered(std::span<const std::uint8_t> row, std::span<std::uint64_t> bits) {
+  static_assert(side_of_border(128) > 0 && side_of_border(127) < 0, "the highest bit decides");
+  std::fill(bits.begin(), bits.end(), 0);
+  std::size_t u = 0;
+  for (; u + 8 <= row.size(); u += 8) {
+    std::uint64_t bytes;
+    std::memcpy(&bytes, row.data() + u, 8);
+    // The highest bits of the eight bytes, the first one in bit 0 (little endian).
+    const std::uint64_t of_eight = (bytes & 0x8080808080808080u) * 0x0002040810204081u >> 56;
+    bits[u / 64] |= of_eight << (u % 64);
+  }
+  for (; u < row.size(); ++u) bits[u / 64] |= std::uint64_t(row[u] >> 7) << (u % 64);
+}
+
+}  // namespace
+
+// Pixel (u, v) is a corner of the cells (u, v) to (u + 1, v + 1). The outermost cells have the
+// outermost pixels twice (CoverageMap::at_nearest()).
+CellsOfMap cells_of(const CoverageMap& map) {
+  const int width = map.width_px(), height = map.height_px();
+  CellsOfMap cells{ObjectPixels(width + 1, height + 1), ObjectPixels(width + 1, height + 1)};
+  if (width == 0 || height == 0) return cells;
+  const auto words = std::size_t(cells.any.words_per_row());
+  std::vector<std::uint64_t> pixels(words), any_before, all_before, any_here(words),
+      all_here(words);
+  for (int v = 0; v <= height; ++v) {
+    if (v < height) {
+      half_covered(map.bytes().subspan(std::size_t(v) * std::size_t(width), std::size_t(width)),
+                   pixels);
+      const std::uint64_t first = pixels[0] & 1;
+      const std::uint64_t last = (pixels[std::size_t(width - 1) / 64] >> ((width - 1) % 64) & 1)
+                                 << (width % 64);
+      for (std::size_t w = 0; w < words; ++w) {
+        const std::uint64_t left = pixels[w] << 1 | (w == 0 ? 0 : pixels[w - 1] >> 63);
+        any_here[w] = pixels[w] | left;
+        // Beside the image the nearest pixel counts.
+        const std::uint64_t to_right = pixels[w] | (w == std::size_t(width) / 64 ? last : 0),
+                            to_left = left | (w == 0 ? first : 0);
+        all_here[w] = to_right & to_left;
+      }
     }
+    if (v == 0) {
+      any_before = any_here;
+      all_before = all_here;
+    }
+    const std::size_t row = std::size_t(v) * words;
+    for (std::size_t w = 0; w < words; ++w) {
+      cells.any.mutable_words()[row + w] = any_before[w] | any_here[w];
+      cells.all.mutable_words()[row + w] = all_before[w] & all_here[w];
+    }
+    any_before = any_here;
+    all_before = all_here;
+  }
   return cells;
 }
 

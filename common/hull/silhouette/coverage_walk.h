@@ -15,8 +15,24 @@ namespace fivepipe::hull {
 // Returns the camera whose pixels are the cells of a coverage map: one more per axis, shifted by
 // half a pixel.
 geometry::Camera cell_camera(const geometry::Camera& camera);
-// Returns the cells with at least one of four corners at or above one half.
-ObjectPixels cells_with_object(const CoverageMap& map);
+// The cells of a coverage map by their four corners: with at least one at or above one half, and
+// with all of them.
+struct CellsOfMap {
+  ObjectPixels any, all;
+};
+CellsOfMap cells_of(const CoverageMap& map);
+// Returns true if the ray is inside of the coverage at t and just after it, because the cell there
+// has all corners at or above one half: the interpolant is then above one half in the cell and on
+// its border. The line is the ray's image in the cells' camera. False tells nothing.
+inline bool is_in_whole_cell(const ImageLine& line, const ObjectPixels& all, double t) {
+  const double w = line.w_offset + t * line.w_slope;
+  if (!(w > kNearestToCamera_m)) return false;
+  const double u = (line.u_offset + t * line.u_slope) / w,
+               v = (line.v_offset + t * line.v_slope) / w;
+  // The image begins and ends half a cell inside of the cells.
+  return u >= 0.5 && v >= 0.5 && u < all.width_px() - 0.5 && v < all.height_px() - 0.5 &&
+         all.contains(int(u), int(v));
+}
 
 class CoverageWalk {
  public:

@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <optional>
+#include <span>
 #include <utility>
+#include <vector>
 
 namespace fivepipe::hull {
 namespace {
@@ -112,6 +115,24 @@ void join_corner(CoverageMap& kept, const ObjectPixels& thin, const CoverageMap&
   kept.set(ou, ov, std::uint8_t((kFullCoverage - max_a + 1) / 2));
 }
 
+// Returns the indices of the bytes that are neither 0 nor full, in order. Skips eight bytes at a
+// time where all are one of the two.
+std::vector<std::size_t> partly_covered(std::span<const std::uint8_t> bytes) {
+  std::vector<std::size_t> found;
+  const auto check = [&](std::size_t i) {
+    if (bytes[i] != 0 && bytes[i] != kFullCoverage) found.push_back(i);
+  };
+  std::size_t i = 0;
+  for (; i + 8 <= bytes.size(); i += 8) {
+    std::uint64_t eight;
+    std::memcpy(&eight, bytes.data() + i, 8);
+    if (eight == 0 || eight == ~std::uint64_t(0)) continue;
+    for (std::size_t k = i; k < i + 8; ++k) check(k);
+  }
+  for (; i < bytes.size(); ++i) check(i);
+  return found;
+}
+
 }  // namespace
 
 CoverageMap preserve_thin(const CoverageMap& map, const PreserveThin& keep) {
@@ -130,18 +151,22 @@ CoverageMap preserve_thin(const CoverageMap& map, const PreserveThin& keep) {
         if (const double beside = n.c[1 + dv][1 + du]; beside > 0)
           raise_pixel(u + du, v + dv, reaching(beside, n.c[1][1]));
   };
+  const std::vector<std::size_t> partly = partly_covered(map.bytes());
   const auto for_partly_covered = [&](const auto& work) {
-    for (int v = 0; v < map.height_px(); ++v)
-      for (int u = 0; u < map.width_px(); ++u)
-        if (map.at(u, v) != 0 && map.at(u, v) != kFullCoverage) work(u, v, around(map, u, v));
+    for (const std::size_t at : partly) {
+      const int u = int(at % std::size_t(map.width_px())),
+                v = int(at / std::size_t(map.width_px()));
+      work(u, v, around(map, u, v));
+    }
   };
   for_partly_covered([&](int u, int v, const Neighbourhood& n) { raise(u, v, n, min_spread(n)); });
   for_partly_covered([&](int u, int v, const Neighbourhood& n) {
     if (side_of_border(kept.at(u, v)) < 0 && bridges(kept, u, v))
       raise(u, v, n, min_spread(n) == Across::rows ? Across::columns : Across::rows);
   });
-  for (int v = 0; v + 1 < map.height_px(); ++v)
-    for (int u = 0; u + 1 < map.width_px(); ++u)
+  const PixelRect near = thin.bounds();
+  for (int v = std::max(near.v0_px - 1, 0); v < std::min(near.v1_px, map.height_px() - 1); ++v)
+    for (int u = std::max(near.u0_px - 1, 0); u < std::min(near.u1_px, map.width_px() - 1); ++u)
       for (const bool falling : {true, false}) join_corner(kept, thin, map, u, v, falling);
   return kept;
 }

@@ -13,10 +13,10 @@ FrameSetReader::FrameSetReader(bus::Bus& bus, const config::Rig& rig, NodeStatus
       status_(status),
       rule_(rule),
       infos_(bus.reader<bus::topics::CameraInfo>()),
+      coverages_(want_coverage ? std::optional(bus.reader<bus::topics::ObjectCoverage>())
+                               : std::nullopt),
       maps_(bus.reader<bus::topics::ObjectPixelMap>()),
-      sets_(rig) {
-  if (want_coverage) coverages_.emplace(bus.reader<bus::topics::ObjectCoverage>());
-}
+      sets_(rig) {}
 
 void FrameSetReader::reset() {
   outlines_.clear();
@@ -25,17 +25,24 @@ void FrameSetReader::reset() {
 
 void FrameSetReader::take_coverages() {
   if (!coverages_) return;
-  for (const auto& sample : coverages_->take()) {
-    if (!sample.valid()) continue;
-    auto received = messages::coverage_from(*sample, rig_);
-    if (const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&received)) {
-      status_.drop_from(coverages_->process(sample), *bad);
-      continue;
-    }
-    auto& coverage = std::get<messages::CameraCoverage>(received);
-    outlines_.get_or_add(coverage.frame)
-        .value.insert_or_assign(coverage.camera, std::move(coverage));
+  // One take() returns a part of the samples, key by key. The number of times is bounded, because a
+  // peer may send without end.
+  for (int times = 0; times < kMaxTakes; ++times) {
+    const auto samples = coverages_->take();
+    if (samples.size() == 0) return;
+    for (const auto& sample : samples) add_coverage(sample);
   }
+}
+
+void FrameSetReader::add_coverage(const bus::Sample<bus::topics::ObjectCoverage>& sample) {
+  if (!sample.valid()) return;
+  auto received = messages::coverage_from(*sample, rig_);
+  if (const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&received)) {
+    status_.drop_from(coverages_->process(sample), *bad);
+    return;
+  }
+  auto& coverage = std::get<messages::CameraCoverage>(received);
+  outlines_.get_or_add(coverage.frame).value.insert_or_assign(coverage.camera, std::move(coverage));
 }
 
 // Moves the coverage of the map's image to the map.

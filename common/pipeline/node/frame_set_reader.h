@@ -45,7 +45,10 @@ class FrameSetReader {
   using OutlineOfCamera = std::map<std::size_t, messages::CameraCoverage>;
 
   void check_cameras();
+  static constexpr int kMaxTakes = 16;
+
   void take_coverages();
+  void add_coverage(const bus::Sample<bus::topics::ObjectCoverage>& sample);
   void add_outline(frames::CameraMap& map);
   void report_mismatch(const std::string& camera);
   bool is_mismatched(const std::string& camera, const std::optional<bus::ProcessId>& process) const;
@@ -54,8 +57,10 @@ class FrameSetReader {
   NodeStatusReporter& status_;
   hull::HullRule rule_;
   bus::Reader<bus::topics::CameraInfo> infos_;
+  // If coverage is wanted. Exists before the reader of the maps, so that a process that has found
+  // the latter has usually found this one.
+  std::optional<bus::Reader<bus::topics::ObjectCoverage>> coverages_;
   bus::Reader<bus::topics::ObjectPixelMap> maps_;
-  std::optional<bus::Reader<bus::topics::ObjectCoverage>> coverages_;  // if they are wanted
   // Of as many frames as the assembler keeps.
   frames::RecentFrames<OutlineOfCamera> outlines_{frames::FrameSetAssembler::kMaxIncompleteSets};
   frames::FrameSetAssembler sets_;

@@ -98,7 +98,7 @@ TEST(CoverageBorder, IsNearerToTheTrueHullThanThatOfObjectPixels) {
         collision::Response response = response_of(hull, p, v_rec);
         const double d_rec_m = response.d_rec_m;
         add(response, binary_px, binary_deg);
-        collision::refine_by_coverage(response, ball.covered);
+        collision::refine_by_coverage(response, ball.covered, {});
         add(response, coverage_px, coverage_deg);
         EXPECT_EQ(response.d_rec_m, d_rec_m) << "the recovery stays certified";
       }
@@ -124,7 +124,7 @@ TEST(CoverageBorder, LeavesAResponseThatItCannotImprove) {
   const collision::Response response = response_of(hull, p, Vector3d::UnitZ());
   const auto refined = [&](collision::Response of,
                            std::span<const hull::CoverageSilhouette> covered) {
-    collision::refine_by_coverage(of, covered);
+    collision::refine_by_coverage(of, covered, {});
     return of.cp_hull_world_m;
   };
   EXPECT_NE(refined(response, ball.covered), response.cp_hull_world_m);
@@ -137,10 +137,25 @@ TEST(CoverageBorder, LeavesAResponseThatItCannotImprove) {
   for (hull::CoverageSilhouette& s : empty)
     s.map = hull::CoverageMap(s.map.width_px(), s.map.height_px());
   EXPECT_EQ(refined(response, empty), response.cp_hull_world_m);
-  collision::Response unasked = response;
-  unasked.closed_form = {};
-  collision::refine_by_coverage(unasked, ball.covered);
-  EXPECT_EQ(unasked.closed_form.status, collision::NormalStatus::not_requested);
+  collision::Response not_requested = response;
+  not_requested.closed_form = {};
+  collision::refine_by_coverage(not_requested, ball.covered, {});
+  EXPECT_EQ(not_requested.closed_form.status, collision::NormalStatus::not_requested);
+}
+
+// The box ends two pixels inside of the ball.
+TEST(CoverageBorder, AFaceOfTheBoxStaysTheHullsEnd) {
+  Random random(5);
+  const Ball ball(random, 20);
+  const Queries hull(ball.silhouettes);
+  const Vector3d p = 0.8 * kRadius_m * Vector3d::UnitZ();
+  collision::Response response = response_of(hull, p, Vector3d::UnitZ());
+  hull::HullRule rule;
+  response.cp_hull_world_m.z() -= 2 * response.pixel_footprint_m;
+  rule.within_world_m.max().z() = response.cp_hull_world_m.z();
+  const Vector3d at_face_m = response.cp_hull_world_m;
+  collision::refine_by_coverage(response, ball.covered, rule);
+  EXPECT_EQ(response.cp_hull_world_m, at_face_m);
 }
 
 }  // namespace

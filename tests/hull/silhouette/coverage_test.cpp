@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "common/hull/silhouette/coverage_walk.h"
 #include "tests/support/hull/coverage.h"
 #include "tests/support/sanitizer.h"
 
@@ -136,6 +137,50 @@ TEST(CoverageHull, NormalsAreUnitFaceTheViewAndLieAcrossTheLimitingCamerasSight)
   EXPECT_LE(away,
             hits / 50);  // the fitted plane is not the exact tangent plane, so it may face away
                          // from a ray that grazes
+}
+
+// Widths around whole words, and maps of one row or column.
+TEST(CellsOfMap, AreThoseOfTheirFourCorners) {
+  test::Random random(3);
+  for (const int width : {1, 2, 7, 8, 9, 62, 63, 64, 65, 127, 128, 130})
+    for (const int height : {1, 2, 5})
+      for (const double inside : {0.1, 0.5, 0.9}) {
+        const CoverageMap map = random_map(random, width, height, inside);
+        const CellsOfMap cells = cells_of(map);
+        ASSERT_EQ(cells.any.width_px(), width + 1);
+        ASSERT_EQ(cells.all.height_px(), height + 1);
+        for (int v = 0; v <= height; ++v)
+          for (int u = 0; u <= width; ++u) {
+            int covered = 0;
+            for (const int dv : {-1, 0})
+              for (const int du : {-1, 0}) covered += map.at_nearest(u + du, v + dv) >= 128;
+            ASSERT_EQ(cells.any.contains(u, v), covered > 0) << width << ' ' << u << ' ' << v;
+            ASSERT_EQ(cells.all.contains(u, v), covered == 4) << width << ' ' << u << ' ' << v;
+          }
+        // Bits beyond the width would be found.
+        EXPECT_LE(cells.any.bounds().u1_px, width + 1);
+      }
+}
+
+TEST(CoverageMap, ItsOutlineAndObjectPixelsAreTheMap) {
+  test::Random random(4);
+  for (const int width : {1, 63, 64, 65, 130})
+    for (int k = 0; k < 5; ++k) {
+      const CoverageMap map = random_map(random, width, 9, 0.4);
+      ObjectPixels object(width, 9);
+      for (int v = 0; v < 9; ++v)
+        for (int u = 0; u < width; ++u) object.set(u, v, test::uniform(random, 0, 1) < 0.5);
+      const CoverageOutline outline = map.outline(object);
+      EXPECT_EQ(outline.coverage.size(), outline.pixels.count());
+      EXPECT_EQ(CoverageMap::from_outline(object, outline), map);
+      const CoverageMap binary = CoverageMap::from_pixels(object);
+      EXPECT_EQ(binary.outline(object).pixels.count(), 0u);
+      CoverageMap kept = map;
+      kept.keep(object);
+      for (int v = 0; v < 9; ++v)
+        for (int u = 0; u < width; ++u)
+          ASSERT_EQ(kept.at(u, v), object.contains(u, v) ? map.at(u, v) : 0);
+    }
 }
 
 }  // namespace
