@@ -32,7 +32,8 @@ struct Disc {
 
 struct Scene {
   cv::Mat image = cv::Mat(kImageHeight, kImageWidth, CV_8UC3);
-  hull::ObjectPixels object{kImageWidth, kImageHeight};  // the pixels with at least `threshold` coverage
+  hull::ObjectPixels object{kImageWidth,
+                            kImageHeight};  // the pixels with at least `threshold` coverage
   std::vector<float> background;
   std::vector<double> coverage;
 };
@@ -135,7 +136,8 @@ TEST(CoverageEstimate, WithoutContrastOrInsideIsBinary) {
   EXPECT_EQ(estimated_coverage(image.image, wire, {image.background}),
             hull::CoverageMap::from_pixels(wire));
   const hull::ObjectPixels none(kImageWidth, kImageHeight);
-  EXPECT_EQ(estimated_coverage(image.image, none, {}), hull::CoverageMap(kImageWidth, kImageHeight));
+  EXPECT_EQ(estimated_coverage(image.image, none, {}),
+            hull::CoverageMap(kImageWidth, kImageHeight));
   hull::ObjectPixels all(kImageWidth, kImageHeight);
   for (int v = 0; v < kImageHeight; ++v) all.set_run(0, kImageWidth, v);
   EXPECT_EQ(estimated_coverage(image.image, all, {}), hull::CoverageMap::from_pixels(all));
