@@ -12,7 +12,7 @@
 #include "tests/support/optional_package.h"
 #include "tests/support/sanitizer.h"
 #include "tests/support/virtual_display.h"
-#include "tests/system/render_node_fixture.h"
+#include "tests/system/render_node/render_node_fixture.h"
 
 namespace fivepipe::test {
 namespace {

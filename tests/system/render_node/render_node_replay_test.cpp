@@ -7,7 +7,7 @@
 #include "common/base/realtime.h"
 #include "common/pipeline/node/status_names.h"
 #include "tests/support/sanitizer.h"
-#include "tests/system/render_node_fixture.h"
+#include "tests/system/render_node/render_node_fixture.h"
 
 namespace fivepipe::test {
 namespace {
