@@ -36,7 +36,8 @@ struct CapturedCamera {
   // In the published geometry. Only cameras that give shape have it; of a missing image, only with
   // config.lost_camera `go_on`.
   std::optional<hull::ObjectPixels> pixels;
-  // Of `pixels`, if config.coverage; absent if every pixel is an object pixel for want of an image.
+  // Of `pixels`, if config.coverage; absent if the camera has no image, and every pixel is an
+  // object pixel.
   std::optional<hull::CoverageOutline> outline;
   // Only cameras that give colour have it, if the caller wants colour and the camera sees a part of
   // the hull that the viewer can see. Absent in all cameras if the hull is empty: with Limits::all,

@@ -1,5 +1,6 @@
-// What sub-pixel silhouettes win: depth of the hull of binary and of coverage maps against the hull
-// of the true silhouettes, on a synthetic rig whose images have partly covered pixels and noise.
+// Accuracy of sub-pixel silhouettes: depth of the hull of binary and of coverage maps against the
+// hull of the true silhouettes, on a synthetic rig whose images have partly covered pixels and
+// noise.
 #pragma once
 #include <string>
 #include <vector>

@@ -1,5 +1,5 @@
-// What the object pixels of an image do not tell about its coverage: the pixels that the object
-// covers in part.
+// The coverage of the pixels at an outline. With the object pixels, it gives the coverage of the
+// whole image.
 #pragma once
 #include <cstdint>
 #include <vector>

@@ -144,16 +144,22 @@ std::string broken_pixels(const hull::ObjectPixels& pixels, const fivepipe_v1_Pi
   return "";
 }
 
-Verdict check_map(const Header& header, std::vector<std::uint8_t> payload) {
-  fivepipe_v1_ObjectPixelMap message{};
+// Sets the fields that all three messages have.
+template <class Message>
+void set_common(Message& message, const Header& header) {
   set_name(message.camera, header.camera, sizeof header.camera);
   message.frame = header.frame;
   message.capture_stamp_ns = header.stamp_ns;
   message.image_width_px = header.width_px;
   message.image_height_px = header.height_px;
   message.region = header.region;
-  message.object_pixels = header.object_pixels;
   message.encoding = fivepipe_v1_MapEncoding(header.encoding % 2);  // Cyclone DDS checks it
+}
+
+Verdict check_map(const Header& header, std::vector<std::uint8_t> payload) {
+  fivepipe_v1_ObjectPixelMap message{};
+  set_common(message, header);
+  message.object_pixels = header.object_pixels;
   messages::borrow(message.payload, payload);
   const auto received = messages::object_pixels_from(message, rig());
   const auto* map = std::get_if<frames::CameraMap>(&received);
@@ -191,14 +197,8 @@ std::vector<std::uint8_t> colours_of(const hull::ColourRegion& colour) {
 Verdict check_colour(const Header& header, std::vector<std::uint8_t> payload,
                      std::vector<std::uint8_t> bgr) {
   fivepipe_v1_ObjectColour message{};
-  set_name(message.camera, header.camera, sizeof header.camera);
-  message.frame = header.frame;
-  message.capture_stamp_ns = header.stamp_ns;
-  message.image_width_px = header.width_px;
-  message.image_height_px = header.height_px;
+  set_common(message, header);
   message.camera_from_world = header.pose;
-  message.region = header.region;
-  message.encoding = fivepipe_v1_MapEncoding(header.encoding % 2);
   messages::borrow(message.pixels, payload);
   messages::borrow(message.bgr, bgr);
   const auto received = messages::colour_from(message, rig());
@@ -224,13 +224,7 @@ Verdict check_colour(const Header& header, std::vector<std::uint8_t> payload,
 Verdict check_coverage(const Header& header, std::vector<std::uint8_t> payload,
                        std::vector<std::uint8_t> coverage) {
   fivepipe_v1_ObjectCoverage message{};
-  set_name(message.camera, header.camera, sizeof header.camera);
-  message.frame = header.frame;
-  message.capture_stamp_ns = header.stamp_ns;
-  message.image_width_px = header.width_px;
-  message.image_height_px = header.height_px;
-  message.region = header.region;
-  message.encoding = fivepipe_v1_MapEncoding(header.encoding % 2);
+  set_common(message, header);
   messages::borrow(message.pixels, payload);
   messages::borrow(message.coverage, coverage);
   const auto received = messages::coverage_from(message, rig());

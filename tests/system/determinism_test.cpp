@@ -99,7 +99,7 @@ particles:
 )";
 
 TEST_F(Determinism, ClothBodiesADoorAndParticlesAreIdenticalAtEveryRateAndForTwoThreads) {
-  // A replay gives up a node that needs 5 s for a frame.
+  // A replay stops waiting for a node that needs 5 s for a frame.
   std::ofstream(folder_ / "everything.yaml") << test::replaced(
       kEverything, "rate_hz: 3000", "rate_hz: " + std::to_string(3000 / test::kSlowdown));
   const std::string scene = "scene: " FIVEPIPE_SOURCE_DIR "/scenes/demo/scene.yaml",

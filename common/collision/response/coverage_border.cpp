@@ -29,8 +29,8 @@ std::optional<double> end_of_hull_m(std::span<const hull::CoverageSilhouette> si
     double in_m = i * step_m - reach_m, out_m = in_m + step_m;
     if (!inside(in_m)) continue;
     for (int k = 0; k < kBisections; ++k) {
-      const double middle_m = 0.5 * (in_m + out_m);
-      (inside(middle_m) ? in_m : out_m) = middle_m;
+      const double center_m = 0.5 * (in_m + out_m);
+      (inside(center_m) ? in_m : out_m) = center_m;
     }
     return out_m;
   }

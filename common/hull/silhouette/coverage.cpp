@@ -74,12 +74,12 @@ void CoverageMap::keep(const ObjectPixels& pixels) {
 CoverageOutline CoverageMap::outline(const ObjectPixels& object) const {
   assert(object.width_px() == width_px_ && object.height_px() == height_px_);
   CoverageOutline outline{ObjectPixels(width_px_, height_px_), {}};
-  const std::vector<std::uint8_t> told = object.to_bytes();
+  const std::vector<std::uint8_t> binary = object.to_bytes();
   const auto first = bytes_.begin();
   for (int v = 0; v < height_px_; ++v) {
     const std::ptrdiff_t begin = std::ptrdiff_t(v) * width_px_, end = begin + width_px_;
     for (std::ptrdiff_t i = begin; i < end; ++i) {
-      i = std::mismatch(first + i, first + end, told.begin() + i).first - first;
+      i = std::mismatch(first + i, first + end, binary.begin() + i).first - first;
       if (i == end) break;
       outline.pixels.set(int(i - begin), v);
       outline.coverage.push_back(bytes_[std::size_t(i)]);

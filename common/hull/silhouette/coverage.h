@@ -48,8 +48,8 @@ class CoverageMap {
   // fraction, or 0 outside the image and for NaN.
   double interpolated(double u_px, double v_px) const;
 
-  // Returns what `object`, which has the image's size (asserted), does not tell of this map:
-  // from_outline(object, outline(object)) is the map again.
+  // Returns the pixels whose coverage differs from that of `object` (0 or 255), which has the
+  // image's size (asserted). from_outline(object, outline(object)) is this map.
   CoverageOutline outline(const ObjectPixels& object) const;
 
   bool operator==(const CoverageMap&) const = default;

@@ -23,7 +23,8 @@ struct CellsOfMap {
 CellsOfMap cells_of(const CoverageMap& map);
 // Returns true if the ray is inside of the coverage at t and just after it, because the cell there
 // has all corners at or above one half: the interpolant is then above one half in the cell and on
-// its border. The line is the ray's image in the cells' camera. False tells nothing.
+// its border. The line is the ray's image in the cells' camera. If it returns false, the ray may
+// still be inside.
 inline bool is_in_whole_cell(const ImageLine& line, const ObjectPixels& all, double t) {
   const double w = line.w_offset + t * line.w_slope;
   if (!(w > kNearestToCamera_m)) return false;

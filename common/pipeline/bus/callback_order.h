@@ -7,8 +7,8 @@ namespace fivepipe::bus::detail {
 // DDS passes an object to its own threads and ends all callbacks before it returns from the
 // deletion of the entity. The locks that order these steps are inside of libddsc, where the thread
 // sanitizer does not see them. It sees this counter: each pass() happens after the earlier ones.
-// Call it at the end of the construction, at both ends of each callback, and at the begin of the
-// destruction.
+// Call it at the end of the construction, at both ends of each callback, and at the beginning of
+// the destruction.
 class CallbackOrder {
  public:
   void pass() {
