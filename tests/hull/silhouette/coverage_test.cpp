@@ -139,6 +139,53 @@ TEST(CoverageHull, NormalsAreUnitFaceTheViewAndLieAcrossTheLimitingCamerasSight)
                          // from a ray that grazes
 }
 
+// Every hit is in the box, and has the depth of the first sample of the definition in the box. The
+// small maps have large cells, so that rays leave the box between the superset's first point and
+// the border of the coverage.
+TEST(CoverageHull, IsTheDefinitionInsideOfTheBox) {
+  test::Random random(9);
+  int hits = 0, clipped = 0, left_the_box = 0;
+  for (int scene = 0; scene < 12; ++scene) {
+    const auto object = test::random_object(random, 3, 0.15);
+    std::vector<geometry::Camera> cameras = test::random_cameras(random, 3);
+    for (geometry::Camera& camera : cameras)
+      camera.pinhole = geometry::pinhole_from_fov(24, 18, 0.8);
+    const auto silhouettes = covered(object, cameras);
+    const View view{test::random_camera(random, 80, 60, 0.7), 0.05, 3.0};
+    HullRule rule;
+    for (int axis = 0; axis < 3; ++axis) {
+      rule.within_world_m.min()[axis] = -test::uniform(random, 0.02, 0.15);
+      rule.within_world_m.max()[axis] = test::uniform(random, 0.02, 0.15);
+    }
+    const PixelRect whole = test::whole_image(view.camera);
+    const auto in_box = CoverageHull(test_pool(), silhouettes, rule).depth(view, whole).depth_m;
+    const auto everywhere = CoverageHull(test_pool(), silhouettes).depth(view, whole).depth_m;
+    for (int i = 0; i < int(in_box.size()); ++i) {
+      const geometry::Ray ray = geometry::ray_through(view.camera, Eigen::Vector2d(i % 80, i / 80));
+      const auto at = [&](double t) -> Eigen::Vector3d {
+        return ray.origin_world_m + t * ray.direction_world;
+      };
+      clipped += in_box[i] != everywhere[i];
+      if (in_box[i] != kNoHull) {
+        ++hits;
+        EXPECT_LT(rule.within_world_m.exteriorDistance(at(in_box[i])), 1e-6) << scene << ' ' << i;
+        const double inside = std::max(min_coverage(silhouettes, at(in_box[i] + kAgree_m)),
+                                       min_coverage(silhouettes, at(in_box[i])));
+        EXPECT_GE(inside, 0.5 - kOnBorder) << scene << ' ' << i;
+      }
+      // No sample of the definition is before the hit.
+      const double end_m = in_box[i] == kNoHull ? view.far_m : double(in_box[i]);
+      for (double t = view.near_m; t < end_m - kAgree_m; t += 2e-3)
+        if (rule.within_world_m.contains(at(t)) && min_coverage(silhouettes, at(t)) > 0.5 + 1e-6)
+          ADD_FAILURE() << scene << ' ' << i << " is in the hull at " << t;
+      left_the_box += in_box[i] == kNoHull && everywhere[i] != kNoHull;
+    }
+  }
+  EXPECT_GT(hits, 1000);
+  EXPECT_GT(clipped, 500);
+  EXPECT_GT(left_the_box, 100);
+}
+
 // Widths around whole words, and maps of one row or column.
 TEST(CellsOfMap, AreThoseOfTheirFourCorners) {
   test::Random random(3);
