@@ -96,10 +96,10 @@ void Reconstructor::set_silhouettes(const Maps& maps) {
     std::vector<hull::CoverageSilhouette> covered(silhouettes.size());
     pool_.run(int(silhouettes.size()), [&](int i, int) {
       const hull::Silhouette& s = silhouettes[std::size_t(i)];
-      covered[std::size_t(i)] = {
-          s.camera, hull::CoverageMap::from_outline(s.pixels, maps.outlines[std::size_t(i)])};
+      covered[std::size_t(i)] = {s.camera,
+                                 hull::SparseCoverageMap(s.pixels, maps.outlines[std::size_t(i)])};
     });
-    coverage_.assign(covered, config_.hull_rule);
+    coverage_.assign(std::move(covered), config_.hull_rule);
     return;
   }
   if (config_.backend == config::HullBackend::cpu) cpu_.assign(silhouettes, config_.hull_rule);

@@ -34,20 +34,26 @@ class Imaged {
         noise_(world.noise_sigma_levels),
         renderer_(world, capture::with_finer_pixels(camera, kRaysPerAxis),
                   std::make_shared<const capture::Surroundings>(world.seed)) {
+    const cv::Mat empty = exact({});
     std::vector<cv::Mat> learning;
-    for (int i = 0; i < kLearningImages; ++i) learning.push_back(image({}));
+    for (int i = 0; i < kLearningImages; ++i) learning.push_back(with_noise(empty.clone()));
     segmenter_.emplace(capture::learn_background(learning), config::SegmentationConfig());
   }
   cv::Mat image(const std::vector<capture::SyntheticPart>& parts) {
-    cv::Mat bgr =
-        capture::mean_of_pixels(renderer_.image(parts, camera_.camera_from_mount), kRaysPerAxis);
-    noise_.add(bgr, ++images_ * 1000 + number_);
-    return bgr;
+    return with_noise(exact(parts));
   }
   capture::Segmenter& segmenter() { return *segmenter_; }
   geometry::Camera camera() const { return config::published_camera(camera_); }
 
  private:
+  cv::Mat exact(const std::vector<capture::SyntheticPart>& parts) {
+    return capture::mean_of_pixels(renderer_.image(parts, camera_.camera_from_mount), kRaysPerAxis);
+  }
+  cv::Mat with_noise(cv::Mat bgr) {
+    noise_.add(bgr, ++images_ * 1000 + number_);
+    return bgr;
+  }
+
   config::RigCamera camera_;
   std::uint64_t number_, images_ = 0;
   capture::SensorNoise noise_;
@@ -86,24 +92,34 @@ std::vector<hull::CoverageSilhouette> covered(const std::vector<hull::Silhouette
                                               const std::vector<hull::CoverageOutline>& outlines) {
   std::vector<hull::CoverageSilhouette> all;
   for (std::size_t i = 0; i < silhouettes.size(); ++i)
-    all.push_back({silhouettes[i].camera,
-                   hull::CoverageMap::from_outline(silhouettes[i].pixels, outlines[i])});
+    all.push_back(
+        {silhouettes[i].camera, hull::SparseCoverageMap(silhouettes[i].pixels, outlines[i])});
   return all;
 }
 
-hull::DepthTile depths(const Pose& pose, Maps maps, const hull::View& view,
-                       base::WorkerPool& pool) {
-  const hull::PixelRect whole{0, 0, view.camera.pinhole.width_px, view.camera.pinhole.height_px};
-  switch (maps) {
-    case Maps::centre: return hull::CpuHull(pool, pose.centre).depth(view, whole);
-    case Maps::segmented: return hull::CpuHull(pool, pose.segmented).depth(view, whole);
-    case Maps::exact_coverage:
-      return hull::CoverageHull(pool, covered(pose.centre, pose.exact)).depth(view, whole);
-    case Maps::estimated_coverage:
-      return hull::CoverageHull(pool, covered(pose.segmented, pose.estimated)).depth(view, whole);
+// Keeps its memory from pose to pose, as recon_node does.
+class Reconstruction {
+ public:
+  explicit Reconstruction(base::WorkerPool& pool) : binary_(pool), coverage_(pool) {}
+  void depths(const Pose& pose, Maps maps, const hull::View& view, hull::DepthTile& tile) {
+    switch (maps) {
+      case Maps::centre: binary_.assign(pose.centre); break;
+      case Maps::segmented: binary_.assign(pose.segmented); break;
+      case Maps::exact_coverage: coverage_.assign(covered(pose.centre, pose.exact)); break;
+      case Maps::estimated_coverage:
+        coverage_.assign(covered(pose.segmented, pose.estimated));
+        break;
+    }
+    if (maps == Maps::centre || maps == Maps::segmented)
+      binary_.depth(view, tile.rect, tile.depth_m);
+    else
+      coverage_.depth(view, tile.rect, tile.depth_m);
   }
-  return {};
-}
+
+ private:
+  hull::CpuHull binary_;
+  hull::CoverageHull coverage_;
+};
 
 // First depth in [near_m, far_m] at which the ray is in the hull of the true silhouettes.
 std::optional<double> true_depth_m(const std::vector<hull::Capsule>& object,
@@ -168,15 +184,19 @@ CoverageAccuracy measure_coverage(const config::Rig& rig, int poses, int timed_r
   CoverageAccuracy all;
   for (const Maps maps : kAllMaps) all.rows.push_back({maps, {}, {}});
   base::WorkerPool pool(1);
+  Reconstruction reconstruction(pool);
+  const hull::PixelRect whole{0, 0, view.camera.pinhole.width_px, view.camera.pinhole.height_px};
   for (int i = 0; i < poses; ++i) {
     const Pose pose = pose_of(cameras, world, world.period_s * (i + 0.3) / poses);
-    std::vector<hull::DepthTile> tiles;
-    for (const Maps maps : kAllMaps) tiles.push_back(depths(pose, maps, view, pool));
+    std::vector<hull::DepthTile> tiles(kAllMaps.size(),
+                                       {whole, std::vector<float>(whole.area_px())});
+    for (std::size_t m = 0; m < kAllMaps.size(); ++m)
+      reconstruction.depths(pose, kAllMaps[m], view, tiles[m]);
     add_errors(pose, view, tiles, all);
     for (int run = 0; run < timed_runs; ++run)
       for (CoverageRow& row : all.rows) {
         const auto start = std::chrono::steady_clock::now();
-        depths(pose, row.maps, view, pool);
+        reconstruction.depths(pose, row.maps, view, tiles[0]);
         row.time_ms.push_back(1e3 * base::seconds_since(start));
       }
   }

@@ -18,7 +18,7 @@ struct CoverageRow {
   Maps maps;
   // Of the rays that meet all four hulls and the true one within kSearch_m of them.
   std::vector<double> error_mm;
-  // For the depths of the whole view and, with coverage, the expansion of the outlines; one thread.
+  // For the depths of the whole view from the maps that recon_node receives; one thread.
   std::vector<double> time_ms;
 };
 struct CoverageAccuracy {

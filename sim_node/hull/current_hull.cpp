@@ -36,8 +36,8 @@ CurrentHull::CurrentHull(const config::Scene& scene, const config::SimConfig& co
 std::span<const hull::CoverageSilhouette> CurrentHull::coverage() {
   if (coverage_.empty())
     for (std::size_t i = 0; i < outlines_.size(); ++i)
-      coverage_.push_back({silhouettes_[i].camera,
-                           hull::CoverageMap::from_outline(silhouettes_[i].pixels, outlines_[i])});
+      coverage_.push_back(
+          {silhouettes_[i].camera, hull::SparseCoverageMap(silhouettes_[i].pixels, outlines_[i])});
   return coverage_;
 }
 

@@ -117,7 +117,7 @@ TEST(ReconCoverage, UsesTheOutlines) {
   std::vector<hull::CoverageOutline> outlines;
   for (const hull::Silhouette& s : silhouettes) {
     covered.push_back({s.camera, hull::true_coverage(object, s.camera)});
-    outlines.push_back(covered.back().map.outline(s.pixels));
+    outlines.push_back(covered.back().map.dense().outline(s.pixels));
   }
   const hull::View view{test::random_camera(random, 83, 57, 0.7), 0.05, 3.0};
   const hull::PixelRect all = test::whole_image(view.camera);

@@ -66,10 +66,10 @@ class NodeWithCoverage : public ScriptedCapture {
     const auto silhouettes = silhouettes_of(frame);
     const auto with_coverage = covered(frame);
     for (std::size_t i = 0; i < silhouettes.size(); ++i)
-      deliver(coverages_,
-              messages::coverage_message(deployment_.rig.cameras[i].name, frame, stamp_of(frame),
-                                         with_coverage[i].map.outline(silhouettes[i].pixels))
-                  .message());
+      deliver(coverages_, messages::coverage_message(
+                              deployment_.rig.cameras[i].name, frame, stamp_of(frame),
+                              with_coverage[i].map.dense().outline(silhouettes[i].pixels))
+                              .message());
   }
 };
 

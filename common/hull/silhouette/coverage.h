@@ -6,7 +6,6 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -28,8 +27,6 @@ class CoverageMap {
   // Copies a map. Rows are top to bottom without padding; bytes.size() == width * height.
   static CoverageMap from_bytes(int width_px, int height_px, std::span<const std::uint8_t> bytes);
   static CoverageMap from_pixels(const ObjectPixels& pixels);  // 0 or 255
-  // The outline has the image's size (asserted).
-  static CoverageMap from_outline(const ObjectPixels& object, const CoverageOutline& outline);
 
   int width_px() const { return width_px_; }
   int height_px() const { return height_px_; }
@@ -44,12 +41,8 @@ class CoverageMap {
   void keep(const ObjectPixels& pixels);
   std::span<const std::uint8_t> bytes() const { return bytes_; }
 
-  // Interpolates bilinearly between pixel centres, clamped beyond the outermost ones. Returns a
-  // fraction, or 0 outside the image and for NaN.
-  double interpolated(double u_px, double v_px) const;
-
   // Returns the pixels whose coverage differs from that of `object` (0 or 255), which has the
-  // image's size (asserted). from_outline(object, outline(object)) is this map.
+  // image's size (asserted).
   CoverageOutline outline(const ObjectPixels& object) const;
 
   bool operator==(const CoverageMap&) const = default;
@@ -59,32 +52,9 @@ class CoverageMap {
   std::vector<std::uint8_t> bytes_;
 };
 
-// One camera and its coverage map, which has the size of the camera's image.
-struct CoverageSilhouette {
-  geometry::Camera camera;
-  CoverageMap map;
-};
-
 // Returns the true coverage of an analytic object. It is exactly 255 if one capsule alone covers
 // the pixel and 0 if none touches it. Otherwise it is counted on a lattice of 233 points per pixel,
 // within 0.02 of the true area.
 CoverageMap true_coverage(std::span<const Capsule> object, const geometry::Camera& camera);
-
-// Standard deviation of the Gaussian weights with which a plane is fitted to the coverage, and half
-// the size of the window [px]. On large spheres and capsules the normals have an error of 0.2 to
-// 0.4 degrees. With 0.7 px it is 1 degree because of the sampling grid; with 1.5 px it is 0.1
-// degrees, but on objects 3 px thin it grows from 4 to 10 degrees, because the window includes
-// their other side.
-inline constexpr double kNormalSigma_px = 1.0;
-inline constexpr int kNormalWindow_px = 3;
-// A plane whose slope is at most this has no direction, because the slope is within the rounding of
-// 8 bits [1/255 per px].
-inline constexpr double kMinFall = 1.0;
-
-// Returns the unit vector in the image that points out of the silhouette at a border point: the
-// downhill direction of the plane fitted to the coverage around it. Returns nullopt if that slope
-// is at most kMinFall or uv is outside the image.
-std::optional<Eigen::Vector2d> outward_in_image(const CoverageMap& map,
-                                                const Eigen::Vector2d& uv_px);
 
 }  // namespace fivepipe::hull

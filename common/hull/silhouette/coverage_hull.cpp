@@ -4,8 +4,8 @@
 #include <array>
 #include <cassert>
 #include <cmath>
-
-#include "common/hull/silhouette/coverage_walk.h"
+#include <compare>
+#include <utility>
 
 namespace fivepipe::hull {
 namespace {
@@ -28,36 +28,16 @@ bool smaller_first(const CoverageSilhouette& a, const CoverageSilhouette& b) {
   };
   const auto key_a = key(a), key_b = key(b);
   if (key_a != key_b) return key_a < key_b;
-  return std::ranges::lexicographical_compare(a.map.bytes(), b.map.bytes());
+  const auto order = [](const auto& x, const auto& y) {
+    return std::lexicographical_compare_three_way(x.begin(), x.end(), y.begin(), y.end());
+  };
+  auto first = order(a.map.object().words(), b.map.object().words());
+  if (first == 0) first = order(a.map.outline().pixels.words(), b.map.outline().pixels.words());
+  if (first == 0) first = order(a.map.outline().coverage, b.map.outline().coverage);
+  return first < 0;
 }
 
-struct Entry {
-  double t;
-  int camera;  // the camera whose walk ended there; -1: the ray starts in the hull
-};
-
 }  // namespace
-
-// The walk of one ray through the map of one camera, which begins when it is needed: at most points
-// the ray is at the border of one silhouette and far inside of the others.
-class CoverageHull::LazyWalk {
- public:
-  LazyWalk(const MapFromView& map, const MapCamera& camera, double u_px, double v_px)
-      : line_(image_line(map, u_px, v_px)), camera_(&camera) {}
-  CoverageWalk::VerdictSpan verdict_at(double t, const RayRange& range) {
-    // Without an end: the next call asks again.
-    if (is_in_whole_cell(line_, camera_->whole_cells, t)) return {true, t};
-    if (!walk_) walk_.emplace(line_, camera_->silhouette.map, *camera_->skip_map, range);
-    return walk_->verdict_at(t);
-  }
-  // The camera sees the ray from this parameter on; requires a walk.
-  double begin() const { return walk_->begin(); }
-
- private:
-  ImageLine line_;
-  const MapCamera* camera_;
-  std::optional<CoverageWalk> walk_;
-};
 
 bool in_hull(std::span<const CoverageSilhouette> silhouettes, const Vector3d& p_world_m) {
   return !silhouettes.empty() &&
@@ -80,48 +60,111 @@ std::optional<Vector3d> outward_normal_world(const CoverageSilhouette& silhouett
 }
 
 CoverageHull::CoverageHull(base::WorkerPool& pool) : pool_(&pool), superset_(pool) {}
-CoverageHull::CoverageHull(base::WorkerPool& pool, std::span<const CoverageSilhouette> silhouettes,
+CoverageHull::CoverageHull(base::WorkerPool& pool, std::vector<CoverageSilhouette> silhouettes,
                            const HullRule& rule)
     : CoverageHull(pool) {
-  assign(silhouettes, rule);
+  assign(std::move(silhouettes), rule);
 }
 
-void CoverageHull::assign(std::span<const CoverageSilhouette> silhouettes, const HullRule& rule) {
+void CoverageHull::assign(std::vector<CoverageSilhouette> silhouettes, const HullRule& rule) {
   assert(rule.limits == Limits::all);
   std::vector<Silhouette> cells(silhouettes.size());
-  std::vector<ObjectPixels> whole_cells(silhouettes.size());
+  std::vector<WalkedMap> walked(silhouettes.size());
   pool_->run(int(silhouettes.size()), [&](int i, int) {
-    CellsOfMap of_map = cells_of(silhouettes[i].map);
+    const SparseCoverageMap& map = silhouettes[i].map;
+    const ObjectPixels half = map.half_covered();
+    CellsOfMap of_map = cells_of(half);
     cells[i] = {cell_camera(silhouettes[i].camera), std::move(of_map.any)};
-    whole_cells[i] = std::move(of_map.all);
+    walked[i] = {map, half, std::move(of_map.all)};
   });
   superset_.assign(cells, rule);
   cameras_.clear();
   for (const CpuHull::MapCamera& c : superset_.cameras())
-    cameras_.push_back({silhouettes[c.silhouette], c.silhouette,
-                        std::move(whole_cells[c.silhouette]), &c.skip_map});
+    cameras_.push_back({std::move(silhouettes[c.silhouette]), c.silhouette,
+                        std::move(walked[c.silhouette]), &c.skip_map});
   std::sort(cameras_.begin(), cameras_.end(), [](const MapCamera& a, const MapCamera& b) {
     return smaller_first(a.silhouette, b.silhouette);
   });
 }
 
-// The first parameter of the range just after which the ray is inside of all silhouettes, or
-// kNever.
-template <class Walks>
-static Entry next_entry(Walks& walks, const RayRange& range) {
-  double t = range.begin;
-  int limiting = -1;
+// Returns the first parameter of the range just after which the ray is inside of all silhouettes.
+static CoverageEntry next_entry(std::span<CoverageWalk> walks, const RayRange& range) {
+  CoverageEntry entry{range.begin, -1, true};
   for (std::size_t camera = 0, agreed = 0; agreed < walks.size();
        camera = camera + 1 == walks.size() ? 0 : camera + 1) {
     ++agreed;
-    for (CoverageWalk::VerdictSpan verdict_span;
-         !(verdict_span = walks[camera].verdict_at(t, range)).inside; agreed = 1) {
-      t = verdict_span.end;
-      limiting = int(camera);
-      if (!(t < range.end)) return {kNever, -1};
-    }
+    const double inside = walks[camera].next_inside(entry.t);
+    if (!(inside > entry.t)) continue;
+    if (!(inside < range.end)) return {kNever, -1, true};
+    entry = {inside, int(camera), true};
+    agreed = 1;
   }
-  return {t, limiting};
+  // There the image of the camera begins.
+  if (entry.camera >= 0 && !(entry.t > walks[std::size_t(entry.camera)].begin())) entry.camera = -1;
+  return entry;
+}
+
+// The rays of one row that meet the superset, and their walks if the kernel leaves them.
+struct CoverageHull::Row {
+  std::size_t rays = 0;
+  std::vector<std::size_t> column;  // these have the row's width
+  std::vector<double> u_px, begin, end;
+  std::vector<CoverageEntry> entries;
+  std::vector<CoverageWalk> walks;
+
+  explicit Row(std::size_t width)
+      : column(width), u_px(width), begin(width), end(width), entries(width) {}
+  void add(std::size_t at, double at_u_px, const RayRange& range) {
+    column[rays] = at;
+    u_px[rays] = at_u_px;
+    begin[rays] = range.begin;
+    end[rays] = range.end;
+    ++rays;
+  }
+  void resolve(std::size_t ray) {
+    CoverageEntry& entry = entries[ray];
+    const RayRange range{entry.t, end[ray]};
+    for (CoverageWalk& walk : walks) walk.set_ray(u_px[ray], range);
+    const int camera = entry.camera;
+    entry = next_entry(walks, range);
+    if (entry.t == range.begin) entry.camera = camera;
+  }
+};
+
+CoverageSimdCamera CoverageHull::simd_camera(const MapFromView& map, const WalkedMap& walked) {
+  const ObjectPixels& whole = walked.whole_cells;
+  const PixelRect& corners = walked.corners;
+  CoverageSimdCamera simd{{map.at_eye.x(), map.at_eye.y(), map.at_eye.z()},
+                          {},
+                          whole.words().data(),
+                          whole.words_per_row(),
+                          whole.width_px(),
+                          whole.height_px(),
+                          walked.coverage.data(),
+                          corners.u0_px,
+                          corners.v0_px,
+                          corners.width_px(),
+                          corners.height_px()};
+  for (int i = 0; i < 9; ++i) simd.at_infinity[i] = map.at_infinity(i / 3, i % 3);
+  return simd;
+}
+
+// Collects the rays of the row that meet the superset and the box, and clears their depths.
+void CoverageHull::collect(Row& row, const View& view, int u0_px, double v_px,
+                           std::span<float> depth_m) const {
+  const HullRule& rule = superset_.rule();
+  row.rays = 0;
+  for (std::size_t column = 0; column < depth_m.size(); ++column) {
+    if (depth_m[column] == kNoHull) continue;
+    RayRange range{
+        std::max(view.near_m, std::exchange(depth_m[column], kNoHull) * (1 - kStartSlack)),
+        view.far_m};
+    const double u_px = u0_px + double(column);
+    if (rule.is_bounded())
+      range = range_in_box(rule.within_world_m,
+                           geometry::ray_through(view.camera, Vector2d(u_px, v_px)), range);
+    if (!range.empty()) row.add(column, u_px, range);
+  }
 }
 
 // Calls found(index in rect, depth [m], camera) for each ray that meets the hull. `camera` is the
@@ -130,36 +173,31 @@ template <class Found>
 void CoverageHull::trace(const View& view, const PixelRect& rect, std::span<float> depth_m,
                          const Found& found) {
   superset_.depth(view, rect, depth_m);
-  std::vector<MapFromView> maps;
-  for (const MapCamera& c : cameras_)
-    maps.push_back(map_from_view(cell_camera(c.silhouette.camera), view.camera));
-  std::vector<std::vector<LazyWalk>> walks_of(std::size_t(pool_->threads()));
-  pool_->run(rect.height_px(), [&](int row, int thread) {
-    std::vector<LazyWalk>& walks = walks_of[std::size_t(thread)];
-    for (int column = 0; column < rect.width_px(); ++column) {
-      const std::size_t index =
-          std::size_t(row) * std::size_t(rect.width_px()) + std::size_t(column);
-      float& depth = depth_m[index];
-      if (depth == kNoHull) continue;
-      RayRange range{std::max(view.near_m, depth * (1 - kStartSlack)), view.far_m};
-      if (const HullRule& rule = superset_.rule(); rule.is_bounded())
-        range = range_in_box(
-            rule.within_world_m,
-            geometry::ray_through(view.camera, Vector2d(rect.u0_px + column, rect.v0_px + row)),
-            range);
-      if (range.empty()) {
-        depth = kNoHull;
-        continue;
-      }
-      walks.clear();
-      for (std::size_t i = 0; i < cameras_.size(); ++i)
-        walks.emplace_back(maps[i], cameras_[i], rect.u0_px + column, rect.v0_px + row);
-      const Entry entry = next_entry(walks, range);
-      depth = entry.t == kNever ? kNoHull : float(entry.t);
-      if (depth == kNoHull) continue;
-      const bool by_border =
-          entry.camera >= 0 && entry.t > walks[std::size_t(entry.camera)].begin();
-      found(index, entry.t, by_border ? &cameras_[std::size_t(entry.camera)] : nullptr);
+  std::vector<CoverageSimdCamera> simd_cameras;
+  const auto width = std::size_t(rect.width_px());
+  Row first_row(width);
+  for (const MapCamera& c : cameras_) {
+    const MapFromView map = map_from_view(cell_camera(c.silhouette.camera), view.camera);
+    simd_cameras.push_back(simd_camera(map, c.walked));
+    first_row.walks.emplace_back(map, c.walked, *c.skip_map);
+  }
+  std::vector<Row> rows(std::size_t(pool_->threads()), first_row);
+  pool_->run(rect.height_px(), [&](int v, int thread) {
+    Row& row = rows[std::size_t(thread)];
+    const double v_px = rect.v0_px + v;
+    const std::size_t first = std::size_t(v) * width;
+    collect(row, view, rect.u0_px, v_px, depth_m.subspan(first, width));
+    for (CoverageWalk& walk : row.walks) walk.set_row(v_px);
+    const auto rays = [&](auto& all) { return std::span(all).first(row.rays); };
+    simd_entries(simd_cameras, {v_px, rays(row.u_px), rays(row.begin), rays(row.end)},
+                 rays(row.entries));
+    for (std::size_t i = 0; i < row.rays; ++i) {
+      const CoverageEntry& entry = row.entries[i];
+      if (!entry.resolved) row.resolve(i);
+      if (entry.t == kNever) continue;
+      const std::size_t index = first + row.column[i];
+      depth_m[index] = float(entry.t);
+      found(index, entry.t, entry.camera < 0 ? nullptr : &cameras_[std::size_t(entry.camera)]);
     }
   });
 }

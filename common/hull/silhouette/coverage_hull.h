@@ -6,11 +6,14 @@
 // walked through the cells (coverage_walk.h).
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "common/hull/cpu/cpu_hull.h"
-#include "common/hull/silhouette/coverage.h"
+#include "common/hull/silhouette/coverage_walk.h"
+#include "common/hull/silhouette/coverage_walk_simd.h"
+#include "common/hull/silhouette/sparse_coverage.h"
 
 namespace fivepipe::hull {
 
@@ -40,11 +43,11 @@ struct SurfaceTile {
 class CoverageHull {
  public:
   explicit CoverageHull(base::WorkerPool& pool);  // the pool must outlive the hull
-  CoverageHull(base::WorkerPool& pool, std::span<const CoverageSilhouette> silhouettes,
+  CoverageHull(base::WorkerPool& pool, std::vector<CoverageSilhouette> silhouettes,
                const HullRule& rule = {});
   // Replaces the silhouettes. If a camera is not finite, the hull is empty. The rule has
   // Limits::all (asserted).
-  void assign(std::span<const CoverageSilhouette> silhouettes, const HullRule& rule = {});
+  void assign(std::vector<CoverageSilhouette> silhouettes, const HullRule& rule = {});
 
   // Writes the depth of the view's rays through the pixels of `rect` to depth_m (see DepthTile),
   // which must have the rect's size. The bits do not depend on the order of the silhouettes or the
@@ -58,10 +61,12 @@ class CoverageHull {
   struct MapCamera {
     CoverageSilhouette silhouette;
     int given;  // index in the silhouettes given to assign()
-    ObjectPixels whole_cells;
+    WalkedMap walked;
     const SkipMap* skip_map;
   };
-  class LazyWalk;
+  struct Row;
+  static CoverageSimdCamera simd_camera(const MapFromView& map, const WalkedMap& walked);
+  void collect(Row& row, const View& view, int u0_px, double v_px, std::span<float> depth_m) const;
   template <class Found>
   void trace(const View& view, const PixelRect& rect, std::span<float> depth_m, const Found& found);
 

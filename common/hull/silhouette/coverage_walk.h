@@ -1,14 +1,12 @@
-// Walks one ray through one coverage map in double and finds its parts with a coverage of at least
-// one half.
+// Walks one ray through one coverage map in double, up to where its coverage is at least one half.
 //
 // The walk visits cells between four pixel centres: cell (a, b) is between pixels a - 1 and a, and
 // b - 1 and b. It skips cells without a corner at or above one half in boxes, as ray_walk.h does.
-// In a cell the coverage is bilinear, so along the ray's image, which is a line, it is quadratic in
-// the line's parameter. The roots are closed-form and are mapped to ray parameters by the
-// cross-ratio.
+// In a cell the coverage is bilinear in the image, where the ray is a line, so along the line it is
+// quadratic. The ray's parameter follows from the position on the line in closed form.
 #pragma once
 #include "common/hull/cpu/ray_walk.h"
-#include "common/hull/silhouette/coverage.h"
+#include "common/hull/silhouette/sparse_coverage.h"
 
 namespace fivepipe::hull {
 
@@ -20,66 +18,104 @@ geometry::Camera cell_camera(const geometry::Camera& camera);
 struct CellsOfMap {
   ObjectPixels any, all;
 };
-CellsOfMap cells_of(const CoverageMap& map);
-// Returns true if the ray is inside of the coverage at t and just after it, because the cell there
-// has all corners at or above one half: the interpolant is then above one half in the cell and on
-// its border. The line is the ray's image in the cells' camera. If it returns false, the ray may
-// still be inside.
-inline bool is_in_whole_cell(const ImageLine& line, const ObjectPixels& all, double t) {
-  const double w = line.w_offset + t * line.w_slope;
-  if (!(w > kNearestToCamera_m)) return false;
-  const double u = (line.u_offset + t * line.u_slope) / w,
-               v = (line.v_offset + t * line.v_slope) / w;
-  // The image begins and ends half a cell inside of the cells.
-  return u >= 0.5 && v >= 0.5 && u < all.width_px() - 0.5 && v < all.height_px() - 0.5 &&
-         all.contains(int(u), int(v));
-}
+// half_covered: the pixels at or above one half.
+CellsOfMap cells_of(const ObjectPixels& half_covered);
+
+// A coverage map, prepared for walks.
+struct WalkedMap {
+  WalkedMap() = default;
+  WalkedMap(const SparseCoverageMap& map, const ObjectPixels& half_covered,
+            ObjectPixels whole_cells);
+
+  ObjectPixels whole_cells;  // CellsOfMap::all
+  // Coverage of the corners of the cells of CellsOfMap::any, row by row. Beside the image it is
+  // that of the nearest pixel.
+  PixelRect corners;
+  std::vector<std::uint8_t> coverage;
+};
+
+// A coverage this close to one half may be on either side, by rounding [1/510]: 100 times the
+// rounding of a bilinear form of 8-bit values in an image of 10,000 px.
+inline constexpr double kUncertainSide = 1e-8;
 
 class CoverageWalk {
  public:
-  // The line is the ray's image in the cells' camera. `map` and `skip_map` must outlive the walk.
-  // skip_map is that of cells_with_object(map) and has the quadrant into which the line moves.
-  CoverageWalk(const ImageLine& line, const CoverageMap& map, const SkipMap& skip_map,
-               const RayRange& range);
+  // map_from_view is that of the cells' camera. skip_map is that of CellsOfMap::any and has the
+  // quadrants of the view's rays. Both maps must outlive the walk.
+  CoverageWalk(const MapFromView& map_from_view, const WalkedMap& map, const SkipMap& skip_map);
+  // Selects the rays through a row of the view's pixels, and then one of them.
+  void set_row(double v_px) {
+    for (int i = 0; i < 3; ++i)
+      slope_of_row_[i] = map_from_view_.at_infinity(i, 1) * v_px + map_from_view_.at_infinity(i, 2);
+  }
+  void set_ray(double u_px, const RayRange& range) {
+    line_.u_slope = map_from_view_.at_infinity(0, 0) * u_px + slope_of_row_[0];
+    line_.v_slope = map_from_view_.at_infinity(1, 0) * u_px + slope_of_row_[1];
+    line_.w_slope = map_from_view_.at_infinity(2, 0) * u_px + slope_of_row_[2];
+    range_ = range;
+    begin_ = range.begin;
+    has_started_ = false;
+  }
 
-  struct VerdictSpan {
-    bool inside;
-    double end;  // > t; kNever: to the end of the ray
-  };
-  // Returns the verdict just after t. t must be in the range and not decrease from call to call.
-  VerdictSpan verdict_at(double t) {
-    while (!(t < verdict_span_.end)) walk_to(t);
-    return verdict_span_;
+  // Returns the first parameter >= t just after which the ray is in the coverage, or kNever. t must
+  // be in the range and not decrease from call to call.
+  double next_inside(double t) {
+    const ImagePoint p = at(t);
+    // At most points the ray is far inside of most silhouettes.
+    return is_in_whole_cell(p) ? t : walk(t, p);
   }
   // Returns the first parameter of the range at which the ray is in front of the camera and in its
-  // image. This is not a border of the coverage.
-  double begin() const { return inside_image_.begin; }
+  // image, which is not a border of the coverage. Requires that next_inside() returned another
+  // parameter than the one it was given.
+  double begin() const { return begin_; }
 
  private:
   struct ImagePoint {
     double u, v, w;  // w: the camera's depth [m]
   };
-  ImagePoint at(double t) const;
-  void walk_to(double t);
-  void step_over_border(double t);
-  void enter(double t);
-  void cut_cell(double t);
-  void select_piece(double t);
+  ImagePoint at(double t) const {
+    const double w = line_.w_offset + t * line_.w_slope, per_w = 1 / w;
+    return {(line_.u_offset + t * line_.u_slope) * per_w,
+            (line_.v_offset + t * line_.v_slope) * per_w, w};
+  }
+  // The image begins and ends half a cell inside of the cells.
+  bool is_in_image(const ImagePoint& p) const {
+    return p.w > kNearestToCamera_m && p.u >= 0.5 && p.v >= 0.5 && p.u < end_u_ && p.v < end_v_;
+  }
+  // Returns true if the cell has all corners at or above one half: the interpolant is then above
+  // one half in the cell and on its border. If it returns false, the ray may be inside.
+  bool is_in_whole_cell(const ImagePoint& p) const {
+    if (!is_in_image(p)) return false;
+    const int u = int(p.u);
+    return whole_[std::ptrdiff_t(int(p.v)) * words_per_row_ + (u >> 6)] >> (u & 63) & 1;
+  }
+  double walk(double t, ImagePoint p);
+  void start(double t, const ImagePoint& p);
+  int extent(Quadrant ahead, int u, int v) const;
+  double entry_in_cell(int u, int v, double s, double end) const;
+  double s_of(double t) const {
+    return (t - t0_) / (start_.w * (line_.w_offset + t * line_.w_slope));
+  }
+  double t_of(double s) const {
+    return t0_ + s * start_.w * start_.w / (1 - s * start_.w * line_.w_slope);
+  }
 
-  ImageLine line_;
-  const CoverageMap* map_;
+  MapFromView map_from_view_;
+  const WalkedMap* map_;
   const SkipMap* skip_map_;
-  RayRange inside_image_;
-  bool right_, down_, leaves_by_u_ = false;
-  PixelRect box_;  // the cells around the ray; if it has more than one, all are empty
-  int u_ = 0, v_ = 0;
-  double leaves_box_ = -kNever;
-  // Quadratic of (coverage - one half) along the image, from the entry of the ray into the cell (0)
-  // to its exit (1); and the ends of the pieces between the roots.
-  double constant_ = 0, linear_ = 0, square_ = 0;
-  double cut_at_[4] = {}, cut_t_[4] = {};
-  int cuts_ = 0;
-  VerdictSpan verdict_span_;
+  const std::uint64_t* whole_;
+  int words_per_row_;
+  double end_u_, end_v_;  // of the image
+  double slope_of_row_[3] = {};
+
+  ImageLine line_{};
+  RayRange range_{};
+  double begin_ = 0;
+  bool has_started_ = false, right_ = false, down_ = false;
+  // The image at parameter t is start_ + s (du_, dv_) with s = (t - t0_) / (start_.w W(t)). The
+  // ray ends or leaves the image at s_end_.
+  ImagePoint start_{};
+  double t0_ = 0, du_ = 0, dv_ = 0, per_du_ = 0, per_dv_ = 0, s_end_ = 0;
 };
 
 }  // namespace fivepipe::hull

@@ -28,8 +28,10 @@ struct CoverageSquare : ::testing::Test {
            CoverageMap(100, 75)});
   }
   void fill(int camera, const PixelRect& r, std::uint8_t coverage = 255) {
+    CoverageMap map = silhouettes[camera].map.dense();
     for (int v = r.v0_px; v < r.v1_px; ++v)
-      for (int u = r.u0_px; u < r.u1_px; ++u) silhouettes[camera].map.set(u, v, coverage);
+      for (int u = r.u0_px; u < r.u1_px; ++u) map.set(u, v, coverage);
+    silhouettes[camera].map = map;
   }
   // The pixels at or above one half, as binary maps.
   std::vector<Silhouette> binary() const {
@@ -177,7 +179,7 @@ TEST_F(CoverageSquare, ObjectCutByTheImageBorderEqualsTheDefinition) {
 }
 TEST_F(CoverageSquare, OutsideEveryImageAndForNaNNothingIsCovered) {
   fill(0, {0, 0, 100, 75});
-  const CoverageMap& map = silhouettes[0].map;
+  const SparseCoverageMap& map = silhouettes[0].map;
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(map.interpolated(-0.5, -0.5), 1);
   for (const auto& [u, v] :

@@ -1,5 +1,6 @@
 // The hull of coverage maps, against its definition sampled densely along seeded rays.
 #include <gtest/gtest.h>
+#include <hwy/targets.h>
 
 #include <algorithm>
 #include <cmath>
@@ -50,6 +51,25 @@ TEST(CoverageHull, EqualsItsDefinitionOnRandomRigs) {
   }
   EXPECT_GT(counts.hits, 500);
   EXPECT_LE(counts.between_samples, counts.hits / 50);
+}
+
+TEST(CoverageHull, IsTheSameWithEveryInstructionSet) {
+  test::Random random(21);
+  const auto silhouettes =
+      covered(test::random_object(random, 3), test::random_cameras(random, 4, 160, 121));
+  const View view{test::random_camera(random, 99, 80, 0.8), 0.05, 3.0};
+  hwy::SetSupportedTargetsForTest(0);
+  const std::int64_t all = hwy::SupportedTargets();
+  std::vector<DepthTile> tiles;
+  for (std::int64_t left = all; left != 0; left &= left - 1) {
+    hwy::SetSupportedTargetsForTest(left & -left);
+    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+    tiles.push_back(depth_of(silhouettes, view));
+  }
+  hwy::SetSupportedTargetsForTest(0);
+  hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+  for (const DepthTile& tile : tiles) EXPECT_EQ(tile.depth_m, tiles[0].depth_m);
+  EXPECT_FALSE(no_hull(tiles[0]));
 }
 
 // Every cell differs, and most have saddles and small loops.
@@ -193,7 +213,7 @@ TEST(CellsOfMap, AreThoseOfTheirFourCorners) {
     for (const int height : {1, 2, 5})
       for (const double inside : {0.1, 0.5, 0.9}) {
         const CoverageMap map = random_map(random, width, height, inside);
-        const CellsOfMap cells = cells_of(map);
+        const CellsOfMap cells = cells_of(SparseCoverageMap(map).half_covered());
         ASSERT_EQ(cells.any.width_px(), width + 1);
         ASSERT_EQ(cells.all.height_px(), height + 1);
         for (int v = 0; v <= height; ++v)
@@ -219,7 +239,7 @@ TEST(CoverageMap, ItsOutlineAndObjectPixelsAreTheMap) {
         for (int u = 0; u < width; ++u) object.set(u, v, test::uniform(random, 0, 1) < 0.5);
       const CoverageOutline outline = map.outline(object);
       EXPECT_EQ(outline.coverage.size(), outline.pixels.count());
-      EXPECT_EQ(CoverageMap::from_outline(object, outline), map);
+      EXPECT_EQ(SparseCoverageMap(object, outline).dense(), map);
       const CoverageMap binary = CoverageMap::from_pixels(object);
       EXPECT_EQ(binary.outline(object).pixels.count(), 0u);
       CoverageMap kept = map;

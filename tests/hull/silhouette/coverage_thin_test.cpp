@@ -86,7 +86,7 @@ struct Level {
   double width_px,
       farthest_px;  // mean over the wire without its ends; distance of the level set from the axis
 };
-Level level_of(const CoverageMap& m, const Wire& wire) {
+Level level_of(const SparseCoverageMap& m, const Wire& wire) {
   constexpr int kPerPixel = 8;
   const double half = 0.5 * kLength_px - 4;
   Level level{0, 0};
@@ -137,7 +137,7 @@ TEST(ThinCoverage, KeepsWiresConnected) {
 TEST(ThinCoverage, ContainedRuleKeepsTheAxisInside) {
   for (const double width_px : kWidths_px)
     for (const Wire& wire : wires(width_px, 80)) {
-      const CoverageMap kept = preserve_thin(wire.map());
+      const SparseCoverageMap kept = preserve_thin(wire.map());
       for (double t = -0.5 * kLength_px + kEnd_px; t <= 0.5 * kLength_px - kEnd_px; t += 0.05) {
         const Vector2d uv = wire.center_px + t * wire.along();
         EXPECT_GE(kept.interpolated(uv.x(), uv.y()), 0.5)
@@ -185,8 +185,8 @@ TEST(ThinCoverage, RowAlignedStripsKeepTheirWidthOrBorders) {
     for (int u = 0; u < 9; ++u) map.set(u, 4, std::uint8_t(c));
     const double w = c / 255.0, half = 0.5 * w,
                  quantum = 1.0 / 255;  // of coverage; moves a border by at most 1/255 px
-    const CoverageMap as_wide = preserve_thin(map, {.rule = ThinRule::as_wide}),
-                      contained = preserve_thin(map);
+    const SparseCoverageMap as_wide = preserve_thin(map, {.rule = ThinRule::as_wide}),
+                            contained = preserve_thin(map);
     for (const double side : {-1.0, 1.0}) {
       EXPECT_GE(as_wide.interpolated(4, 4 + side * (half - 1e-9)), 0.5);
       EXPECT_LT(as_wide.interpolated(4, 4 + side * (half + 3 * quantum)), 0.5);
@@ -200,7 +200,7 @@ TEST(ThinCoverage, RowAlignedStripsKeepTheirWidthOrBorders) {
       CoverageMap map(9, 9);
       for (int u = 0; u < 9; ++u)
         map.set(u, 3, std::uint8_t(above)), map.set(u, 4, std::uint8_t(below));
-      const CoverageMap contained = preserve_thin(map);
+      const SparseCoverageMap contained = preserve_thin(map);
       EXPECT_GE(contained.interpolated(4, 3.5 - above / 255.0 + 1e-9), 0.5)
           << above << ' ' << below;
       EXPECT_GE(contained.interpolated(4, 3.5 + below / 255.0 - 1e-9), 0.5)

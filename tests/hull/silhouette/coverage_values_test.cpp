@@ -68,6 +68,7 @@ TEST(CoverageMap, KeepsItsBytes) {
 TEST(CoverageMap, InterpolatesBetweenPixelCentres) {
   Random random(3);
   const CoverageMap map = random_coverage(random, 6, 4);
+  const SparseCoverageMap sparse = map;
   for (int i = 0; i < 500; ++i) {
     const double u = uniform(random, -0.5, 5.5), v = uniform(random, -0.5, 3.5);
     double expected = 0;  // a hat function on each pixel; the outermost extend outward
@@ -75,16 +76,16 @@ TEST(CoverageMap, InterpolatesBetweenPixelCentres) {
       for (int x = -1; x <= 6; ++x)
         expected += std::max(0.0, 1 - std::abs(u - x)) * std::max(0.0, 1 - std::abs(v - y)) *
                     map.at(std::clamp(x, 0, 5), std::clamp(y, 0, 3));
-    EXPECT_NEAR(map.interpolated(u, v), expected / 255, 1e-12);
+    EXPECT_NEAR(sparse.interpolated(u, v), expected / 255, 1e-12);
   }
-  EXPECT_EQ(map.interpolated(-0.5, -0.5), map.at(0, 0) / 255.0);
+  EXPECT_EQ(sparse.interpolated(-0.5, -0.5), map.at(0, 0) / 255.0);
   for (const auto& [u, v] : {std::pair{-0.5001, 1.0},
                              {5.5, 1.0},
                              {1.0, -0.5001},
                              {1.0, 3.5},
                              {std::nan(""), 1.0},
                              {1.0, std::nan("")}})
-    EXPECT_EQ(map.interpolated(u, v), 0);
+    EXPECT_EQ(sparse.interpolated(u, v), 0);
 }
 
 // The plane by QR of the weighted equations, over a window of 7x7 pixels.

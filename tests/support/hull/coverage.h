@@ -20,7 +20,8 @@ inline constexpr double kOnBorder = 1e-3;
 inline constexpr double kNearestSample_m = 1e-9;
 
 inline DepthTile depth_of(std::span<const CoverageSilhouette> silhouettes, const View& view) {
-  return CoverageHull(test::test_pool(), silhouettes).depth(view, test::whole_image(view.camera));
+  return CoverageHull(test::test_pool(), {silhouettes.begin(), silhouettes.end()})
+      .depth(view, test::whole_image(view.camera));
 }
 
 // The definition, implemented independently with the weights of the four nearest centres. Returns
