@@ -141,7 +141,11 @@ class VideoPipe {
       const char* const input = draws            ? bus::topics::HullTile::name
                                 : captures(node) ? bus::topics::HeadPose::name
                                                  : bus::topics::ObjectPixelMap::name;
-      if (!reads.contains({node.name, input})) missing.insert(node.name);
+      const bool reads_coverage =
+          deployment_.coverage && input == bus::topics::ObjectPixelMap::name;
+      if (!reads.contains({node.name, input}) ||
+          (reads_coverage && !reads.contains({node.name, bus::topics::ObjectCoverage::name})))
+        missing.insert(node.name);
       if (draws && !writes.contains({node.name, bus::topics::FrameComposited::name}))
         missing.insert(node.name);
     }

@@ -3,11 +3,13 @@
 #include <filesystem>
 #include <numbers>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 #include <random>
 
 #include "capture_node/capture.h"
 #include "capture_node/segmentation/image_mask.h"
 #include "capture_node/segmentation/matte.h"
+#include "common/hull/silhouette/thin_coverage.h"
 #include "tests/support/capture/capture_rig.h"
 #include "tests/support/test_folder.h"
 
@@ -29,6 +31,19 @@ TEST(Matte, HalfWhiteAndHalfOpaqueAreObject) {
   EXPECT_EQ(pixels_of_mask(colour), expected);
   EXPECT_EQ(pixels_of_alpha(alpha), expected);
   EXPECT_EQ(pixels_of_mask(cv::Mat(0, 0, CV_8UC1)), hull::ObjectPixels());
+}
+
+TEST(Matte, TheirLevelsAreTheCoverage) {
+  cv::Mat mask(2, 128, CV_8UC1), colour(2, 128, CV_8UC3, cv::Scalar::all(0)),
+      alpha(2, 128, CV_8UC4, cv::Scalar(255, 255, 255, 0));
+  for (int i = 0; i < 256; ++i)
+    mask.data[i] = colour.data[3 * i + i % 3] = alpha.data[4 * i + 3] = std::uint8_t(i);
+  for (const hull::CoverageMap& coverage :
+       {coverage_of_mask(mask), coverage_of_mask(colour), coverage_of_alpha(alpha)}) {
+    ASSERT_EQ(coverage.width_px(), 128);
+    ASSERT_EQ(coverage.height_px(), 2);
+    for (int i = 0; i < 256; ++i) EXPECT_EQ(coverage.at(i % 128, i / 128), i);
+  }
 }
 
 cv::Vec3b bgr(double r, double g, double b) {
@@ -143,6 +158,34 @@ TEST_F(CaptureWithMattes, MasksAreTheMap) {
 TEST_F(CaptureWithMattes, AlphaIsTheMap) { expect_truth("alpha", config::AlphaChannel{}); }
 TEST_F(CaptureWithMattes, AScreenIsNoObject) {
   expect_truth("screen", config::ChromaKey{{1, 1, 0}, 30, 0.3});
+}
+
+// The levels of masks and alpha channels are the coverage, inside of the searched pixels. Without
+// `coverage` there is none.
+TEST_F(CaptureWithMattes, TheirLevelsAreTheCoverage) {
+  const cv::Mat image = cv::imread((folder_.path / "image0.png").string());
+  cv::Mat soft = cv::imread((folder_.path / "mask0.png").string(), cv::IMREAD_GRAYSCALE);
+  cv::GaussianBlur(soft, soft, cv::Size(7, 7), 1.2);
+  cv::imwrite((folder_.path / "soft0.png").string(), soft);
+  cv::Mat alpha;
+  cv::cvtColor(image, alpha, cv::COLOR_BGR2BGRA);
+  cv::insertChannel(soft, alpha, 3);
+  cv::imwrite((folder_.path / "softalpha0.png").string(), alpha);
+  const Eigen::AlignedBox3d box(Eigen::Vector3d(-0.1, -0.1, 0.2), Eigen::Vector3d(0.1, 0.1, 0.3));
+  hull::CoverageMap expected = coverage_of_mask(soft);
+  expected.keep(pixels_of_volume(rig_.cameras[0], box));
+  for (const auto& [images, key] : std::vector<std::pair<const char*, config::ObjectKey>>{
+           {"image", config::MatteFile{file("soft")}}, {"softalpha", config::AlphaChannel{}}}) {
+    config::CaptureConfig config;
+    config.sources["cam"] = config::VideoSource{file(images), key, 0};
+    config.segmentation.volume_m = box;
+    EXPECT_FALSE(Capture(rig_, viewer_, config, 30).capture(0, false)[0].outline);
+    config.coverage = true;
+    const auto found = Capture(rig_, viewer_, config, 30).capture(0, false);
+    ASSERT_TRUE(found[0].pixels && found[0].outline) << images;
+    EXPECT_GT(found[0].outline->coverage.size(), 50u);
+    EXPECT_EQ(*found[0].outline, hull::preserve_thin(expected).outline(*found[0].pixels)) << images;
+  }
 }
 
 TEST_F(CaptureWithMattes, FaultsNameTheirCause) {

@@ -71,6 +71,16 @@ TEST(Undistortion, MapsPointsToPinholeProjection) {
   EXPECT_GT(seen, 20);
 }
 
+// Returns the positions of the published pixels, row by row.
+std::vector<Eigen::Vector2d> captured_uv_of_published(const config::RigCamera& camera) {
+  std::vector<cv::Point3d> rays;
+  const geometry::Pinhole& k = camera.published;
+  for (int v = 0; v < k.height_px; ++v)
+    for (int u = 0; u < k.width_px; ++u)
+      rays.emplace_back((u - k.cx_px) / k.fx_px, (v - k.cy_px) / k.fy_px, 1);
+  return captured_uv(camera, rays);
+}
+
 // Each bit is that of the captured pixel that contains the published pixel's center, according to
 // OpenCV's lens model.
 TEST(Undistortion, TakesEachBitFromTheNearestCapturedPixel) {
@@ -81,12 +91,7 @@ TEST(Undistortion, TakesEachBitFromTheNearestCapturedPixel) {
   for (int v = 0; v < 486; ++v)
     for (int u = 0; u < 645; ++u) captured.set(u, v, random() % 2);
   const hull::ObjectPixels published = undistortion.published(captured);
-  std::vector<cv::Point3d> rays;
-  const geometry::Pinhole& k = camera.published;
-  for (int v = 0; v < 486; ++v)
-    for (int u = 0; u < 645; ++u)
-      rays.emplace_back((u - k.cx_px) / k.fx_px, (v - k.cy_px) / k.fy_px, 1);
-  const std::vector<Eigen::Vector2d> from = captured_uv(camera, rays);
+  const std::vector<Eigen::Vector2d> from = captured_uv_of_published(camera);
   // OpenCV returns the position as double and this code computes it in double; a position this
   // close to the border of two pixels may round to either.
   constexpr double kRounding_px = 1e-6;
@@ -105,6 +110,35 @@ TEST(Undistortion, TakesEachBitFromTheNearestCapturedPixel) {
       compared += is_seen;
     }
   EXPECT_GT(compared, 600 * 450);
+}
+
+// Coverage is interpolated bilinearly at the position according to OpenCV's lens model.
+TEST(Undistortion, InterpolatesCoverage) {
+  const config::RigCamera camera = lens_camera();
+  const Undistortion undistortion(camera);
+  hull::CoverageMap captured(645, 486);
+  const auto coverage = [](double u, double v) { return 0.2 * u + 0.1 * v + 30; };
+  for (int v = 0; v < 486; ++v)
+    for (int u = 0; u < 645; ++u) captured.set(u, v, std::uint8_t(std::lround(coverage(u, v))));
+  const hull::CoverageMap published = undistortion.published(captured);
+  ASSERT_EQ(published.width_px(), 645);
+  ASSERT_EQ(published.height_px(), 486);
+  const std::vector<Eigen::Vector2d> from = captured_uv_of_published(camera);
+  int compared = 0;
+  for (int v = 0; v < 486; ++v)
+    for (int u = 0; u < 645; ++u) {
+      const Eigen::Vector2d uv = from[std::size_t(v * 645 + u)];
+      if (!undistortion.sees(u, v)) {
+        ASSERT_EQ(published.at(u, v), 0);
+      } else if (uv.x() >= 0 && uv.y() >= 0 && uv.x() <= 644 && uv.y() <= 485) {
+        // Twice rounded to whole levels.
+        ASSERT_NEAR(published.at(u, v), coverage(uv.x(), uv.y()), 1.05) << u << ' ' << v;
+        ++compared;
+      }
+    }
+  EXPECT_GT(compared, 600 * 450);
+  const config::RigCamera plain = test::table_camera("plain", {0, -1, 1}, 645, 486);
+  EXPECT_EQ(Undistortion(plain).published(captured), captured);
 }
 
 // All numbers below are exact in binary. The published image has half the pixel size and a border

@@ -94,6 +94,23 @@ class HostilePeer {
     }
     maps_.write(map);
   }
+  void send_coverage() {
+    fivepipe_v1_ObjectCoverage coverage{};
+    messages::set_text(coverage.camera, name_or("left"));
+    coverage.frame = number_;
+    coverage.capture_stamp_ns = 1;
+    coverage.image_width_px = 180;
+    coverage.image_height_px = 122;
+    coverage.region = {0, 0, 180, 122};
+    fill(coverage.pixels, bytes_, std::uint8_t(0xff));
+    fill(coverage.coverage, more_bytes_, std::uint8_t(0x80));
+    switch (random_() % 3) {
+      case 0: coverage.region = wild_rect(); break;
+      case 1: coverage.encoding = fivepipe_v1_run_lengths; break;
+      default: make_implausible(coverage);
+    }
+    coverages_.write(coverage);
+  }
   void send_colour() {
     fivepipe_v1_ObjectColour colour{};
     messages::set_text(colour.camera, name_or("left"));
@@ -230,7 +247,7 @@ class HostilePeer {
     const char* name;
     void (HostilePeer::*send)();
   };
-  static const std::array<Topic, 14> kTopics;
+  static const std::array<Topic, 15> kTopics;
 
   std::mt19937_64 random_{1};
   std::uint64_t number_ = 0;
@@ -239,6 +256,7 @@ class HostilePeer {
   std::vector<std::uint32_t> indices_;
   bus::Bus bus_;
   bus::Writer<bus::topics::ObjectPixelMap> maps_ = bus_.writer<bus::topics::ObjectPixelMap>();
+  bus::Writer<bus::topics::ObjectCoverage> coverages_ = bus_.writer<bus::topics::ObjectCoverage>();
   bus::Writer<bus::topics::ObjectColour> colours_ = bus_.writer<bus::topics::ObjectColour>();
   bus::Writer<bus::topics::CameraInfo> infos_ = bus_.writer<bus::topics::CameraInfo>();
   bus::Writer<bus::topics::HeadPose> poses_ = bus_.writer<bus::topics::HeadPose>();
@@ -257,8 +275,9 @@ class HostilePeer {
   bus::Writer<bus::topics::NodeStatus> statuses_ = bus_.writer<bus::topics::NodeStatus>();
 };
 
-const std::array<HostilePeer::Topic, 14> HostilePeer::kTopics = {{
+const std::array<HostilePeer::Topic, 15> HostilePeer::kTopics = {{
     {"ObjectPixelMap", &HostilePeer::send_map},
+    {"ObjectCoverage", &HostilePeer::send_coverage},
     {"ObjectColour", &HostilePeer::send_colour},
     {"CameraInfo", &HostilePeer::send_camera_info},
     {"HeadPose", &HostilePeer::send_pose},

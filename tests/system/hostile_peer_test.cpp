@@ -55,8 +55,8 @@ std::ptrdiff_t max_lines(Clock::duration time) {
   return periods * ((std::ssize(kNodes) + 1) * (node::LogBudget::kMaxLines + 1) + 2);
 }
 // The table at the end of `up`: at most 64 drops and one more for each of 32 reasons, one peer,
-// five nodes, 14 topics of the recorder twice, and 20 other lines.
-constexpr std::ptrdiff_t kMaxTableLines = 150;
+// five nodes, 15 topics of the recorder twice, and 20 other lines.
+constexpr std::ptrdiff_t kMaxTableLines = 152;
 // At most 65 counts and 96 drops for each of five nodes, 96 drops together, of at most 280 bytes
 // each (the texts of a DropCount in NodeStatus, and indentation), and 10 kB of other values.
 constexpr std::size_t kMaxReportBytes = 256 * 1024;
@@ -144,12 +144,14 @@ class HostilePeer : public RecordingTest {
   Clock::duration longest_gap_{};
   std::map<std::string, std::map<std::string, std::uint64_t>> drops_;  // by node and reason
   std::size_t most_entries_ = 0;  // of one reason in one status
-  // Without a video, whose encoder takes memory for its first frames and time at the end.
-  Deployed deployed_{changed_deployment(folder_ / "files", "program: render_node}",
-                                        "program: render_node, video: false}"),
-                     domain_,
-                     out_,
-                     {"--record", recording_.string()}};
+  // With coverage, so that the peer's is read; without a video, whose encoder takes memory for its
+  // first frames and time at the end.
+  Deployed deployed_{
+      changed_deployment(folder_ / "files", "program: render_node}",
+                         "program: render_node, video: false}\nhull: {coverage: true}"),
+      domain_,
+      out_,
+      {"--record", recording_.string()}};
   std::map<std::string, pid_t> pids_;  // of the nodes, "recorder" and "up"
 };
 
@@ -203,8 +205,8 @@ TEST_F(HostilePeer, DeploymentWorksOnAndNamesThePeer) {
   EXPECT_EQ(offender.key().substr(0, name.size()), name);
   EXPECT_GT(offender.value().get<int>(), attack_s() * kRate_Hz / 4);
   for (const char* reason :
-       {"bad_map", "bad_colour", "bad_camera_info", "bad_head_pose", "bad_view", "bad_tile",
-        "bad_state", "bad_collision", "bad_composited"})
+       {"bad_map", "bad_coverage", "bad_colour", "bad_camera_info", "bad_head_pose", "bad_view",
+        "bad_tile", "bad_state", "bad_collision", "bad_composited"})
     EXPECT_GT(dropped(report["frames"]["dropped"], reason), 0u) << reason << '\n'
                                                                 << report["frames"].dump(1);
   EXPECT_EQ(report["duplicate_nodes"], nlohmann::json::array());

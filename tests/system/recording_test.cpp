@@ -104,20 +104,30 @@ TEST_F(RecordingPipeline, NodeInputsMatchSubscriptions) {
                                        {"recon_node", "recon_a"},
                                        {"sim_node", "simulation"},
                                        {"render_node", "rendering"}};
-  for (const test::NodeUnderTest& under_test : nodes) {
-    const auto program = node(under_test.program, under_test.name);
-    std::set<std::string> reads;
+  const std::string coverage =
+      test::changed_deployment(folder_ / "coverage", "program: render_node}",
+                               "program: render_node}\nhull: {coverage: true}");
+  const auto expect_inputs = [&](const test::NodeUnderTest& under_test,
+                                 const std::string& deployment) {
+    const auto program = node(under_test.program, under_test.name, deployment);
+    std::set<std::string> reads, expected = replay::inputs_of(under_test.program, {});
+    if (deployment == coverage &&
+        (under_test.program == "recon_node" || under_test.program == "sim_node"))
+      expected.insert(bus::topics::ObjectCoverage::name);
     EXPECT_TRUE(eventually(bus_, test::kStart,
                            [&] {
                              reads.clear();
                              for (const bus::EndpointDescription& endpoint : bus_.endpoints())
                                if (endpoint.participant == under_test.name && !endpoint.writes)
                                  reads.insert(endpoint.topic);
-                             return reads == replay::inputs_of(under_test.program, {});
+                             return reads == expected;
                            }))
         << under_test.name << " reads " << testing::PrintToString(reads) << '\n'
         << program->said();
-  }
+  };
+  for (const test::NodeUnderTest& under_test : nodes)
+    for (const std::string& deployment : {test::kSmallDeployment, coverage})
+      expect_inputs(under_test, deployment);
 }
 
 // In a lossless replay, a node handles every complete frame and drops nothing else. The first

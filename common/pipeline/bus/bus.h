@@ -124,8 +124,9 @@ class Reader {
   // Returns the process that wrote the sample. Returns nullopt if its participant states no
   // identity (another program, an older version), or if the writer was gone at the first call for
   // it.
-  std::optional<ProcessId> process(const Sample<Topic>& sample) {
-    return processes_.of(entity_->handle, sample.writer());
+  std::optional<ProcessId> process(const Sample<Topic>& sample) { return process(sample.writer()); }
+  std::optional<ProcessId> process(std::uint64_t writer) {  // Sample::writer()
+    return processes_.of(entity_->handle, writer);
   }
   // Number of matched writers.
   int writers() const { return detail::matched_writers(entity_->handle); }

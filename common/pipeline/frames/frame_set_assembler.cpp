@@ -76,7 +76,7 @@ void FrameSetAssembler::drop_maps_of(std::uint64_t writer) {
 }
 
 FrameSet FrameSetAssembler::finished(std::uint64_t frame, Incomplete set) const {
-  FrameSet result{frame, 0, 0, INT64_MAX, INT64_MIN, {}, {}, {}, {}, {}};
+  FrameSet result{frame, 0, 0, INT64_MAX, INT64_MIN, {}, {}, {}, {}, {}, {}};
   std::int64_t latest_ns = 0;
   for (const std::size_t camera : shape_cameras_) {
     const auto found = set.find(camera);
@@ -93,12 +93,11 @@ FrameSet FrameSetAssembler::finished(std::uint64_t frame, Incomplete set) const 
     latest_ns = result.silhouettes.empty() ? map.capture_stamp_ns
                                            : std::max(latest_ns, map.capture_stamp_ns);
     if (map.pixels.count() == 0) result.empty_cameras.push_back(rig_.cameras[camera].name);
-    if (map.outline) result.outlines.push_back(std::move(*map.outline));
+    result.sources.push_back({map.capture_stamp_ns, map.writer});
     result.silhouettes.push_back(
         {config::published_camera(rig_.cameras[camera]), std::move(map.pixels)});
     result.cameras.push_back(rig_.cameras[camera].name);
   }
-  if (result.outlines.size() < result.silhouettes.size()) result.outlines.clear();
   result.skew_ns = latest_ns - result.capture_stamp_ns;
   return result;
 }

@@ -22,9 +22,14 @@ struct CameraMap {
   std::uint64_t frame;
   std::int64_t capture_stamp_ns;
   hull::ObjectPixels pixels;
-  std::optional<hull::CoverageOutline> outline = {};  // sub-pixel silhouettes only
-  std::int64_t received_ns = 0;                       // CLOCK_REALTIME, by this process
-  std::uint64_t writer = 0;                           // bus::Sample::writer()
+  std::int64_t received_ns = 0;  // CLOCK_REALTIME, by this process
+  std::uint64_t writer = 0;      // bus::Sample::writer()
+};
+
+// Of which image a silhouette is.
+struct SilhouetteSource {
+  std::int64_t capture_stamp_ns;
+  std::uint64_t writer;  // as in CameraMap
 };
 
 struct FrameSet {
@@ -33,7 +38,8 @@ struct FrameSet {
   std::int64_t skew_ns;                              // latest capture stamp minus earliest
   std::int64_t first_received_ns, last_received_ns;  // CLOCK_REALTIME; of its maps
   std::vector<hull::Silhouette> silhouettes;         // in the rig's order
-  // Of the silhouettes; empty if a map has none.
+  std::vector<SilhouetteSource> sources;             // of the silhouettes
+  // Sub-pixel coverage of the silhouettes; empty if there is none (FrameSetReader).
   std::vector<hull::CoverageOutline> outlines;
   std::vector<std::string> cameras;        // of the silhouettes
   std::vector<std::string> empty_cameras;  // cameras with no object pixel

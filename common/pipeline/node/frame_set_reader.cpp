@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+
 #include "common/pipeline/node/status_names.h"
 
 namespace fivepipe::node {
@@ -19,7 +21,7 @@ FrameSetReader::FrameSetReader(bus::Bus& bus, const config::Rig& rig, NodeStatus
       sets_(rig) {}
 
 void FrameSetReader::reset() {
-  outlines_.clear();
+  sent_coverages_.clear();
   sets_.reset();
 }
 
@@ -42,20 +44,46 @@ void FrameSetReader::add_coverage(const bus::Sample<bus::topics::ObjectCoverage>
     return;
   }
   auto& coverage = std::get<messages::CameraCoverage>(received);
-  outlines_.get_or_add(coverage.frame).value.insert_or_assign(coverage.camera, std::move(coverage));
+  const auto process = coverages_->process(sample);
+  std::vector<SentCoverage>& of_camera =
+      sent_coverages_.get_or_add(coverage.frame).value[coverage.camera];
+  const auto known =
+      std::find_if(of_camera.begin(), of_camera.end(),
+                   [&](const SentCoverage& sent) { return sent.process == process; });
+  if (known != of_camera.end())
+    known->coverage = std::move(coverage);
+  else if (of_camera.size() < kMaxCoverages)
+    of_camera.push_back({process, std::move(coverage)});
+  else
+    status_.drop_from(process, {"bad_coverage", rig_.cameras[coverage.camera].name,
+                                "of more processes than expected"});
 }
 
-// Moves the coverage of the map's image to the map.
-void FrameSetReader::add_outline(frames::CameraMap& map) {
+// Moves the coverage of the set's images to the set.
+void FrameSetReader::join_coverage(frames::FrameSet& set) {
   if (!coverages_) return;
-  if (OutlineOfCamera* const of_frame = outlines_.find(map.frame))
-    if (const auto found = of_frame->find(map.camera);
-        found != of_frame->end() && found->second.capture_stamp_ns == map.capture_stamp_ns) {
-      map.outline = std::move(found->second.outline);
-      of_frame->erase(found);
-      return;
+  CoveragesOfFrame of_frame = sent_coverages_.take(set.frame).value_or(CoveragesOfFrame{});
+  bool has_any = false;
+  for (std::size_t i = 0; i < set.silhouettes.size(); ++i) {
+    const frames::SilhouetteSource& source = set.sources[i];
+    const hull::ObjectPixels& pixels = set.silhouettes[i].pixels;
+    hull::CoverageOutline& outline = set.outlines.emplace_back(
+        hull::CoverageOutline{hull::ObjectPixels(pixels.width_px(), pixels.height_px()), {}});
+    std::vector<SentCoverage>& of_camera =
+        of_frame[*messages::camera_index(rig_, set.cameras[i].c_str())];
+    const auto found =
+        std::find_if(of_camera.begin(), of_camera.end(), [&](const SentCoverage& sent) {
+          return sent.coverage.capture_stamp_ns == source.capture_stamp_ns &&
+                 sent.process == maps_.process(source.writer);
+        });
+    if (found == of_camera.end()) {
+      status_.drop({"missing_coverage", set.cameras[i], ""});
+      continue;
     }
-  status_.drop({"missing_coverage", rig_.cameras[map.camera].name, ""});
+    outline = std::move(found->coverage.outline);
+    has_any = true;
+  }
+  if (!has_any) set.outlines.clear();
 }
 
 void FrameSetReader::check_cameras() {
@@ -116,8 +144,10 @@ std::vector<frames::FrameSet> FrameSetReader::take() {
     frames::CameraMap& map = std::get<frames::CameraMap>(received);
     map.received_ns = sample.arrived_ns();
     map.writer = sample.writer();
-    add_outline(map);
-    for (frames::FrameSet& set : sets_.add(std::move(map))) complete.push_back(std::move(set));
+    for (frames::FrameSet& set : sets_.add(std::move(map))) {
+      join_coverage(set);
+      complete.push_back(std::move(set));
+    }
   }
   for (const auto& [reason, n] : sets_.take_drops()) status_.drop(reason, n);
   for (const frames::FrameSet& set : complete) {

@@ -20,8 +20,9 @@ namespace fivepipe::node {
 class FrameSetReader {
  public:
   // The arguments must outlive the reader. `rule`: of the deployment's hull, for diagnostics.
-  // want_coverage: sub-pixel silhouettes. A map without coverage of its frame counts as
-  // `missing_coverage`, and its set has no outlines.
+  // want_coverage: sub-pixel silhouettes. A map of a complete set without coverage of its image by
+  // its process counts as `missing_coverage` and has an empty outline. A set without any coverage
+  // has no outlines.
   FrameSetReader(bus::Bus& bus, const config::Rig& rig, NodeStatusReporter& status,
                  const hull::HullRule& rule = {}, bool want_coverage = false);
 
@@ -42,14 +43,19 @@ class FrameSetReader {
   // Remembers at most kMaxMismatches and forgets the oldest.
   static constexpr std::size_t kMaxMismatches = 256;
 
-  using OutlineOfCamera = std::map<std::size_t, messages::CameraCoverage>;
-
-  void check_cameras();
+  // Coverage of one camera and frame, as a process has sent it.
+  struct SentCoverage {
+    std::optional<bus::ProcessId> process;
+    messages::CameraCoverage coverage;
+  };
+  // Of one camera and frame, by different processes.
+  static constexpr std::size_t kMaxCoverages = 4;
   static constexpr int kMaxTakes = 16;
 
+  void check_cameras();
   void take_coverages();
   void add_coverage(const bus::Sample<bus::topics::ObjectCoverage>& sample);
-  void add_outline(frames::CameraMap& map);
+  void join_coverage(frames::FrameSet& set);
   void report_mismatch(const std::string& camera);
   bool is_mismatched(const std::string& camera, const std::optional<bus::ProcessId>& process) const;
 
@@ -61,8 +67,10 @@ class FrameSetReader {
   // the latter has usually found this one.
   std::optional<bus::Reader<bus::topics::ObjectCoverage>> coverages_;
   bus::Reader<bus::topics::ObjectPixelMap> maps_;
-  // Of as many frames as the assembler keeps.
-  frames::RecentFrames<OutlineOfCamera> outlines_{frames::FrameSetAssembler::kMaxIncompleteSets};
+  // By camera, of as many frames as the assembler keeps.
+  using CoveragesOfFrame = std::map<std::size_t, std::vector<SentCoverage>>;
+  frames::RecentFrames<CoveragesOfFrame> sent_coverages_{
+      frames::FrameSetAssembler::kMaxIncompleteSets};
   frames::FrameSetAssembler sets_;
   std::deque<Mismatch> mismatches_;
 };

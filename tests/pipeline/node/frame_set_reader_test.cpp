@@ -128,8 +128,8 @@ TEST_F(FrameSetReaderTest, ReportsEachCompleteSet) {
   EXPECT_EQ(last.diagnostics, (Texts{{"hull", "empty: no object pixel in camera c1"}}));
 }
 
-// Coverage is sent before the map. That of another frame, or of another image of the same number,
-// is not taken for it.
+// Coverage of another frame, or of another image of the same number, is not taken for that of a
+// map. A map without coverage has an empty outline.
 TEST_F(FrameSetReaderTest, JoinsTheCoverageOfTheSameImage) {
   reader_.emplace(bus_, rig_, *status_, hull::HullRule(), true);
   auto coverages = bus_.writer<bus::topics::ObjectCoverage>();
@@ -153,15 +153,26 @@ TEST_F(FrameSetReaderTest, JoinsTheCoverageOfTheSameImage) {
   publish("c0", 2, 1'000'000, 100);
   publish("c1", 2, 999'999, 200);
   for (const std::size_t camera : {0, 1}) publish_map(camera, 2);
-  EXPECT_TRUE(take_frame(2).outlines.empty());
+  const hull::CoverageOutline none{hull::ObjectPixels(4, 4), {}};
+  EXPECT_EQ(take_frame(2).outlines, (std::vector<hull::CoverageOutline>{outline(100), none}));
   hull::CoverageOutline bad = outline(3);
   bad.coverage.push_back(4);
   coverages.write(messages::coverage_message("c1", 3, 1'000'000, bad).message());
   publish("c0", 3, 1'000'000, 5);
   for (const std::size_t camera : {1, 0}) publish_map(camera, 3);
-  EXPECT_TRUE(take_frame(3).outlines.empty());
+  EXPECT_EQ(take_frame(3).outlines, (std::vector<hull::CoverageOutline>{outline(5), none}));
+  // The coverage may come after its map, but not after the set is complete.
+  publish_map(0, 4);
+  EXPECT_TRUE(reader_->take().empty());
+  publish("c0", 4, 1'000'000, 6);
+  publish("c1", 4, 1'000'000, 7);
+  publish_map(1, 4);
+  EXPECT_EQ(take_frame(4).outlines, (std::vector<hull::CoverageOutline>{outline(6), outline(7)}));
+  for (const std::size_t camera : {0, 1}) publish_map(camera, 5);
+  EXPECT_TRUE(take_frame(5).outlines.empty());
   EXPECT_EQ(final_status().drops, (Counts{{"bad_coverage: c1: not as many coverages as pixels", 1},
-                                          {"missing_coverage: c1", 2}}));
+                                          {"missing_coverage: c0", 1},
+                                          {"missing_coverage: c1", 3}}));
 }
 
 TEST_F(FrameSetReaderTest, NamesALostCameraUntilItReturns) {

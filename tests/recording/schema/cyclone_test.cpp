@@ -97,14 +97,13 @@ std::string type_name() {
 
 template <class Topic>
 class SchemaCyclone : public ::testing::Test {};
-using Topics =
-    ::testing::Types<bus::topics::CameraInfo, bus::topics::ObjectPixelMap,
-                     bus::topics::ObjectColour, bus::topics::ViewInfo, bus::topics::HeadPose,
-                     bus::topics::HullTile, bus::topics::TileCosts, bus::topics::Particles,
-                     bus::topics::VirtualState, bus::topics::CollisionResult,
-                     bus::topics::HullComponents, bus::topics::SimulationMetrics,
-                     bus::topics::FrameComposited, bus::topics::FrameTrace,
-                     bus::topics::ReplaySession, bus::topics::Command, bus::topics::NodeStatus>;
+using Topics = ::testing::Types<
+    bus::topics::CameraInfo, bus::topics::ObjectPixelMap, bus::topics::ObjectCoverage,
+    bus::topics::ObjectColour, bus::topics::ViewInfo, bus::topics::HeadPose, bus::topics::HullTile,
+    bus::topics::TileCosts, bus::topics::Particles, bus::topics::VirtualState,
+    bus::topics::CollisionResult, bus::topics::HullComponents, bus::topics::SimulationMetrics,
+    bus::topics::FrameComposited, bus::topics::FrameTrace, bus::topics::ReplaySession,
+    bus::topics::Command, bus::topics::NodeStatus>;
 TYPED_TEST_SUITE(SchemaCyclone, Topics);
 
 TYPED_TEST(SchemaCyclone, CycloneOutputDecodesByIdl) {
