@@ -49,6 +49,9 @@ endfunction()
 # fivepipe_simd(NAME source...): these sources of the library NAME hold Highway SIMD kernels, which
 # choose their instruction set at run time.
 function(fivepipe_simd name)
+  if(NOT TARGET ${name})  # a test that this build leaves out
+    return()
+  endif()
   target_link_libraries(${name} PUBLIC PkgConfig::HWY)
   # Highway compiles each file several times by including it from itself.
   set_source_files_properties(${ARGN} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
@@ -105,12 +108,17 @@ endfunction()
 # sanitizers, which slow the tests too much to measure, ALONE has no effect, and a test may take
 # longer.
 # ALWAYS_ALONE has its effect there, too: it is for programs that load the machine for seconds.
-# NUMERIC is for programs that compute for long: they are optimised under the sanitizers, too.
+# NUMERIC is for programs that compute for long: they are optimised under the sanitizers, too. The
+# build with the thread sanitizer has none of them, because their only threads are those of
+# base::WorkerPool, which tests of tests/base and tests/system run there.
 function(fivepipe_test name)
   if(NOT FIVEPIPE_TESTS)
     return()
   endif()
   cmake_parse_arguments(ARG "ALONE;ALWAYS_ALONE;NUMERIC" "" "LINK" ${ARGN})
+  if(ARG_NUMERIC AND CMAKE_CXX_FLAGS MATCHES "-fsanitize=thread")
+    return()
+  endif()
   # Sources of tests/support replace functions of the standard library, so each is compiled alone.
   foreach(source IN LISTS ARG_UNPARSED_ARGUMENTS)
     if(source MATCHES "/support/")
@@ -149,6 +157,9 @@ function(fivepipe_long_test name timeout_s)
   set(program ${name}_test)
   if(ARGC GREATER 2)
     set(program ${ARGV2})
+  endif()
+  if(NOT TARGET ${program})
+    return()
   endif()
   get_target_property(alone ${program} FIVEPIPE_ALONE)
   add_test(NAME Long_${name} COMMAND ${program})

@@ -63,12 +63,17 @@ class Driver {
       unplugged_.erase(device);
     changed_.notify_all();
   }
-  bool open(const cv::VideoCapture* video, const std::string& device) {
+  bool open(const cv::VideoCapture* video, const std::string& device, int by_api) {
     const std::lock_guard lock(mutex_);
+    api = by_api;
     devices_[video] = opened = device;
     if (unplugged_.contains(device)) errno = ENODEV;
     if (open_error != 0) errno = open_error;
     return opens && !unplugged_.contains(device);
+  }
+  void set(int property, double value) {
+    const std::lock_guard lock(mutex_);
+    settings.emplace_back(property, value);
   }
   void push(const Reply& reply) {
     const std::lock_guard lock(mutex_);
@@ -156,11 +161,10 @@ Driver& driver() {
 // The linker takes these definitions instead of those in OpenCV's library.
 namespace cv {
 bool VideoCapture::open(const String& file, int api) {
-  fivepipe::capture::driver().api = api;
-  return fivepipe::capture::driver().open(this, file);
+  return fivepipe::capture::driver().open(this, file, api);
 }
 bool VideoCapture::set(int property, double value) {
-  fivepipe::capture::driver().settings.emplace_back(property, value);
+  fivepipe::capture::driver().set(property, value);
   return true;
 }
 double VideoCapture::get(int property) const {
