@@ -17,7 +17,7 @@
 #include "capture_node/sources/synthetic_source.h"
 #include "common/base/realtime.h"
 #include "common/base/timing.h"
-#include "common/hull/silhouette/thin_coverage.h"
+#include "common/hull/coverage/thin_coverage.h"
 #include "common/hull/silhouette_bounds.h"
 
 namespace fivepipe::capture {

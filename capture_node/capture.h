@@ -16,7 +16,7 @@
 #include "common/config/rig.h"
 #include "common/config/viewer.h"
 #include "common/hull/colour_region.h"
-#include "common/hull/coverage_outline.h"
+#include "common/hull/coverage/coverage_outline.h"
 #include "common/hull/object_pixels.h"
 
 namespace fivepipe::capture {

@@ -138,14 +138,13 @@ class VideoPipe {
     for (const config::Node& node : deployment_.nodes) {
       if (node.name == node_.node.name) continue;
       const bool draws = std::holds_alternative<config::RenderConfig>(node.config);
-      const char* const input = draws            ? bus::topics::HullTile::name
-                                : captures(node) ? bus::topics::HeadPose::name
-                                                 : bus::topics::ObjectPixelMap::name;
-      const bool reads_coverage =
-          deployment_.coverage && input == bus::topics::ObjectPixelMap::name;
-      if (!reads.contains({node.name, input}) ||
-          (reads_coverage && !reads.contains({node.name, bus::topics::ObjectCoverage::name})))
-        missing.insert(node.name);
+      std::vector<const char*> inputs{draws            ? bus::topics::HullTile::name
+                                      : captures(node) ? bus::topics::HeadPose::name
+                                                       : bus::topics::ObjectPixelMap::name};
+      if (deployment_.coverage && !draws && !captures(node))
+        inputs.push_back(bus::topics::ObjectCoverage::name);
+      for (const char* const input : inputs)
+        if (!reads.contains({node.name, input})) missing.insert(node.name);
       if (draws && !writes.contains({node.name, bus::topics::FrameComposited::name}))
         missing.insert(node.name);
     }

@@ -11,8 +11,8 @@
 #include "capture_node/synthetic/noise/sensor_noise.h"
 #include "capture_node/synthetic/render.h"
 #include "common/base/timing.h"
-#include "common/hull/silhouette/coverage_hull.h"
-#include "common/hull/silhouette/thin_coverage.h"
+#include "common/hull/coverage/coverage_hull.h"
+#include "common/hull/coverage/thin_coverage.h"
 
 namespace fivepipe::capture_bench {
 namespace {

@@ -12,7 +12,7 @@
 #include "common/base/text_table.h"
 #include "common/base/timing.h"
 #include "common/collision/response/hull_normal.h"
-#include "common/hull/silhouette/coverage_hull.h"
+#include "common/hull/coverage/coverage_hull.h"
 
 namespace fivepipe::collision_bench {
 namespace {

@@ -11,7 +11,7 @@
 
 #include "common/config/rig.h"
 #include "common/hull/object_pixels.h"
-#include "common/hull/silhouette/coverage.h"
+#include "common/hull/coverage/coverage_map.h"
 
 namespace fivepipe::capture {
 

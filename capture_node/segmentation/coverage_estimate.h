@@ -10,7 +10,7 @@
 #include <span>
 
 #include "common/hull/object_pixels.h"
-#include "common/hull/silhouette/coverage.h"
+#include "common/hull/coverage/coverage_map.h"
 
 namespace fivepipe::capture {
 

@@ -5,7 +5,7 @@
 
 #include "common/config/capture/capture_config.h"
 #include "common/hull/object_pixels.h"
-#include "common/hull/silhouette/coverage.h"
+#include "common/hull/coverage/coverage_map.h"
 
 namespace fivepipe::capture {
 

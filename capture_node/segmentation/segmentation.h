@@ -25,7 +25,7 @@
 #include "capture_node/segmentation/gain.h"
 #include "common/config/capture/capture_config.h"
 #include "common/hull/hull.h"
-#include "common/hull/silhouette/coverage.h"
+#include "common/hull/coverage/coverage_map.h"
 
 namespace fivepipe::capture {
 

@@ -5,8 +5,8 @@
 
 #include "common/collision/response/response.h"
 #include "common/config/deployment.h"
-#include "common/hull/coverage_outline.h"
-#include "common/hull/silhouette/sparse_coverage.h"
+#include "common/hull/coverage/coverage_outline.h"
+#include "common/hull/coverage/sparse_coverage.h"
 #include "sim_node/hull/hull_history.h"
 
 namespace fivepipe::sim {

@@ -9,7 +9,7 @@
 #include "capture_node/capture.h"
 #include "capture_node/segmentation/image_mask.h"
 #include "capture_node/segmentation/matte.h"
-#include "common/hull/silhouette/thin_coverage.h"
+#include "common/hull/coverage/thin_coverage.h"
 #include "tests/support/capture/capture_rig.h"
 #include "tests/support/test_folder.h"
 

@@ -6,7 +6,7 @@
 
 #include "common/base/worker_pool.h"
 #include "common/config/views.h"
-#include "common/hull/silhouette/coverage_hull.h"
+#include "common/hull/coverage/coverage_hull.h"
 #include "common/pipeline/messages/view_messages.h"
 #include "tests/support/scripted/capture.h"
 

@@ -5,7 +5,7 @@
 #include <span>
 
 #include "common/collision/response/response.h"
-#include "common/hull/silhouette/coverage_hull.h"
+#include "common/hull/coverage/coverage_hull.h"
 
 namespace fivepipe::collision {
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "common/config/rig.h"
-#include "common/hull/coverage_outline.h"
+#include "common/hull/coverage/coverage_outline.h"
 #include "common/hull/hull.h"
 #include "common/pipeline/frames/camera_writers.h"
 #include "common/pipeline/frames/recent_frames.h"
@@ -26,7 +26,7 @@ struct CameraMap {
   std::uint64_t writer = 0;      // bus::Sample::writer()
 };
 
-// Of which image a silhouette is.
+// Identifies the image of a silhouette.
 struct SilhouetteSource {
   std::int64_t capture_stamp_ns;
   std::uint64_t writer;  // as in CameraMap

@@ -7,7 +7,7 @@
 
 #include "common/config/rig.h"
 #include "common/hull/colour_region.h"
-#include "common/hull/coverage_outline.h"
+#include "common/hull/coverage/coverage_outline.h"
 #include "common/pipeline/frames/frame_set_assembler.h"
 #include "common/pipeline/messages/bad_message.h"
 #include "common/pipeline/messages/wire_conversions.h"

@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
-
 #include "common/pipeline/node/status_names.h"
 
 namespace fivepipe::node {
@@ -18,10 +16,11 @@ FrameSetReader::FrameSetReader(bus::Bus& bus, const config::Rig& rig, NodeStatus
       coverages_(want_coverage ? std::optional(bus.reader<bus::topics::ObjectCoverage>())
                                : std::nullopt),
       maps_(bus.reader<bus::topics::ObjectPixelMap>()),
+      coverage_joiner_(rig),
       sets_(rig) {}
 
 void FrameSetReader::reset() {
-  sent_coverages_.clear();
+  coverage_joiner_.reset();
   sets_.reset();
 }
 
@@ -43,47 +42,18 @@ void FrameSetReader::add_coverage(const bus::Sample<bus::topics::ObjectCoverage>
     status_.drop_from(coverages_->process(sample), *bad);
     return;
   }
-  auto& coverage = std::get<messages::CameraCoverage>(received);
-  const auto process = coverages_->process(sample);
-  std::vector<SentCoverage>& of_camera =
-      sent_coverages_.get_or_add(coverage.frame).value[coverage.camera];
-  const auto known =
-      std::find_if(of_camera.begin(), of_camera.end(),
-                   [&](const SentCoverage& sent) { return sent.process == process; });
-  if (known != of_camera.end())
-    known->coverage = std::move(coverage);
-  else if (of_camera.size() < kMaxCoverages)
-    of_camera.push_back({process, std::move(coverage)});
-  else
-    status_.drop_from(process, {"bad_coverage", rig_.cameras[coverage.camera].name,
-                                "of more processes than expected"});
+  // The process of a writer is known as long as the writer exists, so it is queried here, too.
+  coverages_->process(sample);
+  coverage_joiner_.add(sample.writer(), std::move(std::get<messages::CameraCoverage>(received)));
 }
 
-// Moves the coverage of the set's images to the set.
 void FrameSetReader::join_coverage(frames::FrameSet& set) {
   if (!coverages_) return;
-  CoveragesOfFrame of_frame = sent_coverages_.take(set.frame).value_or(CoveragesOfFrame{});
-  bool has_any = false;
-  for (std::size_t i = 0; i < set.silhouettes.size(); ++i) {
-    const frames::SilhouetteSource& source = set.sources[i];
-    const hull::ObjectPixels& pixels = set.silhouettes[i].pixels;
-    hull::CoverageOutline& outline = set.outlines.emplace_back(
-        hull::CoverageOutline{hull::ObjectPixels(pixels.width_px(), pixels.height_px()), {}});
-    std::vector<SentCoverage>& of_camera =
-        of_frame[*messages::camera_index(rig_, set.cameras[i].c_str())];
-    const auto found =
-        std::find_if(of_camera.begin(), of_camera.end(), [&](const SentCoverage& sent) {
-          return sent.coverage.capture_stamp_ns == source.capture_stamp_ns &&
-                 sent.process == maps_.process(source.writer);
-        });
-    if (found == of_camera.end()) {
-      status_.drop({"missing_coverage", set.cameras[i], ""});
-      continue;
-    }
-    outline = std::move(found->coverage.outline);
-    has_any = true;
-  }
-  if (!has_any) set.outlines.clear();
+  const auto is_same_process = [&](std::uint64_t of_coverage, std::uint64_t of_map) {
+    return coverages_->process(of_coverage) == maps_.process(of_map);
+  };
+  for (const std::string& camera : coverage_joiner_.join(set, is_same_process))
+    status_.drop({"missing_coverage", camera, ""});
 }
 
 void FrameSetReader::check_cameras() {

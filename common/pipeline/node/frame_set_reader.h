@@ -4,15 +4,14 @@
 // diagnostic.
 #pragma once
 #include <deque>
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "common/pipeline/bus/bus.h"
 #include "common/pipeline/frames/frame_set_assembler.h"
-#include "common/pipeline/frames/recent_frames.h"
 #include "common/pipeline/messages/camera_messages.h"
+#include "common/pipeline/node/coverage_joiner.h"
 #include "common/pipeline/node/status.h"
 
 namespace fivepipe::node {
@@ -43,13 +42,6 @@ class FrameSetReader {
   // Remembers at most kMaxMismatches and forgets the oldest.
   static constexpr std::size_t kMaxMismatches = 256;
 
-  // Coverage of one camera and frame, as a process has sent it.
-  struct SentCoverage {
-    std::optional<bus::ProcessId> process;
-    messages::CameraCoverage coverage;
-  };
-  // Of one camera and frame, by different processes.
-  static constexpr std::size_t kMaxCoverages = 4;
   static constexpr int kMaxTakes = 16;
 
   void check_cameras();
@@ -67,10 +59,7 @@ class FrameSetReader {
   // the latter has usually found this one.
   std::optional<bus::Reader<bus::topics::ObjectCoverage>> coverages_;
   bus::Reader<bus::topics::ObjectPixelMap> maps_;
-  // By camera, of as many frames as the assembler keeps.
-  using CoveragesOfFrame = std::map<std::size_t, std::vector<SentCoverage>>;
-  frames::RecentFrames<CoveragesOfFrame> sent_coverages_{
-      frames::FrameSetAssembler::kMaxIncompleteSets};
+  CoverageJoiner coverage_joiner_;
   frames::FrameSetAssembler sets_;
   std::deque<Mismatch> mismatches_;
 };

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "common/hull/silhouette/coverage_hull.h"
+#include "common/hull/coverage/coverage_hull.h"
 #include "tests/support/hull/scenes.h"
 #include "tests/support/hull/test_pool.h"
 

@@ -1,4 +1,4 @@
-#include "common/hull/silhouette/coverage_hull.h"
+#include "common/hull/coverage/coverage_hull.h"
 
 #include <algorithm>
 #include <array>
@@ -22,8 +22,9 @@ bool smaller_first(const CoverageSilhouette& a, const CoverageSilhouette& b) {
   const auto key = [](const CoverageSilhouette& s) {
     const auto& m = s.camera.camera_from_world.matrix();
     const geometry::Pinhole& k = s.camera.pinhole;
-    std::array<double, 20> numbers{k.fx_px, k.fy_px, k.cx_px, k.cy_px};
-    std::copy(m.data(), m.data() + 16, numbers.begin() + 4);
+    std::array<double, 22> numbers{
+        k.fx_px, k.fy_px, k.cx_px, k.cy_px, double(k.width_px), double(k.height_px)};
+    std::copy(m.data(), m.data() + 16, numbers.begin() + 6);
     return numbers;
   };
   const auto key_a = key(a), key_b = key(b);
@@ -45,18 +46,6 @@ bool in_hull(std::span<const CoverageSilhouette> silhouettes, const Vector3d& p_
            const auto uv_px = geometry::project(s.camera, p_world_m);
            return uv_px && s.map.interpolated(uv_px->x(), uv_px->y()) >= 0.5;
          });
-}
-
-std::optional<Vector3d> outward_normal_world(const CoverageSilhouette& silhouette,
-                                             const Vector3d& p_world_m) {
-  const auto uv_px = geometry::project(silhouette.camera, p_world_m);
-  if (!uv_px) return std::nullopt;
-  const auto outward = outward_in_image(silhouette.map, *uv_px);
-  if (!outward) return std::nullopt;
-  const geometry::Pinhole& k = silhouette.camera.pinhole;
-  const Vector3d normal_camera(k.fx_px * outward->x(), k.fy_px * outward->y(),
-                               outward->dot(Vector2d(k.cx_px, k.cy_px) - *uv_px));
-  return (silhouette.camera.camera_from_world.linear().transpose() * normal_camera).normalized();
 }
 
 CoverageHull::CoverageHull(base::WorkerPool& pool) : pool_(&pool), superset_(pool) {}
@@ -87,24 +76,8 @@ void CoverageHull::assign(std::vector<CoverageSilhouette> silhouettes, const Hul
   });
 }
 
-// Returns the first parameter of the range just after which the ray is inside of all silhouettes.
-static CoverageEntry next_entry(std::span<CoverageWalk> walks, const RayRange& range) {
-  CoverageEntry entry{range.begin, -1, true};
-  for (std::size_t camera = 0, agreed = 0; agreed < walks.size();
-       camera = camera + 1 == walks.size() ? 0 : camera + 1) {
-    ++agreed;
-    const double inside = walks[camera].next_inside(entry.t);
-    if (!(inside > entry.t)) continue;
-    if (!(inside < range.end)) return {kNever, -1, true};
-    entry = {inside, int(camera), true};
-    agreed = 1;
-  }
-  // There the image of the camera begins.
-  if (entry.camera >= 0 && !(entry.t > walks[std::size_t(entry.camera)].begin())) entry.camera = -1;
-  return entry;
-}
-
-// The rays of one row that meet the superset, and their walks if the kernel leaves them.
+// The rays of one row that meet the superset, and the walks of those that the kernel does not
+// resolve.
 struct CoverageHull::Row {
   std::size_t rays = 0;
   std::vector<std::size_t> column;  // these have the row's width
@@ -130,24 +103,6 @@ struct CoverageHull::Row {
     if (entry.t == range.begin) entry.camera = camera;
   }
 };
-
-CoverageSimdCamera CoverageHull::simd_camera(const MapFromView& map, const WalkedMap& walked) {
-  const ObjectPixels& whole = walked.whole_cells;
-  const PixelRect& corners = walked.corners;
-  CoverageSimdCamera simd{{map.at_eye.x(), map.at_eye.y(), map.at_eye.z()},
-                          {},
-                          whole.words().data(),
-                          whole.words_per_row(),
-                          whole.width_px(),
-                          whole.height_px(),
-                          walked.coverage.data(),
-                          corners.u0_px,
-                          corners.v0_px,
-                          corners.width_px(),
-                          corners.height_px()};
-  for (int i = 0; i < 9; ++i) simd.at_infinity[i] = map.at_infinity(i / 3, i % 3);
-  return simd;
-}
 
 // Collects the rays of the row that meet the superset and the box, and clears their depths.
 void CoverageHull::collect(Row& row, const View& view, int u0_px, double v_px,
@@ -178,7 +133,7 @@ void CoverageHull::trace(const View& view, const PixelRect& rect, std::span<floa
   Row first_row(width);
   for (const MapCamera& c : cameras_) {
     const MapFromView map = map_from_view(cell_camera(c.silhouette.camera), view.camera);
-    simd_cameras.push_back(simd_camera(map, c.walked));
+    simd_cameras.emplace_back(map, c.walked);
     first_row.walks.emplace_back(map, c.walked, *c.skip_map);
   }
   std::vector<Row> rows(std::size_t(pool_->threads()), first_row);

@@ -5,8 +5,8 @@
 // In a cell the coverage is bilinear in the image, where the ray is a line, so along the line it is
 // quadratic. The ray's parameter follows from the position on the line in closed form.
 #pragma once
+#include "common/hull/coverage/sparse_coverage.h"
 #include "common/hull/cpu/ray_walk.h"
-#include "common/hull/silhouette/sparse_coverage.h"
 
 namespace fivepipe::hull {
 
@@ -20,6 +20,16 @@ struct CellsOfMap {
 };
 // half_covered: the pixels at or above one half.
 CellsOfMap cells_of(const ObjectPixels& half_covered);
+
+struct CoverageEntry {
+  // The first parameter just after which the ray is inside of all silhouettes, or kNever. If it is
+  // not resolved, the ray is outside of one of them up to there.
+  double t;
+  // Index of the silhouette that the ray enters there; -1: the ray starts in the hull, or the image
+  // of a camera begins there.
+  std::int32_t camera;
+  bool resolved;
+};
 
 // A coverage map, prepared for walks.
 struct WalkedMap {
@@ -96,6 +106,8 @@ class CoverageWalk {
   double s_of(double t) const {
     return (t - t0_) / (start_.w * (line_.w_offset + t * line_.w_slope));
   }
+  // The relative error of t - t0 is the rounding times W(t) / W(t0). It is large only if the range
+  // begins at the camera's centre.
   double t_of(double s) const {
     return t0_ + s * start_.w * start_.w / (1 - s * start_.w * line_.w_slope);
   }
@@ -117,5 +129,8 @@ class CoverageWalk {
   ImagePoint start_{};
   double t0_ = 0, du_ = 0, dv_ = 0, per_du_ = 0, per_dv_ = 0, s_end_ = 0;
 };
+
+// Walks through the maps of all cameras. Returns a resolved entry.
+CoverageEntry next_entry(std::span<CoverageWalk> walks, const RayRange& range);
 
 }  // namespace fivepipe::hull

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "common/hull/silhouette/coverage_walk.h"
+#include "common/hull/coverage/coverage_walk.h"
 #include "tests/support/hull/coverage.h"
 #include "tests/support/sanitizer.h"
 
@@ -124,10 +124,12 @@ TEST(CoverageHull, IsBitIdenticalForEveryCameraOrderThreadCountAndTiling) {
       const SurfaceTile tile = hull.surface(view, {0, 0, 80, 60});
       EXPECT_EQ(tile.depth_m, expected.depth_m);
       EXPECT_EQ(tile.normal_world, expected.normal_world);
-      const DepthTile part = hull.depth(view, {11, 7, 50, 33});
+      const SurfaceTile part = hull.surface(view, {11, 7, 50, 33});
       for (int v = 7; v < 33; ++v)
-        for (int u = 11; u < 50; ++u)
+        for (int u = 11; u < 50; ++u) {
           ASSERT_EQ(part.depth_m[(v - 7) * 39 + u - 11], expected.depth_m[v * 80 + u]);
+          ASSERT_EQ(part.normal_world[(v - 7) * 39 + u - 11], expected.normal_world[v * 80 + u]);
+        }
     }
   }
 }

@@ -1,4 +1,4 @@
-#include "common/hull/silhouette/coverage_walk.h"
+#include "common/hull/coverage/coverage_walk.h"
 
 #include <algorithm>
 #include <cmath>
@@ -176,8 +176,10 @@ void CoverageWalk::start(double t, const ImagePoint& p) {
   if (down_ != (dv_ > 0)) dv_ = 0;
   per_du_ = 1 / du_;
   per_dv_ = 1 / dv_;
+  // The line leaves the image before it reaches the camera's plane, unless the image is a point.
   const double end_w = line_.w_offset + range_.end * line_.w_slope;
-  s_end_ = end_w > kNearestToCamera_m ? s_of(range_.end) : kNever;
+  s_end_ = s_of(end_w > kNearestToCamera_m ? range_.end
+                                           : (kNearestToCamera_m - line_.w_offset) / line_.w_slope);
   if (du_ != 0) s_end_ = std::min(s_end_, ((right_ ? end_u_ : 0.5) - p.u) * per_du_);
   if (dv_ != 0) s_end_ = std::min(s_end_, ((down_ ? end_v_ : 0.5) - p.v) * per_dv_);
 }
@@ -202,6 +204,8 @@ double CoverageWalk::walk(double t, ImagePoint p) {
       p = at(t);
     }
     start(t, p);
+  } else if (!(p.w > kNearestToCamera_m)) {
+    return kNever;  // another camera has moved t behind this one
   }
   const int max_u = map_->whole_cells.width_px() - 1, max_v = map_->whole_cells.height_px() - 1;
   const double begin = s_of(t);
@@ -259,6 +263,22 @@ double CoverageWalk::entry_in_cell(int u, int v, double s, double end) const {
   const double length = end - s;
   return s +
          (f.constant < -kUncertainSide ? first_rise(f, length) : first_positive_piece(f, length));
+}
+
+CoverageEntry next_entry(std::span<CoverageWalk> walks, const RayRange& range) {
+  CoverageEntry entry{range.begin, -1, true};
+  for (std::size_t camera = 0, agreed = 0; agreed < walks.size();
+       camera = camera + 1 == walks.size() ? 0 : camera + 1) {
+    ++agreed;
+    const double inside = walks[camera].next_inside(entry.t);
+    if (!(inside > entry.t)) continue;
+    if (!(inside < range.end)) return {kNever, -1, true};
+    entry = {inside, std::int32_t(camera), true};
+    agreed = 1;
+  }
+  // If the camera's image begins there, no border of its coverage limits the hull.
+  if (entry.camera >= 0 && !(entry.t > walks[std::size_t(entry.camera)].begin())) entry.camera = -1;
+  return entry;
 }
 
 }  // namespace fivepipe::hull

@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "common/hull/coverage_outline.h"
+#include "common/hull/coverage/coverage_outline.h"
 #include "common/hull/oracle/analytic.h"
 
 namespace fivepipe::hull {

@@ -3,30 +3,23 @@
 // A point is in the hull if it is in the rule's box, in front of every camera and in its image, and
 // its interpolated coverage there is at least one half. Depth takes two passes: backend `cpu` finds
 // the first point of a superset, the hull of all cells that may be covered; from there each ray is
-// walked through the cells (coverage_walk.h).
+// walked through the cells (coverage_walk.h), several rays at a time (coverage_walk_simd.h).
 #pragma once
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <vector>
 
+#include "common/hull/coverage/coverage_normal.h"
+#include "common/hull/coverage/coverage_walk.h"
+#include "common/hull/coverage/coverage_walk_simd.h"
+#include "common/hull/coverage/sparse_coverage.h"
 #include "common/hull/cpu/cpu_hull.h"
-#include "common/hull/silhouette/coverage_walk.h"
-#include "common/hull/silhouette/coverage_walk_simd.h"
-#include "common/hull/silhouette/sparse_coverage.h"
 
 namespace fivepipe::hull {
 
 // Returns true if p is in the hull, without a box. Returns false if there is no camera or a
 // coordinate is not finite. Computes in double.
 bool in_hull(std::span<const CoverageSilhouette> silhouettes, const Eigen::Vector3d& p_world_m);
-
-// Returns the outward unit normal of the hull's surface at a point p at which this silhouette
-// limits the hull: the normal P^T l of the plane through the camera's centre and the border's
-// tangent l (outward_in_image()). Returns nullopt if p is not in front of the camera or
-// outward_in_image() returns nullopt.
-std::optional<Eigen::Vector3d> outward_normal_world(const CoverageSilhouette& silhouette,
-                                                    const Eigen::Vector3d& p_world_m);
 
 struct SurfaceTile {
   PixelRect rect;
@@ -65,7 +58,6 @@ class CoverageHull {
     const SkipMap* skip_map;
   };
   struct Row;
-  static CoverageSimdCamera simd_camera(const MapFromView& map, const WalkedMap& walked);
   void collect(Row& row, const View& view, int u0_px, double v_px, std::span<float> depth_m) const;
   template <class Found>
   void trace(const View& view, const PixelRect& rect, std::span<float> depth_m, const Found& found);

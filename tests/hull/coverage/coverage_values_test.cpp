@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "common/hull/silhouette/coverage_hull.h"
-#include "common/hull/silhouette/thin_coverage.h"
+#include "common/hull/coverage/coverage_hull.h"
+#include "common/hull/coverage/thin_coverage.h"
 #include "tests/support/hull/scenes.h"
 
 namespace fivepipe::hull {

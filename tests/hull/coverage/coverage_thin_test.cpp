@@ -9,8 +9,8 @@
 #include <queue>
 
 #include "common/base/timing.h"
-#include "common/hull/silhouette/coverage_hull.h"
-#include "common/hull/silhouette/thin_coverage.h"
+#include "common/hull/coverage/coverage_hull.h"
+#include "common/hull/coverage/thin_coverage.h"
 #include "tests/support/hull/scenes.h"
 #include "tests/support/sanitizer.h"
 

@@ -1,16 +1,14 @@
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "common/hull/silhouette/coverage_walk_simd.cpp"
+#define HWY_TARGET_INCLUDE "common/hull/coverage/coverage_walk_simd.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
 #include <algorithm>
 #include <cassert>
-#include <cstring>
-#include <limits>
 
+#include "common/hull/coverage/coverage_walk.h"
+#include "common/hull/coverage/coverage_walk_simd.h"
 #include "common/hull/map_from_view.h"
-#include "common/hull/silhouette/coverage_walk.h"
-#include "common/hull/silhouette/coverage_walk_simd.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace fivepipe::hull {
@@ -19,7 +17,8 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// 29 of 30 rays enter a silhouette within these cells, and the hull within these rounds.
+// On the benchmark's rigs 12 of 13 rays enter the hull within these cells per silhouette and these
+// rounds.
 constexpr int kMaxCells = 8;
 constexpr std::size_t kMaxRounds = 4;
 constexpr std::size_t kMaxLanes = 8;
@@ -111,6 +110,73 @@ struct Corners {
   }
 };
 
+// The lines of the rays' images from a point on (CoverageWalk::start()).
+template <class D, class V = hn::Vec<D>>
+struct Track {
+  V du, dv, per_du, per_dv, s_end;
+  hn::Mask<D> right, down;
+  hn::Mask<D> moves;  // along both axes, by more than rounding
+
+  HWY_INLINE Track(D d, const CoverageSimdCamera& c, const Lines<D>& line, const Image<D>& p, V t,
+                   V end) {
+    const V zero = hn::Zero(d), one = hn::Set(d, 1.0), half = hn::Set(d, 0.5);
+    right = hn::Gt(hn::Mul(line.u_slope, line.w_offset), hn::Mul(line.u_offset, line.w_slope));
+    down = hn::Gt(hn::Mul(line.v_slope, line.w_offset), hn::Mul(line.v_offset, line.w_slope));
+    du = hn::Mul(p.w, hn::Sub(line.u_slope, hn::Mul(p.u, line.w_slope)));
+    dv = hn::Mul(p.w, hn::Sub(line.v_slope, hn::Mul(p.v, line.w_slope)));
+    const auto is_still =
+        hn::Or(hn::Or(hn::Eq(du, zero), hn::Eq(dv, zero)),
+               hn::Or(hn::Xor(right, hn::Gt(du, zero)), hn::Xor(down, hn::Gt(dv, zero))));
+    moves = hn::Not(is_still);
+    per_du = hn::Div(one, du);
+    per_dv = hn::Div(one, dv);
+    const V end_w = line.w_at(end), end_of_range = hn::Div(hn::Sub(end, t), hn::Mul(p.w, end_w)),
+            image_u = hn::IfThenElse(right, hn::Set(d, c.width_cells - 0.5), half),
+            image_v = hn::IfThenElse(down, hn::Set(d, c.height_cells - 0.5), half);
+    s_end = hn::IfThenElse(hn::Gt(end_w, hn::Set(d, kNearestToCamera_m)), end_of_range,
+                           hn::Set(d, kNever));
+    s_end = hn::Min(s_end, hn::Min(hn::Mul(hn::Sub(image_u, p.u), per_du),
+                                   hn::Mul(hn::Sub(image_v, p.v), per_dv)));
+  }
+};
+
+// Coverage - one half in a cell by the distance from s (CoverageWalk::entry_in_cell()).
+template <class D, class V = hn::Vec<D>>
+struct Quadratic {
+  D d;
+  V constant, linear, square;
+
+  // (x, y): the position in the cell at s.
+  HWY_INLINE Quadratic(D tag, const Corners<D>& c, const Track<D>& track, V x, V y) : d(tag) {
+    const V by_u = hn::Sub(c.s10, c.s00), by_v = hn::Sub(c.s01, c.s00),
+            by_uv = hn::Add(hn::Sub(hn::Sub(c.s00, c.s10), c.s01), c.s11);
+    constant =
+        hn::Add(hn::Add(c.s00, hn::Mul(by_u, x)), hn::Mul(hn::Add(by_v, hn::Mul(by_uv, x)), y));
+    linear = hn::Add(hn::Add(hn::Mul(by_u, track.du), hn::Mul(by_v, track.dv)),
+                     hn::Mul(by_uv, hn::Add(hn::Mul(x, track.dv), hn::Mul(y, track.du))));
+    square = hn::Mul(hn::Mul(by_uv, track.du), track.dv);
+  }
+  // first_rise() of coverage_walk.cpp. Returns the lanes that rise, and sets their `rise`.
+  HWY_INLINE hn::Mask<D> rises(hn::Mask<D> walking, V length, V& rise) const {
+    const V zero = hn::Zero(d), twice_square = hn::Add(square, square);
+    const V at_end = hn::Add(constant, hn::Mul(length, hn::Add(linear, hn::Mul(length, square))));
+    const auto is_positive = hn::Gt(linear, zero);
+    const auto has_maximum =
+        hn::And(is_positive, hn::Lt(hn::Add(linear, hn::Mul(twice_square, length)), zero));
+    auto rising = hn::And(walking, hn::Or(hn::Gt(at_end, zero), has_maximum));
+    if (hn::AllFalse(d, rising)) return rising;
+    const V discriminant =
+        hn::Sub(hn::Mul(linear, linear), hn::Mul(hn::Add(twice_square, twice_square), constant));
+    rising = hn::And(rising, hn::Gt(discriminant, zero));
+    const V root = hn::Sqrt(hn::IfThenElseZero(rising, discriminant));
+    const V from = hn::IfThenElse(is_positive, hn::Neg(hn::Add(constant, constant)),
+                                  hn::Sub(root, linear)),
+            by = hn::IfThenElse(is_positive, hn::Add(linear, root), twice_square);
+    rise = hn::Min(length, hn::Div(from, by));
+    return rising;
+  }
+};
+
 // Where the lanes' rays are.
 template <class D, class V = hn::Vec<D>>
 struct Progress {
@@ -119,102 +185,57 @@ struct Progress {
   hn::Mask<D> unresolved;  // left to CoverageWalk
 };
 
+// Adds the lanes of `from` that are not in `rest` to `to`. Returns those in both.
+template <class M>
+HWY_INLINE M leave(M from, M rest, M& to) {
+  to = hn::Or(to, hn::AndNot(rest, from));
+  return hn::And(from, rest);
+}
+
 // CoverageWalk::walk() for the lanes of `walking`, whose image is p. In all others, and in lanes
 // that become unresolved, t stays.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE void walk_cells(D d, const CoverageSimdCamera& c, const Lines<D>& line,
                            const Image<D>& p, V end, hn::Mask<D> walking, Progress<D>& progress) {
-  const V zero = hn::Zero(d), one = hn::Set(d, 1.0), half = hn::Set(d, 0.5);
-  const V never = hn::Set(d, kNever), uncertain = hn::Set(d, kUncertainSide);
-  progress.unresolved = hn::Or(progress.unresolved, hn::AndNot(p.is_seen, walking));
-  walking = hn::And(walking, p.is_seen);
-
-  const auto right =
-      hn::Gt(hn::Mul(line.u_slope, line.w_offset), hn::Mul(line.u_offset, line.w_slope));
-  const auto down =
-      hn::Gt(hn::Mul(line.v_slope, line.w_offset), hn::Mul(line.v_offset, line.w_slope));
-  const V du = hn::Mul(p.w, hn::Sub(line.u_slope, hn::Mul(p.u, line.w_slope))),
-          dv = hn::Mul(p.w, hn::Sub(line.v_slope, hn::Mul(p.v, line.w_slope)));
-  const V per_du = hn::Div(one, du), per_dv = hn::Div(one, dv);
-  const V end_w = line.w_at(end);
-  V s_end = hn::IfThenElse(hn::Gt(end_w, hn::Set(d, kNearestToCamera_m)),
-                           hn::Div(hn::Sub(end, progress.t), hn::Mul(p.w, end_w)), never);
-  // Only rounding decides whether the image moves, or it does not.
-  const auto stays = hn::Or(hn::Xor(right, hn::Gt(du, zero)), hn::Xor(down, hn::Gt(dv, zero)));
-  const auto clear = hn::AndNot(hn::Or(stays, hn::Or(hn::Eq(du, zero), hn::Eq(dv, zero))), walking);
-  progress.unresolved = hn::Or(progress.unresolved, hn::AndNot(clear, walking));
-  walking = clear;
-  const V image_u = hn::IfThenElse(right, hn::Set(d, c.width_cells - 0.5), half),
-          image_v = hn::IfThenElse(down, hn::Set(d, c.height_cells - 0.5), half);
-  s_end = hn::Min(s_end, hn::Min(hn::Mul(hn::Sub(image_u, p.u), per_du),
-                                 hn::Mul(hn::Sub(image_v, p.v), per_dv)));
-
-  const V past_u = hn::IfThenElse(right, one, zero), past_v = hn::IfThenElse(down, one, zero);
-  const V step_u = hn::IfThenElse(right, one, hn::Neg(one)),
-          step_v = hn::IfThenElse(down, one, hn::Neg(one));
+  const V zero = hn::Zero(d), one = hn::Set(d, 1.0), uncertain = hn::Set(d, kUncertainSide);
+  const Track<D> track(d, c, line, p, progress.t, end);
+  // CoverageWalk takes the rays whose image begins later, and those whose image does not move.
+  walking = leave(walking, hn::And(p.is_seen, track.moves), progress.unresolved);
+  const V past_u = hn::IfThenElseZero(track.right, one),
+          past_v = hn::IfThenElseZero(track.down, one);
+  const V step_u = hn::IfThenElse(track.right, one, hn::Neg(one)),
+          step_v = hn::IfThenElse(track.down, one, hn::Neg(one));
   V s = zero, u = hn::Floor(p.u), v = hn::Floor(p.v);
-  auto found = hn::AndNot(walking, walking);
-  auto passed = hn::AndNot(hn::Lt(s, s_end), walking);
-  progress.never = hn::Or(progress.never, passed);
-  walking = hn::AndNot(passed, walking);
+  auto found = hn::AndNot(walking, walking);  // no lane
+  walking = leave(walking, hn::Lt(s, track.s_end), progress.never);
   for (int cell = 0; cell < kMaxCells && !hn::AllFalse(d, walking); ++cell) {
-    const V at_u = hn::Mul(hn::Sub(hn::Add(u, past_u), p.u), per_du),
-            at_v = hn::Mul(hn::Sub(hn::Add(v, past_v), p.v), per_dv);
+    const V at_u = hn::Mul(hn::Sub(hn::Add(u, past_u), p.u), track.per_du),
+            at_v = hn::Mul(hn::Sub(hn::Add(v, past_v), p.v), track.per_dv);
     const auto leaves_by_u = hn::Le(at_u, at_v);
     const V leaves = hn::Max(s, hn::IfThenElse(leaves_by_u, at_u, at_v));
-    const V length = hn::Sub(hn::Min(leaves, s_end), s);
-
-    const Corners<D> corners(d, c, u, v, walking);
-    const V by_1 = corners.s00, by_u = hn::Sub(corners.s10, by_1),
-            by_v = hn::Sub(corners.s01, by_1),
-            by_uv = hn::Add(hn::Sub(hn::Sub(by_1, corners.s10), corners.s01), corners.s11);
-    const V x = hn::Sub(hn::Add(p.u, hn::Mul(s, du)), u),
-            y = hn::Sub(hn::Add(p.v, hn::Mul(s, dv)), v);
-    const V constant =
-        hn::Add(hn::Add(by_1, hn::Mul(by_u, x)), hn::Mul(hn::Add(by_v, hn::Mul(by_uv, x)), y));
-    const V linear = hn::Add(hn::Add(hn::Mul(by_u, du), hn::Mul(by_v, dv)),
-                             hn::Mul(by_uv, hn::Add(hn::Mul(x, dv), hn::Mul(y, du))));
-    const V square = hn::Mul(hn::Mul(by_uv, du), dv);
-
-    const auto inside = hn::And(walking, hn::Gt(constant, uncertain));
-    const auto unclear = hn::And(walking, hn::Le(hn::Abs(constant), uncertain));
-    progress.unresolved = hn::Or(progress.unresolved, unclear);
-    found = hn::Or(found, inside);
-    walking = hn::AndNot(hn::Or(inside, unclear), walking);
-    // first_rise()
-    const V twice_square = hn::Add(square, square);
-    const V at_end = hn::Add(constant, hn::Mul(length, hn::Add(linear, hn::Mul(length, square))));
-    const auto has_maximum =
-        hn::And(hn::Gt(linear, zero), hn::Lt(hn::Add(linear, hn::Mul(twice_square, length)), zero));
-    auto rises = hn::And(walking, hn::Or(hn::Gt(at_end, zero), has_maximum));
-    if (!hn::AllFalse(d, rises)) {
-      const V discriminant =
-          hn::Sub(hn::Mul(linear, linear), hn::Mul(hn::Add(twice_square, twice_square), constant));
-      rises = hn::And(rises, hn::Gt(discriminant, zero));
-      const V root = hn::Sqrt(hn::IfThenElseZero(rises, discriminant));
-      const auto is_positive = hn::Gt(linear, zero);
-      const V rise = hn::Div(
-          hn::IfThenElse(is_positive, hn::Neg(hn::Add(constant, constant)), hn::Sub(root, linear)),
-          hn::IfThenElse(is_positive, hn::Add(linear, root), twice_square));
-      s = hn::IfThenElse(rises, hn::Add(s, hn::Min(length, rise)), s);
-      found = hn::Or(found, rises);
-      walking = hn::AndNot(rises, walking);
-    }
-    passed = hn::AndNot(hn::Lt(leaves, s_end), walking);
-    progress.never = hn::Or(progress.never, passed);
-    walking = hn::AndNot(passed, walking);
+    const Quadratic<D> f(d, Corners<D>(d, c, u, v, walking), track,
+                         hn::Sub(hn::Add(p.u, hn::Mul(s, track.du)), u),
+                         hn::Sub(hn::Add(p.v, hn::Mul(s, track.dv)), v));
+    walking = leave(walking, hn::Gt(hn::Abs(f.constant), uncertain), progress.unresolved);
+    walking = leave(walking, hn::Lt(f.constant, zero), found);
+    V rise = zero;
+    const auto rises = f.rises(walking, hn::Sub(hn::Min(leaves, track.s_end), s), rise);
+    s = hn::IfThenElse(rises, hn::Add(s, rise), s);
+    walking = leave(walking, hn::Not(rises), found);
+    walking = leave(walking, hn::Lt(leaves, track.s_end), progress.never);
     s = hn::IfThenElse(walking, leaves, s);
     u = hn::Add(u, hn::IfThenElseZero(leaves_by_u, step_u));
     v = hn::Add(v, hn::IfThenZeroElse(leaves_by_u, step_v));
   }
   progress.unresolved = hn::Or(progress.unresolved, walking);
+  // CoverageWalk::t_of()
   const V sw = hn::Mul(s, p.w);
   const V t =
       hn::Add(progress.t, hn::Div(hn::Mul(sw, p.w), hn::Sub(one, hn::Mul(sw, line.w_slope))));
   progress.t = hn::IfThenElse(found, hn::Max(progress.t, t), progress.t);
 }
 
-// next_entry() of coverage_hull.cpp for the lanes together.
+// next_entry() for the lanes together.
 template <class D>
 HWY_INLINE void entries_of_lanes(D d, std::span<const CoverageSimdCamera> cameras, double v_px,
                                  const double* u_px, const double* begins, const double* ends,
@@ -244,7 +265,7 @@ HWY_INLINE void entries_of_lanes(D d, std::span<const CoverageSimdCamera> camera
       hn::AndNot(progress.unresolved, hn::Or(progress.never, hn::Ge(agreed, all)));
   double ts[kMaxLanes], camera_indices[kMaxLanes], are_resolved[kMaxLanes];
   hn::StoreU(hn::IfThenElse(progress.never, hn::Set(d, kNever), progress.t), d, ts);
-  hn::StoreU(camera_of, d, camera_indices);
+  hn::StoreU(hn::IfThenElse(progress.never, hn::Set(d, -1.0), camera_of), d, camera_indices);
   hn::StoreU(hn::IfThenElseZero(resolved, one), d, are_resolved);
   for (std::size_t i = 0; i < hn::Lanes(d); ++i)
     entries[i] = {ts[i], std::int32_t(camera_indices[i]), are_resolved[i] > 0};
@@ -280,6 +301,20 @@ namespace fivepipe::hull {
 namespace {
 HWY_EXPORT(entries);
 }  // namespace
+
+CoverageSimdCamera::CoverageSimdCamera(const MapFromView& map_from_view, const WalkedMap& walked)
+    : whole_cells(walked.whole_cells.words().data()),
+      words_per_row(walked.whole_cells.words_per_row()),
+      width_cells(walked.whole_cells.width_px()),
+      height_cells(walked.whole_cells.height_px()),
+      coverage(walked.coverage.data()),
+      u0_px(walked.corners.u0_px),
+      v0_px(walked.corners.v0_px),
+      width_px(walked.corners.width_px()),
+      height_px(walked.corners.height_px()) {
+  for (int i = 0; i < 3; ++i) at_eye[i] = map_from_view.at_eye[i];
+  for (int i = 0; i < 9; ++i) at_infinity[i] = map_from_view.at_infinity(i / 3, i % 3);
+}
 
 void simd_entries(std::span<const CoverageSimdCamera> cameras, const CoverageSimdRays& rays,
                   std::span<CoverageEntry> result) {

@@ -1,4 +1,4 @@
-#include "common/hull/silhouette/coverage.h"
+#include "common/hull/coverage/coverage_map.h"
 
 #include <algorithm>
 #include <cassert>

@@ -1,4 +1,4 @@
-#include "common/hull/silhouette/thin_coverage.h"
+#include "common/hull/coverage/thin_coverage.h"
 
 #include <algorithm>
 #include <cmath>

@@ -34,7 +34,7 @@
 // The rule applies the larger of the two values to all four neighbours. The axis of a straight wire
 // is then inside at any position of the wire, but the wire becomes about one pixel wide.
 #pragma once
-#include "common/hull/silhouette/coverage.h"
+#include "common/hull/coverage/coverage_map.h"
 
 namespace fivepipe::hull {
 

@@ -9,7 +9,7 @@
 #include <numbers>
 
 #include "common/base/timing.h"
-#include "common/hull/silhouette/coverage_hull.h"
+#include "common/hull/coverage/coverage_hull.h"
 #include "tests/support/hull/scenes.h"
 #include "tests/support/hull/test_pool.h"
 

@@ -1,14 +1,13 @@
-// A coverage map in the memory of its outline: what queries of the hull read.
+// A coverage map that stores its outline: what queries of the hull read.
 #pragma once
 #include <bit>
-#include <optional>
 
-#include "common/hull/silhouette/coverage.h"
+#include "common/hull/coverage/coverage_map.h"
 
 namespace fivepipe::hull {
 
 // The object pixels of an image and the coverage of the pixels at their outline. Most pixels are
-// covered wholly or not at all, so it has an eighth of the bytes of a CoverageMap.
+// covered wholly or not at all, so it has about a third of the bytes of a CoverageMap.
 class SparseCoverageMap {
  public:
   SparseCoverageMap() = default;
@@ -42,8 +41,8 @@ class SparseCoverageMap {
  private:
   ObjectPixels object_;
   CoverageOutline outline_;
-  // Index of the first outline pixel of each word of outline_.pixels in outline_.coverage; not
-  // initialised where the word is zero.
+  // Index of the first outline pixel of each word of outline_.pixels in outline_.coverage; 0 for
+  // a word without any.
   std::vector<std::uint32_t> first_;
 };
 
@@ -52,22 +51,5 @@ struct CoverageSilhouette {
   geometry::Camera camera;
   SparseCoverageMap map;
 };
-
-// Standard deviation of the Gaussian weights with which a plane is fitted to the coverage, and half
-// the size of the window [px]. On large spheres and capsules the normals have an error of 0.2 to
-// 0.4 degrees. With 0.7 px it is 1 degree because of the sampling grid; with 1.5 px it is 0.1
-// degrees, but on objects 3 px thin it grows from 4 to 10 degrees, because the window includes
-// their other side.
-inline constexpr double kNormalSigma_px = 1.0;
-inline constexpr int kNormalWindow_px = 3;
-// A plane whose slope is at most this has no direction, because the slope is within the rounding of
-// 8 bits [1/255 per px].
-inline constexpr double kMinFall = 1.0;
-
-// Returns the unit vector in the image that points out of the silhouette at a border point: the
-// downhill direction of the plane fitted to the coverage around it. Returns nullopt if that slope
-// is at most kMinFall or uv is outside the image.
-std::optional<Eigen::Vector2d> outward_in_image(const SparseCoverageMap& map,
-                                                const Eigen::Vector2d& uv_px);
 
 }  // namespace fivepipe::hull

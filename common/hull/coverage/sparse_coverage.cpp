@@ -1,14 +1,10 @@
-#include "common/hull/silhouette/sparse_coverage.h"
+#include "common/hull/coverage/sparse_coverage.h"
 
 #include <algorithm>
-#include <array>
 #include <cassert>
 #include <cmath>
 
 namespace fivepipe::hull {
-
-using Eigen::Vector2d;
-using Eigen::Vector3d;
 
 SparseCoverageMap::SparseCoverageMap(ObjectPixels object, CoverageOutline outline)
     : object_(std::move(object)),
@@ -34,8 +30,11 @@ static ObjectPixels at_least_half(const CoverageMap& map) {
   return half;
 }
 
-SparseCoverageMap::SparseCoverageMap(const CoverageMap& map)
-    : SparseCoverageMap(at_least_half(map), map.outline(at_least_half(map))) {}
+SparseCoverageMap::SparseCoverageMap(const CoverageMap& map) {
+  ObjectPixels half = at_least_half(map);
+  CoverageOutline outline = map.outline(half);
+  *this = SparseCoverageMap(std::move(half), std::move(outline));
+}
 
 double SparseCoverageMap::interpolated(double u_px, double v_px) const {
   if (!object_.holds(u_px, v_px)) return 0;
@@ -79,36 +78,6 @@ std::vector<std::uint8_t> SparseCoverageMap::bytes(const PixelRect& rect) const 
 
 CoverageMap SparseCoverageMap::dense() const {
   return CoverageMap::from_bytes(width_px(), height_px(), bytes({0, 0, width_px(), height_px()}));
-}
-
-std::optional<Vector2d> outward_in_image(const SparseCoverageMap& map, const Vector2d& uv_px) {
-  if (!map.object().holds(uv_px.x(), uv_px.y())) return std::nullopt;
-  // Least squares of coverage = a + g . (pixel - uv), weighted; g follows from the 3 x 3 normal
-  // equations.
-  const int u0 = int(std::lround(uv_px.x())) - kNormalWindow_px,
-            v0 = int(std::lround(uv_px.y())) - kNormalWindow_px;
-  constexpr int kSide = 2 * kNormalWindow_px + 1;
-  std::array<double, kSide> weight_u, weight_v;
-  const auto weight = [](double d) {
-    return std::exp(-0.5 * d * d / (kNormalSigma_px * kNormalSigma_px));
-  };
-  for (int i = 0; i < kSide; ++i) {
-    weight_u[i] = weight(u0 + i - uv_px.x());
-    weight_v[i] = weight(v0 + i - uv_px.y());
-  }
-  Eigen::Matrix3d normal_matrix = Eigen::Matrix3d::Zero();
-  Vector3d right_side = Vector3d::Zero();
-  for (int v = std::max(v0, 0); v < std::min(v0 + kSide, map.height_px()); ++v)
-    for (int u = std::max(u0, 0); u < std::min(u0 + kSide, map.width_px()); ++u) {
-      const Vector3d row(1, u - uv_px.x(), v - uv_px.y());
-      const Vector3d weighted = weight_u[u - u0] * weight_v[v - v0] * row;
-      normal_matrix += weighted * row.transpose();
-      right_side += map.at(u, v) * weighted;
-    }
-  const Vector2d gradient = normal_matrix.ldlt().solve(right_side).tail<2>();
-  const double length = gradient.norm();
-  if (!(length > kMinFall)) return std::nullopt;
-  return -gradient / length;
 }
 
 }  // namespace fivepipe::hull
