@@ -46,6 +46,7 @@ std::optional<FramePublisher::Set> FramePublisher::capture(std::int64_t frame,
   Set set;
   set.steps.begin("capture");
   set.frame = std::uint64_t(frame);
+  set.start_ns = base::now_realtime_ns();
   set.cameras = capture_.capture(frame, colours_.readers() > 0, stamp_ns);
   if (capture_.ended()) return std::nullopt;
   set.cpu_before_publish_s = base::thread_cpu_s();
@@ -90,8 +91,10 @@ void FramePublisher::publish(Set set) {
   node_.status.count(node::kFramesCaptured);
   if (published_) count_cpu(set.cameras, base::thread_cpu_s() - set.cpu_before_publish_s);
   published_ = set.frame;
+  // Without a clock the stamps are no times at which anything happened.
+  const std::int64_t captured_ns = node_.every_frame ? set.start_ns : set.stamp_ns;
   node_.status.latency(node::kCaptureToPublished,
-                       1e-9 * double(base::now_realtime_ns() - set.stamp_ns));
+                       1e-9 * double(base::now_realtime_ns() - captured_ns));
   traces_.handled(set.frame, set.stamp_ns, {}, std::move(set.steps));
 }
 

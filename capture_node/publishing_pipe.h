@@ -21,6 +21,7 @@ class FramePublisher {
   struct Set {
     std::uint64_t frame = 0;
     std::int64_t stamp_ns = 0;  // of the earliest image
+    std::int64_t start_ns = 0;  // CLOCK_REALTIME at the call of capture()
     std::vector<CapturedCamera> cameras;
     node::FrameSteps steps;
     double cpu_before_publish_s = 0;  // of the calling thread

@@ -3,6 +3,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 
 #include "capture_node/following_pipe.h"
@@ -95,6 +96,7 @@ class VideoPipe {
     sessions.write(session);
     sessions.wait_for_delivery(kDelivery);
     wait(kDiscovery);
+    first_stamp_ns_ = base::now_realtime_ns();
     FrameByFrame frames(std::clamp(config_.max_frames_in_flight, 1, kMaxFramesHeld),
                         FrameByFrame::Clock::now());
     while (node::running() && !(publisher_.ended() && frames.is_done(FrameByFrame::Clock::now()))) {
@@ -185,15 +187,25 @@ class VideoPipe {
   // Returns false without maps if the file of a camera has ended. Publishes the pose before the
   // maps, so that a reader that has all maps of a frame also has its pose.
   bool publish(std::int64_t frame) {
+    const std::int64_t stamp_ns = stamp_of(frame);
     // The other capture nodes capture their cameras when they receive the pose. It then has the
     // time of the frame, because the images do not exist yet.
-    const std::int64_t start_ns = has_followers_ ? base::now_realtime_ns() : 0;
-    if (has_followers_) publish_pose(frame, start_ns);
-    auto set = publisher_.capture(frame, start_ns);
+    if (has_followers_) publish_pose(frame, stamp_ns);
+    auto set = publisher_.capture(frame, stamp_ns);
     if (!set) return false;
     if (!has_followers_) publish_pose(frame, set->stamp_ns);
     publisher_.publish(std::move(*set));
     return true;
+  }
+
+  // Returns the time of images without a clock; 0: the time at which they are read. Without a
+  // clock, frames are one period apart however long they take, so that the simulation of a
+  // recording is the same each time.
+  std::int64_t stamp_of(std::int64_t frame) const {
+    if (node_.every_frame)
+      return first_stamp_ns_ +
+             std::int64_t(std::llround(1e9 * double(frame) / deployment_.frame_rate_hz));
+    return has_followers_ ? base::now_realtime_ns() : 0;
   }
 
   void publish_pose(std::int64_t frame, std::int64_t stamp_ns) {
@@ -209,7 +221,8 @@ class VideoPipe {
   node::NodeContext& node_;
   const config::Deployment& deployment_;
   const config::CaptureConfig& config_;
-  bool has_followers_;  // other capture nodes
+  bool has_followers_;               // other capture nodes
+  std::int64_t first_stamp_ns_ = 0;  // of frame 0, with --every-frame
   bus::Writer<bus::topics::ViewInfo> view_info_;
   bus::Writer<bus::topics::HeadPose> poses_;
   bus::Reader<bus::topics::FrameComposited> composited_;
