@@ -565,14 +565,10 @@ TEST_F(Pipeline, ParticlesFallOnAHandAndAreDrawn) {
   cv::VideoCapture video((out_ / "composite.mp4").string());
   int most_gold_px = 0;
   for (cv::Mat image; video.read(image);) {
-    int gold_px = 0;
-    image.forEach<cv::Vec3b>([](cv::Vec3b& bgr, const int*) {
-      bgr[0] = bgr[2] > 120 && bgr[1] > 80 && 2 * bgr[0] < bgr[2] ? 255 : 0;
-    });
-    cv::Mat gold;
-    cv::extractChannel(image, gold, 0);
-    gold_px = cv::countNonZero(gold);
-    most_gold_px = std::max(most_gold_px, gold_px);
+    const auto gold_px = std::count_if(
+        image.begin<cv::Vec3b>(), image.end<cv::Vec3b>(),
+        [](const cv::Vec3b& bgr) { return bgr[2] > 120 && bgr[1] > 80 && 2 * bgr[0] < bgr[2]; });
+    most_gold_px = std::max(most_gold_px, int(gold_px));
   }
   EXPECT_GT(most_gold_px, 1000);
 }
