@@ -241,7 +241,14 @@ TEST(CoverageMap, ItsOutlineAndObjectPixelsAreTheMap) {
         for (int u = 0; u < width; ++u) object.set(u, v, test::uniform(random, 0, 1) < 0.5);
       const CoverageOutline outline = map.outline(object);
       EXPECT_EQ(outline.coverage.size(), outline.pixels.count());
-      EXPECT_EQ(SparseCoverageMap(object, outline).dense(), map);
+      const SparseCoverageMap sparse(object, outline);
+      EXPECT_EQ(sparse.dense(), map);
+      const ObjectPixels half = sparse.half_covered();
+      for (int v = 0; v < 9; ++v)
+        for (int u = 0; u < width; ++u) {
+          ASSERT_EQ(sparse.at(u, v), map.at(u, v));
+          ASSERT_EQ(half.contains(u, v), map.at(u, v) >= 128);
+        }
       const CoverageMap binary = CoverageMap::from_pixels(object);
       EXPECT_EQ(binary.outline(object).pixels.count(), 0u);
       CoverageMap kept = map;

@@ -104,6 +104,32 @@ TEST(CoverageWalkSimd, EqualsTheWalksWithEveryInstructionSet) {
   EXPECT_GT(entered, 300);
 }
 
+// Also for rays that the kernel leaves after it has moved them.
+TEST(CoverageWalkSimd, TheLimitingCameraIsThatOfTheWalks) {
+  int compared = 0;
+  for (int seed = 1; seed <= 24; ++seed) {
+    test::Random random(seed);
+    auto silhouettes =
+        covered(test::random_object(random, 3), test::random_cameras(random, 4, 80, 61));
+    if (seed % 2 == 0)
+      for (CoverageSilhouette& s : silhouettes) s.map = random_map(random, 80, 61, 0.7);
+    const View view{test::random_camera(random, 64, 48, 0.8), 0.05, 5.0};
+    const PreparedMaps maps(silhouettes, view.camera);
+    const SurfaceTile tile = CoverageHull(test_pool(), silhouettes).surface(view, {0, 0, 64, 48});
+    for (int i = 0; i < 64 * 48; ++i) {
+      const CoverageEntry expected = maps.by_walks(i % 64, i / 64, {view.near_m, view.far_m});
+      if (expected.t == kNever || expected.camera < 0) continue;
+      const auto& limiting = silhouettes[std::size_t(expected.camera)];
+      const geometry::Ray ray = geometry::ray_through(view.camera, Eigen::Vector2d(i % 64, i / 64));
+      if (!outward_normal_world(limiting, ray.origin_world_m + expected.t * ray.direction_world))
+        continue;
+      ++compared;
+      EXPECT_EQ(tile.limiting[i], expected.camera) << seed << ' ' << i;
+    }
+  }
+  EXPECT_GT(compared, 3000);
+}
+
 // Columns [first, end) of the image are covered.
 CoverageMap columns(int width, int height, std::initializer_list<std::pair<int, int>> runs) {
   CoverageMap map(width, height);
