@@ -9,11 +9,11 @@
 
 #include "common/config/deployment.h"
 #include "common/hull/colour_region.h"
+#include "common/hull/coverage/coverage_hull.h"
 #include "common/hull/coverage/coverage_outline.h"
 #include "common/hull/cpu/cpu_hull.h"
 #include "common/hull/gl/gl_hull.h"
 #include "common/hull/paper/plane_sweep.h"
-#include "common/hull/coverage/coverage_hull.h"
 #include "recon_node/tiles.h"
 
 namespace fivepipe::recon {

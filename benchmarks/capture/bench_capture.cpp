@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/core/utility.hpp>
 
+#include "benchmarks/capture/coverage_report.h"
 #include "benchmarks/capture/methods.h"
 #include "benchmarks/capture/real_footage.h"
 #include "benchmarks/capture/scores.h"
@@ -228,7 +229,8 @@ constexpr bench::Suite kSuite{
         "method has one setting for all sequences: the one with the highest mean F1 on other "
         "seeds, "
         "which the benchmark searches first. F1 and IoU: 1 is perfect. Boundary: mean distance of "
-        "the outlines. Takes several minutes.",
+        "the outlines. Then the depth of the hull with and without sub-pixel silhouettes. Takes "
+        "several minutes.",
     .example = "fivepipe bench capture --footage recordings/seated4cam --json out/capture.json",
     .only_help =
         "only methods whose name contains this text, such as mog2; fivepipe is always "
@@ -262,9 +264,11 @@ void run(const bench::Args& args) {
   print_table("boundary, px", choices, scores, 2,
               [](const Score& score) { return score.boundary_error_px(); });
   print_times(choices, times);
+  const nlohmann::ordered_json of_coverage = report_coverage(args.quick);
   if (!args.json_file.empty()) {
     nlohmann::ordered_json results = json_of(choices, scores, times);
     results.insert(results.end(), of_footage.begin(), of_footage.end());
+    results.insert(results.end(), of_coverage.begin(), of_coverage.end());
     base::write_json(args.json_file, base::suite_json("capture", "", results));
   }
 }

@@ -22,8 +22,8 @@ using Eigen::Vector3d;
 
 constexpr int kRaysPerAxis = 4;  // of a pixel
 constexpr int kLearningImages = 24;
-constexpr std::array kAllMaps{Maps::centre, Maps::segmented, Maps::exact_coverage,
-                              Maps::estimated_coverage};
+constexpr std::array kAllMaps{MapKind::centre, MapKind::segmented, MapKind::exact_coverage,
+                              MapKind::estimated_coverage};
 
 // One camera that looks at the synthetic world.
 class Imaged {
@@ -101,16 +101,16 @@ std::vector<hull::CoverageSilhouette> covered(const std::vector<hull::Silhouette
 class Reconstruction {
  public:
   explicit Reconstruction(base::WorkerPool& pool) : binary_(pool), coverage_(pool) {}
-  void depths(const Pose& pose, Maps maps, const hull::View& view, hull::DepthTile& tile) {
+  void depths(const Pose& pose, MapKind maps, const hull::View& view, hull::DepthTile& tile) {
     switch (maps) {
-      case Maps::centre: binary_.assign(pose.centre); break;
-      case Maps::segmented: binary_.assign(pose.segmented); break;
-      case Maps::exact_coverage: coverage_.assign(covered(pose.centre, pose.exact)); break;
-      case Maps::estimated_coverage:
+      case MapKind::centre: binary_.assign(pose.centre); break;
+      case MapKind::segmented: binary_.assign(pose.segmented); break;
+      case MapKind::exact_coverage: coverage_.assign(covered(pose.centre, pose.exact)); break;
+      case MapKind::estimated_coverage:
         coverage_.assign(covered(pose.segmented, pose.estimated));
         break;
     }
-    if (maps == Maps::centre || maps == Maps::segmented)
+    if (maps == MapKind::centre || maps == MapKind::segmented)
       binary_.depth(view, tile.rect, tile.depth_m);
     else
       coverage_.depth(view, tile.rect, tile.depth_m);
@@ -125,11 +125,10 @@ class Reconstruction {
 std::optional<double> true_depth_m(const std::vector<hull::Capsule>& object,
                                    const std::vector<geometry::Camera>& cameras,
                                    const geometry::Ray& ray, double near_m, double far_m) {
-  constexpr double kStep_m = 0.5e-3;
+  constexpr double kStep_m = 1e-3;
   const auto inside = [&](double t) {
     return hull::in_analytic_hull(object, cameras, ray.origin_world_m + t * ray.direction_world);
   };
-  if (inside(near_m)) return std::nullopt;  // it begins before
   for (double t = near_m + kStep_m; t < far_m; t += kStep_m) {
     if (!inside(t)) continue;
     double out = t - kStep_m, in = t;
@@ -145,28 +144,41 @@ void add_errors(const Pose& pose, const hull::View& view, const std::vector<hull
   for (const hull::Silhouette& s : pose.centre) cameras.push_back(s.camera);
   const int width = view.camera.pinhole.width_px;
   for (std::size_t i = 0; i < tiles[0].depth_m.size(); ++i) {
-    const auto hits = [&](const hull::DepthTile& tile) { return tile.depth_m[i] != hull::kNoHull; };
-    all.rays += std::any_of(tiles.begin(), tiles.end(), hits);
-    if (!std::all_of(tiles.begin(), tiles.end(), hits)) continue;
-    const double about_m = double(tiles[0].depth_m[i]);
-    const auto truth_m =
-        true_depth_m(pose.object, cameras,
-                     geometry::ray_through(view.camera, Vector2d(int(i) % width, int(i) / width)),
-                     about_m - kSearch_m, about_m + kSearch_m);
-    if (!truth_m) continue;
-    for (std::size_t m = 0; m < tiles.size(); ++m)
-      all.rows[m].error_mm.push_back(1e3 * std::abs(double(tiles[m].depth_m[i]) - *truth_m));
+    double nearest_m = hull::kNoHull, farthest_m = 0;
+    std::size_t hits = 0;
+    for (const hull::DepthTile& tile : tiles)
+      if (const double depth_m = tile.depth_m[i]; depth_m != hull::kNoHull) {
+        nearest_m = std::min(nearest_m, depth_m);
+        farthest_m = std::max(farthest_m, depth_m);
+        ++hits;
+      }
+    if (hits == 0) continue;
+    const geometry::Ray ray =
+        geometry::ray_through(view.camera, Vector2d(int(i) % width, int(i) / width));
+    const double from_m = nearest_m - kSearch_m;
+    if (hull::in_analytic_hull(pose.object, cameras,
+                               ray.origin_world_m + from_m * ray.direction_world))
+      continue;  // the true hull begins before
+    ++all.rays;
+    const auto truth_m = true_depth_m(pose.object, cameras, ray, from_m, farthest_m + kSearch_m);
+    for (std::size_t m = 0; m < tiles.size(); ++m) {
+      const double depth_m = tiles[m].depth_m[i];
+      all.rows[m].missed += truth_m && depth_m == hull::kNoHull;
+      all.rows[m].extra += !truth_m && depth_m != hull::kNoHull;
+      if (truth_m && hits == tiles.size())
+        all.rows[m].error_mm.push_back(1e3 * std::abs(depth_m - *truth_m));
+    }
   }
 }
 
 }  // namespace
 
-std::string name_of(Maps maps) {
+std::string name_of(MapKind maps) {
   switch (maps) {
-    case Maps::centre: return "binary, by pixel centres";
-    case Maps::segmented: return "binary, segmented";
-    case Maps::exact_coverage: return "coverage, exact";
-    case Maps::estimated_coverage: return "coverage, from images";
+    case MapKind::centre: return "binary, by pixel centres";
+    case MapKind::segmented: return "binary, segmented";
+    case MapKind::exact_coverage: return "coverage, exact";
+    case MapKind::estimated_coverage: return "coverage, from images";
   }
   return "";
 }
@@ -182,7 +194,7 @@ CoverageAccuracy measure_coverage(const config::Rig& rig, int poses, int timed_r
                         0.05,
                         5};
   CoverageAccuracy all;
-  for (const Maps maps : kAllMaps) all.rows.push_back({maps, {}, {}});
+  for (const MapKind maps : kAllMaps) all.rows.push_back({maps, {}, {}, 0, 0});
   base::WorkerPool pool(1);
   Reconstruction reconstruction(pool);
   const hull::PixelRect whole{0, 0, view.camera.pinhole.width_px, view.camera.pinhole.height_px};

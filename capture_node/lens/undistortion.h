@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "common/config/rig.h"
-#include "common/hull/object_pixels.h"
 #include "common/hull/coverage/coverage_map.h"
+#include "common/hull/object_pixels.h"
 
 namespace fivepipe::capture {
 

@@ -9,8 +9,8 @@
 #include <opencv2/core.hpp>
 #include <span>
 
-#include "common/hull/object_pixels.h"
 #include "common/hull/coverage/coverage_map.h"
+#include "common/hull/object_pixels.h"
 
 namespace fivepipe::capture {
 

@@ -4,8 +4,8 @@
 #include <opencv2/core.hpp>
 
 #include "common/config/capture/capture_config.h"
-#include "common/hull/object_pixels.h"
 #include "common/hull/coverage/coverage_map.h"
+#include "common/hull/object_pixels.h"
 
 namespace fivepipe::capture {
 

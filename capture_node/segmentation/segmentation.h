@@ -24,8 +24,8 @@
 #include "capture_node/segmentation/difference.h"
 #include "capture_node/segmentation/gain.h"
 #include "common/config/capture/capture_config.h"
-#include "common/hull/hull.h"
 #include "common/hull/coverage/coverage_map.h"
+#include "common/hull/hull.h"
 
 namespace fivepipe::capture {
 

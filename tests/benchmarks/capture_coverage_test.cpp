@@ -15,22 +15,30 @@ class CoverageOfRig : public testing::TestWithParam<const char*> {};
 TEST_P(CoverageOfRig, IsNearerToTheTruthThanBinaryMaps) {
   const config::Rig rig =
       test::load_rig(std::string(FIVEPIPE_SOURCE_DIR "/scenes/rigs/") + GetParam());
-  const CoverageAccuracy all = measure_coverage(rig, 3, 5);
+  const CoverageAccuracy all = measure_coverage(rig, 2, 8);
   std::vector<double> median_mm, median_ms;
   for (const CoverageRow& row : all.rows) {
     median_mm.push_back(base::percentile(row.error_mm, 0.5));
     median_ms.push_back(base::percentile(row.time_ms, 0.5));
-    std::printf("%-26s %6zu of %zu rays, depth error median %.3f mm, p95 %.3f mm, %.2f ms\n",
-                name_of(row.maps).c_str(), row.error_mm.size(), all.rays, median_mm.back(),
-                base::percentile(row.error_mm, 0.95), median_ms.back());
+    std::printf(
+        "%-26s %6zu of %zu rays, depth error median %.3f mm, p95 %.3f mm, %zu missed, %zu extra, "
+        "%.2f ms\n",
+        name_of(row.maps).c_str(), row.error_mm.size(), all.rays, median_mm.back(),
+        base::percentile(row.error_mm, 0.95), row.missed, row.extra, median_ms.back());
   }
-  EXPECT_GT(all.rows[0].error_mm.size(), 3000u);
-  const double centre_mm = median_mm[std::size_t(Maps::centre)];
-  EXPECT_LE(median_mm[std::size_t(Maps::exact_coverage)], centre_mm / 3);
-  EXPECT_LE(median_mm[std::size_t(Maps::estimated_coverage)], centre_mm / 2);
+  EXPECT_GT(all.rows[0].error_mm.size(), 10'000u);
+  const double centre_mm = median_mm[std::size_t(MapKind::centre)];
+  EXPECT_LE(median_mm[std::size_t(MapKind::exact_coverage)], centre_mm / 3);
+  EXPECT_LE(median_mm[std::size_t(MapKind::estimated_coverage)], centre_mm / 2);
+  // Nearly no ray enters a hull that it should not, or misses it. Binary maps of images with noise
+  // hold the hull: they miss no ray, and 4 % of the rays enter beside it.
+  for (const MapKind maps : {MapKind::exact_coverage, MapKind::estimated_coverage}) {
+    EXPECT_LE(double(all.rows[std::size_t(maps)].missed), 0.005 * double(all.rays));
+    EXPECT_LE(double(all.rows[std::size_t(maps)].extra), 0.01 * double(all.rays));
+  }
   // The aim is 4; it is 3.4. A busy machine disturbs the times.
-  for (const Maps maps : {Maps::exact_coverage, Maps::estimated_coverage})
-    EXPECT_LE(median_ms[std::size_t(maps)], 6 * median_ms[std::size_t(Maps::centre)]);
+  for (const MapKind maps : {MapKind::exact_coverage, MapKind::estimated_coverage})
+    EXPECT_LE(median_ms[std::size_t(maps)], 6 * median_ms[std::size_t(MapKind::centre)]);
 }
 
 INSTANTIATE_TEST_SUITE_P(Rigs, CoverageOfRig, testing::Values("table4.yaml", "table6.yaml"),
