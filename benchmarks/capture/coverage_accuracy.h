@@ -25,7 +25,7 @@ struct CoverageRow {
 };
 struct CoverageAccuracy {
   std::vector<CoverageRow> rows;  // in the order of MapKind
-  // Rays that meet the hull of one of the rows. Rays on which the true hull begins more than
+  // Compared rays that meet the hull of one of the rows. Rays on which the true hull begins more than
   // kSearch_m before do not count.
   std::size_t rays = 0;
 };
