@@ -25,8 +25,8 @@ struct CoverageRow {
 };
 struct CoverageAccuracy {
   std::vector<CoverageRow> rows;  // in the order of MapKind
-  // Compared rays that meet the hull of one of the rows. Rays on which the true hull begins more than
-  // kSearch_m before do not count.
+  // Compared rays that meet the hull of one of the rows. Rays on which the true hull begins more
+  // than kSearch_m before do not count.
   std::size_t rays = 0;
 };
 

@@ -6,6 +6,7 @@
 #include <iostream>
 
 #include "benchmarks/capture/coverage_accuracy.h"
+#include "common/base/result_file.h"
 #include "common/base/text_table.h"
 #include "common/base/timing.h"
 #include "common/config/read_files.h"

@@ -33,9 +33,10 @@ bool smaller_first(const CoverageSilhouette& a, const CoverageSilhouette& b) {
     return std::lexicographical_compare_three_way(x.begin(), x.end(), y.begin(), y.end());
   };
   auto first = order(a.map.object().words(), b.map.object().words());
-  if (first == 0) first = order(a.map.outline().pixels.words(), b.map.outline().pixels.words());
-  if (first == 0) first = order(a.map.outline().coverage, b.map.outline().coverage);
-  return first < 0;
+  if (std::is_eq(first))
+    first = order(a.map.outline().pixels.words(), b.map.outline().pixels.words());
+  if (std::is_eq(first)) first = order(a.map.outline().coverage, b.map.outline().coverage);
+  return std::is_lt(first);
 }
 
 }  // namespace
