@@ -91,7 +91,7 @@ void FramePublisher::publish(Set set) {
   node_.status.count(node::kFramesCaptured);
   if (published_) count_cpu(set.cameras, base::thread_cpu_s() - set.cpu_before_publish_s);
   published_ = set.frame;
-  // Without a clock the stamps are no times at which anything happened.
+  // With --every-frame the timestamps are nominal, one period apart.
   const std::int64_t captured_ns = node_.every_frame ? set.start_ns : set.stamp_ns;
   node_.status.latency(node::kCaptureToPublished,
                        1e-9 * double(base::now_realtime_ns() - captured_ns));

@@ -36,7 +36,7 @@ TEST_P(CoverageOfRig, IsNearerToTheTruthThanBinaryMaps) {
     EXPECT_LE(double(all.rows[std::size_t(maps)].missed), 0.005 * double(all.rays));
     EXPECT_LE(double(all.rows[std::size_t(maps)].extra), 0.01 * double(all.rays));
   }
-  // The aim is 4; it is 3.4. A busy machine disturbs the times.
+  // The aim is 4; it is 3.2 to 3.6. A busy machine disturbs the times.
   for (const MapKind maps : {MapKind::exact_coverage, MapKind::estimated_coverage})
     EXPECT_LE(median_ms[std::size_t(maps)], 6 * median_ms[std::size_t(MapKind::centre)]);
 }

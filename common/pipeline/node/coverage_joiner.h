@@ -22,7 +22,7 @@ class CoverageJoiner {
   explicit CoverageJoiner(const config::Rig& rig) : rig_(rig) {}  // the rig must outlive it
 
   void add(std::uint64_t writer, messages::CameraCoverage coverage);
-  // Returns true if the writers of a coverage and of a map are of the same process.
+  // Returns true if the writers of a coverage and of a map belong to the same process.
   using IsSameProcess = std::function<bool(std::uint64_t, std::uint64_t)>;
   // Sets set.outlines to the coverage of the set's images: of the same camera, frame, capture stamp
   // and process. A silhouette without coverage has an empty outline; if none has any, there are no

@@ -49,6 +49,7 @@ void FrameSetReader::add_coverage(const bus::Sample<bus::topics::ObjectCoverage>
 
 void FrameSetReader::join_coverage(frames::FrameSet& set) {
   if (!coverages_) return;
+  // Programs that state no identity count as one process.
   const auto is_same_process = [&](std::uint64_t of_coverage, std::uint64_t of_map) {
     return coverages_->process(of_coverage) == maps_.process(of_map);
   };
