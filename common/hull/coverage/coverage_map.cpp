@@ -71,10 +71,6 @@ CoverageOutline CoverageMap::outline(const ObjectPixels& object) const {
   return outline;
 }
 
-std::uint8_t CoverageMap::at_nearest(int u_px, int v_px) const {
-  return at(std::clamp(u_px, 0, width_px_ - 1), std::clamp(v_px, 0, height_px_ - 1));
-}
-
 void CoverageMap::set(int u_px, int v_px, std::uint8_t coverage) {
   bytes_[std::size_t(v_px) * std::size_t(width_px_) + std::size_t(u_px)] = coverage;
 }

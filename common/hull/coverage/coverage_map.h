@@ -34,8 +34,6 @@ class CoverageMap {
   std::uint8_t at(int u_px, int v_px) const {
     return bytes_[std::size_t(v_px) * std::size_t(width_px_) + std::size_t(u_px)];
   }
-  // Coverage of the pixel of the image nearest to (u, v). The image must not be empty.
-  std::uint8_t at_nearest(int u_px, int v_px) const;
   void set(int u_px, int v_px, std::uint8_t coverage);  // the pixel is inside the image
   // Sets the coverage of all pixels that are not in `pixels`, which has the same size, to 0.
   void keep(const ObjectPixels& pixels);

@@ -56,7 +56,7 @@ double first_rise(const Quadratic& f, double length) {
                   linear > 0 ? -2 * constant / (linear + root) : (root - linear) / (2 * square));
 }
 
-// Returns the begin of the first piece of [0, length], cut at the roots, in which the quadratic is
+// Returns the start of the first piece of [0, length], cut at the roots, in which the quadratic is
 // >= 0. It takes the sign at the center of a piece, because at its ends only rounding decides.
 double first_positive_piece(const Quadratic& f, double length) {
   const auto [constant, linear, square] = f;
@@ -88,7 +88,7 @@ geometry::Camera cell_camera(const geometry::Camera& camera) {
 }
 
 // Pixel (u, v) is a corner of the cells (u, v) to (u + 1, v + 1). The outermost cells have the
-// outermost pixels twice (CoverageMap::at_nearest()).
+// outermost pixels twice.
 CellsOfMap cells_of(const ObjectPixels& half_covered) {
   const int width = half_covered.width_px(), height = half_covered.height_px();
   CellsOfMap cells{ObjectPixels(width + 1, height + 1), ObjectPixels(width + 1, height + 1)};

@@ -222,7 +222,9 @@ TEST(CellsOfMap, AreThoseOfTheirFourCorners) {
           for (int u = 0; u <= width; ++u) {
             int covered = 0;
             for (const int dv : {-1, 0})
-              for (const int du : {-1, 0}) covered += map.at_nearest(u + du, v + dv) >= 128;
+              for (const int du : {-1, 0})
+                covered += map.at(std::clamp(u + du, 0, width - 1),
+                                  std::clamp(v + dv, 0, height - 1)) >= 128;
             ASSERT_EQ(cells.any.contains(u, v), covered > 0) << width << ' ' << u << ' ' << v;
             ASSERT_EQ(cells.all.contains(u, v), covered == 4) << width << ' ' << u << ' ' << v;
           }

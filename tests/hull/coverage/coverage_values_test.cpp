@@ -50,9 +50,6 @@ TEST(CoverageMap, KeepsItsBytes) {
   EXPECT_EQ(map.height_px(), 5);
   EXPECT_EQ(CoverageMap::from_bytes(7, 5, map.bytes()), map);
   EXPECT_EQ(map.at(3, 2), map.bytes()[2 * 7 + 3]);
-  EXPECT_EQ(map.at_nearest(-4, 2), map.at(0, 2));
-  EXPECT_EQ(map.at_nearest(9, 7), map.at(6, 4));
-  EXPECT_EQ(map.at_nearest(3, -1), map.at(3, 0));
   ObjectPixels pixels(3, 2);
   pixels.set(2, 1);
   const CoverageMap binary = CoverageMap::from_pixels(pixels);
