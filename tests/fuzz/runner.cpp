@@ -1,5 +1,6 @@
 #include "tests/fuzz/runner.h"
 #include "tests/support/process/cpu_time.h"
+#include "tests/support/process/memory.h"
 #include "tests/support/test_folder.h"
 
 #include <fmt/format.h>
@@ -34,12 +35,6 @@ struct Progress {
   std::atomic<double> start_cpu_s = 0;  // CPU time of the child at the start of the current input
   char finding[4000] = {};
 };
-
-std::size_t resident_bytes(pid_t pid) {
-  std::size_t total_pages = 0, resident_pages = 0;
-  std::ifstream(fmt::format("/proc/{}/statm", pid)) >> total_pages >> resident_pages;
-  return resident_pages * std::size_t(sysconf(_SC_PAGESIZE));
-}
 
 // Writes the input as new files: ext4 waits for the disk if an existing file is written again.
 void write_input(const std::vector<File>& files, const fs::path& folder) {
@@ -100,7 +95,7 @@ std::string watch(pid_t child, const Progress& progress, const Limits& limits) {
       finding = fmt::format("needs more than {} s of CPU time", limits.cpu_s);
     else if (Clock::now() - input_start > std::chrono::duration<double>(limits.elapsed_s))
       finding = fmt::format("needs more than {} s", limits.elapsed_s);
-    else if (resident_bytes(child) > limits.memory_bytes)
+    else if (test::resident_bytes(child) > limits.memory_bytes)
       finding = fmt::format("needs more than {} MiB", limits.memory_bytes >> 20);
     if (!finding.empty()) {
       kill(child, SIGKILL);

@@ -2,7 +2,6 @@
 // sizes, extreme timestamps and NaN.
 #include <gtest/gtest.h>
 #include <signal.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cstdlib>
@@ -14,6 +13,7 @@
 #include "common/pipeline/messages/wire_conversions.h"
 #include "common/pipeline/node/drop_counts.h"
 #include "common/pipeline/node/log_budget.h"
+#include "tests/support/process/memory.h"
 #include "tests/support/recording/recordings.h"
 #include "tests/support/sanitizer.h"
 #include "tests/support/text.h"
@@ -39,12 +39,7 @@ constexpr bool kMeasuresMemory = !kHasSanitizer;  // which keeps freed memory
 constexpr double kMaxGrowth_mb = 4;
 constexpr std::uint64_t kMinRefused = 7000;
 
-double resident_mb(pid_t pid) {
-  std::ifstream statm("/proc/" + std::to_string(pid) + "/statm");
-  std::size_t total = 0, resident = 0;
-  statm >> total >> resident;
-  return double(resident) * double(sysconf(_SC_PAGESIZE)) / 1e6;
-}
+double resident_mb(pid_t pid) { return double(resident_bytes(pid)) / 1e6; }
 
 // The most lines that `fivepipe up` prints in this time with kSmallDeployment and a recorder. A
 // node logs at most LogBudget::kMaxLines in each period and then one line about the suppressed

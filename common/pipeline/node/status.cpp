@@ -28,6 +28,8 @@ namespace fivepipe::node {
 namespace {
 
 constexpr std::chrono::milliseconds kPublishPeriod{500};
+// Minimum time between statuses, if a new diagnostic does not wait for kPublishPeriod.
+constexpr std::chrono::milliseconds kMinPublishPeriod{100};
 constexpr std::chrono::seconds kDropLogPeriod{1};
 // At most this many senders of refused messages are named.
 constexpr std::size_t kMaxSenders = 16;
@@ -186,6 +188,7 @@ struct NodeStatusReporter::Impl {
   std::mutex mutex;
   std::condition_variable wake;
   bool ending = false;
+  bool has_new_diagnostic = false;  // since the newest status
   NodeState state;
   std::map<messages::BadMessage, Clock::time_point> drop_logged;  // has the keys of state.drops
   LogBudget log_budget;
@@ -215,6 +218,7 @@ struct NodeStatusReporter::Impl {
           std::uint64_t(std::max(0.0, 1e6 * (message.cpu_s - state.cpu_at_first_frame_s)));
     set_truncated(message.gl_renderer, state.gl_renderer);
     StatusLists lists(state);
+    has_new_diagnostic = false;
     lock.unlock();
     lists.lend_to(message);
     try {
@@ -230,7 +234,12 @@ struct NodeStatusReporter::Impl {
       state.diagnostics.erase(subject);
       return false;
     }
-    return std::exchange(state.diagnostics[subject], text) != text;
+    const auto [diagnostic, is_new] = state.diagnostics.try_emplace(subject);
+    if (is_new) {
+      has_new_diagnostic = true;
+      wake.notify_all();
+    }
+    return std::exchange(diagnostic->second, text) != text;
   }
 
   void collect_sent() {
@@ -274,7 +283,10 @@ struct NodeStatusReporter::Impl {
       lock.lock();
       if (const std::uint64_t lines = log_budget.take_suppressed(Clock::now()))
         spdlog::warn("{} more lines are not logged; see `fivepipe top` or report.json", lines);
-      wake.wait_for(lock, kPublishPeriod, [this] { return ending; });
+      const Clock::time_point published = Clock::now();
+      wake.wait_until(lock, published + kPublishPeriod,
+                      [this] { return ending || has_new_diagnostic; });
+      wake.wait_until(lock, published + kMinPublishPeriod, [this] { return ending; });
     }
   }
 };

@@ -1,10 +1,7 @@
-// GenICam cameras as sources: GigE Vision cameras of Aravis on loopback addresses, each a process.
-#include <signal.h>
+// GenICam cameras as sources.
 #include <unistd.h>
 
 #include <cmath>
-#include <fstream>
-#include <map>
 #include <thread>
 
 #include "capture_node/cameras/genicam_cameras.h"
@@ -12,9 +9,10 @@
 #include "capture_node/sources/stream_modules.h"
 #include "common/base/realtime.h"
 #include "tests/support/capture/capture_rig.h"
+#include "tests/support/capture/loopback_cameras.h"
 #include "tests/support/capture/own_network.h"
 #include "tests/support/optional_package.h"
-#include "tests/support/process.h"
+#include "tests/support/process/memory.h"
 #include "tests/support/test_folder.h"
 
 namespace fivepipe::capture {
@@ -25,9 +23,6 @@ using Clock = std::chrono::steady_clock;
 
 constexpr int kWidth_px = 64, kHeight_px = 48;
 const std::string kFirst = "127.0.0.1", kSecond = "127.0.0.2";
-// Time in which a restarted camera is back: Aravis waits 3 s for an answer, and some tries fail
-// while the old connection ends.
-constexpr auto kBackTimeout = 20s;
 
 class Genicam : public testing::Test {
  protected:
@@ -37,25 +32,8 @@ class Genicam : public testing::Test {
     static const bool is_own_network = test::enter_own_network({kFirst, kSecond});
     if (!is_own_network)
       FIVEPIPE_SKIP_WITHOUT_PACKAGE("CAP_SYS_ADMIN (root), to give the test a network of its own");
-    start(kFirst, "A1", 90);
-    start(kSecond, "B2", 180);
-  }
-  // Starts a camera whose images have this blue, or starts it again.
-  void start(const std::string& address, const std::string& serial, int blue) {
-    auto& program = cameras_[serial];
-    program.reset();
-    program = std::make_unique<test::Program>(
-        std::vector<std::string>{FIVEPIPE_BINARY_DIR "/genicam_camera", address, serial,
-                                 std::to_string(blue)},
-        folder_.path / (serial + ".log"));
-    for (const auto until = Clock::now() + 20s;
-         program->said().find("ready") == std::string::npos && Clock::now() < until;)
-      std::this_thread::sleep_for(5ms);
-    ASSERT_NE(program->said().find("ready"), std::string::npos) << program->said();
-  }
-  void kill(const std::string& serial) {
-    cameras_[serial]->signal(SIGKILL);
-    cameras_[serial]->wait_for_end(5s);
+    cameras_.start(kFirst, "A1", 90);
+    cameras_.start(kSecond, "B2", 180);
   }
   static config::RigCamera camera(const std::string& name = "cam", int width_px = kWidth_px) {
     return test::table_camera(name, {0, -1, 1}, width_px, kHeight_px);
@@ -76,7 +54,7 @@ class Genicam : public testing::Test {
   // Reads until an image comes, and returns whether it does.
   static bool comes_back(ImageSource& source) {
     cv::Mat image;
-    for (const auto until = Clock::now() + kBackTimeout; Clock::now() < until;) {
+    for (const auto until = Clock::now() + test::kCameraIsBack; Clock::now() < until;) {
       if (source.read(0, image) == ReadStatus::image) return true;
       std::this_thread::sleep_for(5ms);
     }
@@ -92,15 +70,8 @@ class Genicam : public testing::Test {
     return {};
   }
   const test::TestFolder folder_;
-  std::map<std::string, std::unique_ptr<test::Program>> cameras_;  // by serial number
+  test::LoopbackCameras cameras_{folder_.path};
 };
-
-// Resident memory of this process [KB].
-long resident_kb() {
-  long pages = 0, resident = 0;
-  std::ifstream("/proc/self/statm") >> pages >> resident;
-  return resident * (sysconf(_SC_PAGESIZE) / 1024);
-}
 
 // Red is the time at which the camera made the image, in ms modulo 256.
 double stamp_error_ms(const cv::Vec3b& bgr, std::int64_t stamp_ns) {
@@ -131,7 +102,7 @@ TEST_F(Genicam, ACameraIsSelectedByNameSerialNumberOrAddress) {
 TEST_F(Genicam, AKilledCameraIsMissingWithinASecondAndComesBack) {
   const auto first = opened({kFirst, {}, {}, {}}), second = opened({"B2", {}, {}, {}});
   EXPECT_EQ(colour(*second)[0], 180);
-  kill("B2");
+  cameras_.kill("B2");
   const auto killed = Clock::now();
   cv::Mat image;
   while (second->read(0, image) == ReadStatus::image && Clock::now() < killed + 5s) continue;
@@ -144,23 +115,23 @@ TEST_F(Genicam, AKilledCameraIsMissingWithinASecondAndComesBack) {
     EXPECT_LT(Clock::now() - start, 700ms);
   }
   EXPECT_EQ(second->last_error().rfind("B2: stopped delivering: ", 0), 0u) << second->last_error();
-  start(kSecond, "B2", 200);
+  cameras_.start(kSecond, "B2", 200);
   EXPECT_TRUE(comes_back(*second)) << second->last_error();
   EXPECT_EQ(colour(*second)[0], 200);
 }
 
 TEST_F(Genicam, ReconnectingKeepsTheMemoryLevel) {
   const auto source = opened({kSecond, {}, {}, {}});
-  long after_first_kb = 0;
+  std::size_t after_first = 0;
   for (int round = 0; round < 4; ++round) {
-    kill("B2");
-    start(kSecond, "B2", 180);
+    cameras_.kill("B2");
+    cameras_.start(kSecond, "B2", 180);
     ASSERT_TRUE(comes_back(*source)) << source->last_error();
     for (int i = 0; i < 25; ++i) colour(*source);
-    if (round == 0) after_first_kb = resident_kb();
+    if (round == 0) after_first = test::resident_bytes(getpid());
   }
   // Aravis reads the description of the camera, 100 KB, and makes 10 threads in each round.
-  EXPECT_LT(resident_kb() - after_first_kb, 20000);
+  EXPECT_LT(test::resident_bytes(getpid()), after_first + 20'000'000);
 }
 
 TEST_F(Genicam, ExposureAndGainAreSet) {

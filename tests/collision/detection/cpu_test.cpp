@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <bit>
 #include <chrono>
-#include <fstream>
 #include <functional>
 #include <limits>
 
@@ -14,6 +13,7 @@
 #include "common/collision/detection/cpu/detection_common.h"
 #include "common/collision/detection/cpu/triangle_walk.h"
 #include "tests/support/collision/triangles.h"
+#include "tests/support/process/memory.h"
 #include "tests/support/sanitizer.h"
 
 namespace fivepipe::test {
@@ -271,11 +271,7 @@ TEST(TriangleGrid, IsTheCoarsestOneThatIsFineEnough) {
   EXPECT_EQ(collision::triangle_grid(huge, {1e-6, 1}, 0).units, 2 * collision::kMaxUnits);
 }
 
-std::size_t resident_mb() {
-  std::size_t pages = 0;
-  std::ifstream("/proc/self/statm") >> pages >> pages;
-  return pages * std::size_t(sysconf(_SC_PAGESIZE)) >> 20;
-}
+std::size_t resident_mb() { return test::resident_bytes(getpid()) >> 20; }
 
 // A triangle of this sheet is 0.6 x 1.3 mm, less than a pixel.
 TEST(CpuDetection, FindsTheHandInASheetOfTenMillionTriangles) {

@@ -2,11 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <ctime>
 #include <fstream>
 #include <map>
+#include <thread>
 
 #include "common/base/realtime.h"
 #include "common/base/version.h"
@@ -177,6 +179,45 @@ TEST(NodeStatus, ReportsTheFramesOfTheLastSecond) {
   EXPECT_EQ(rate_hz(1), 1);
   EXPECT_EQ(rate_hz(31), 31);
   EXPECT_EQ(rate_hz(5000), 4096) << "bounds the memory";
+}
+
+TEST(NodeStatus, ANewDiagnosticDoesNotWaitForThePeriod) {
+  using Clock = std::chrono::steady_clock;
+  bus::Bus bus({test::own_domain()});
+  auto reader = bus.reader<bus::topics::NodeStatus>();
+  NodeStatusReporter status(bus, "node");
+  int statuses = 0;
+  const auto diagnostics_arrive = [&](std::size_t count) {
+    return test::eventually(bus, 10s, [&] {
+      std::size_t newest = 0;
+      for (const auto& sample : reader.take()) {
+        if (!sample.valid()) continue;
+        ++statuses;
+        newest = sample->diagnostics._length;
+      }
+      return newest == count;
+    });
+  };
+  ASSERT_TRUE(test::eventually(bus, 10s, [&] { return !reader.take().empty(); }));
+  Clock::duration shortest = 1h;  // the machine may pause this process
+  for (std::size_t round = 1; round <= 5; ++round) {
+    const auto start = Clock::now();
+    status.diagnostic("subject " + std::to_string(round), "text");
+    ASSERT_TRUE(diagnostics_arrive(round));
+    shortest = std::min(shortest, Clock::now() - start);
+  }
+  EXPECT_LT(shortest, 200ms);
+  // Diagnostics that come and go do not flood the readers.
+  statuses = 0;
+  const auto start = Clock::now();
+  while (Clock::now() - start < 1s) {
+    status.diagnostic("subject 1", "");
+    status.diagnostic("subject 1", "text");
+    std::this_thread::sleep_for(5ms);
+  }
+  status.diagnostic("subject 6", "text");
+  ASSERT_TRUE(diagnostics_arrive(6));
+  EXPECT_LE(statuses, (Clock::now() - start) / 100ms + 2);
 }
 
 TEST(NodeStatus, ReportsTheNumberOfSentMessagesByTopic) {
