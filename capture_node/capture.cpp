@@ -72,6 +72,17 @@ constexpr int kColourMargin_px = 2;
 
 }  // namespace
 
+void name_late_cameras(std::vector<CapturedCamera>& set, double frame_rate_hz) {
+  std::int64_t newest_ns = 0;
+  for (const CapturedCamera& camera : set)
+    if (camera.has_image()) newest_ns = std::max(newest_ns, camera.image_stamp_ns);
+  for (CapturedCamera& camera : set)
+    if (camera.has_image() &&
+        base::difference_s(newest_ns, camera.image_stamp_ns) > kMaxLatePeriods / frame_rate_hz)
+      camera.diagnostics.push_back(
+          "late: its image is more than 1.5 frame periods older than those of other cameras");
+}
+
 struct Capture::Channel {
   const config::RigCamera* camera;
   std::unique_ptr<ImageSource> source;
@@ -213,13 +224,19 @@ std::size_t Capture::cameras_of_others() const {
       }));
 }
 
-// With config.lost_camera `continue`: sets every pixel of the cameras without an image. One camera
-// bounds no hull, so a node that reads all cameras of the rig then sends nothing.
+// With config.lost_camera `continue` and hull limits `all`: sets every pixel of the cameras without
+// an image. One camera bounds no hull, so a node that reads all cameras of the rig then sends
+// nothing. With limits `seen`, such a camera would see an object everywhere: it has no map, and the
+// readers go on without it (frames::FrameSetAssembler).
 void Capture::go_on_without_lost(std::vector<RawCapture>& raw_captures) const {
   if (config_.lost_camera != config::LostCamera::go_on) return;
   const auto with_image =
       std::size_t(std::count_if(raw_captures.begin(), raw_captures.end(),
                                 [](const RawCapture& one) { return one.result.pixels; }));
+  // The timestamp of a map without an image adds nothing to the skew of the set.
+  std::int64_t earliest_ns = INT64_MAX;
+  for (const RawCapture& one : raw_captures)
+    if (one.result.pixels) earliest_ns = std::min(earliest_ns, one.result.image_stamp_ns);
   const std::size_t shapes = config::shape_cameras(rig_).size();
   const bool is_enough = cameras_of_others() > 0 || with_image >= std::min(kMinCameras, shapes);
   for (std::size_t i = 0; i < channels_.size(); ++i) {
@@ -227,8 +244,9 @@ void Capture::go_on_without_lost(std::vector<RawCapture>& raw_captures) const {
     if (!channels_[i]->finder || result.status != CaptureStatus::missing) continue;
     result.reason +=
         is_enough ? "; the hull goes on without it" : "; too few cameras have an image for a hull";
-    if (!is_enough) continue;
+    if (!is_enough || config_.hull_rule.limits == hull::Limits::seen) continue;
     const geometry::Pinhole& published = channels_[i]->camera->published;
+    result.image_stamp_ns = earliest_ns;
     result.pixels.emplace(published.width_px, published.height_px);
     for (int v = 0; v < published.height_px; ++v) result.pixels->set_run(0, published.width_px, v);
   }

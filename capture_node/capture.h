@@ -51,7 +51,15 @@ struct CapturedCamera {
   // Time to read the image, and to compute pixels and colour from it.
   double read_s = 0, segment_s = 0;
   double segment_cpu_s = 0;  // CPU time of the latter
+
+  bool has_image() const { return status == CaptureStatus::captured && image_stamp_ns != 0; }
 };
+
+// A camera that is not triggered with the others is up to one period of its own behind them.
+inline constexpr double kMaxLatePeriods = 1.5;
+// Adds a diagnostic to the cameras of a set whose images are more than kMaxLatePeriods older than
+// the newest one.
+void name_late_cameras(std::vector<CapturedCamera>& set, double frame_rate_hz);
 
 class Capture {
  public:

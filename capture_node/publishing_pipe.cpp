@@ -11,9 +11,6 @@
 namespace fivepipe::capture {
 namespace {
 
-// A camera that is not triggered with the others is up to one period of its own behind them.
-constexpr double kMaxLatePeriods = 1.5;
-
 // Costs of frames older than this no longer represent the scene.
 constexpr std::uint64_t kLatelyFrames = 64;
 
@@ -50,19 +47,11 @@ std::optional<FramePublisher::Set> FramePublisher::capture(std::int64_t frame,
   set.cameras = capture_.capture(frame, colours_.readers() > 0, stamp_ns);
   if (capture_.ended()) return std::nullopt;
   set.cpu_before_publish_s = base::thread_cpu_s();
-  std::int64_t newest_ns = 0;
-  for (const CapturedCamera& camera : set.cameras) {
-    newest_ns = std::max(newest_ns, camera.image_stamp_ns);
-    if (camera.image_stamp_ns && (!set.stamp_ns || camera.image_stamp_ns < set.stamp_ns))
+  for (const CapturedCamera& camera : set.cameras)
+    if (camera.has_image() && (!set.stamp_ns || camera.image_stamp_ns < set.stamp_ns))
       set.stamp_ns = camera.image_stamp_ns;
-  }
   if (!set.stamp_ns) set.stamp_ns = stamp_ns ? stamp_ns : base::now_realtime_ns();  // none was read
-  for (CapturedCamera& camera : set.cameras)
-    if (camera.status == CaptureStatus::captured && camera.image_stamp_ns &&
-        base::difference_s(newest_ns, camera.image_stamp_ns) >
-            kMaxLatePeriods / node_.deployment.frame_rate_hz)
-      camera.diagnostics.push_back(
-          "late: its image is more than 1.5 frame periods older than those of other cameras");
+  name_late_cameras(set.cameras, node_.deployment.frame_rate_hz);
   set.steps.begin("publish");
   return set;
 }

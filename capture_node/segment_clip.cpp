@@ -21,6 +21,8 @@ namespace fs = std::filesystem;
 
 // A sequence with more gaps has numbers that do not count its frames, such as dates.
 constexpr int kMaxMissing = 1000;
+// Images of a clip per second, for `adaptation_s`: a sequence of pictures states none.
+constexpr double kClipRate_hz = 30;
 
 struct Options {
   fs::path clip, background, region, out;
@@ -93,6 +95,7 @@ int run(const Options& options) {
                            learned.size(), learned.size() == 1 ? "" : "s");
   Segmenter segmenter(learn_background(learned, learning_settings(config)), config,
                       std::move(within));
+  segmenter.set_period_s(double(range->step) / kClipRate_hz);
   double least = 1, most = 0;
   std::int64_t count = 0, missing = 0;
   for (std::int64_t frame = range->first; frame <= range->last; frame += range->step) {

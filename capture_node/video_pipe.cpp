@@ -238,6 +238,12 @@ void run_video_pipe(node::NodeContext& node) {
     throw node::NodeFailure(
         2, node.deployment.file.string() +
                ": --every-frame needs a render_node, whose composites pace the capture");
+  if (node.every_frame)
+    for (const auto& [camera, source] : node::config_of<config::CaptureConfig>(node).sources)
+      if (config::has_clock(source))
+        throw node::NodeFailure(2, node.deployment.file.string() +
+                                       ": --every-frame needs files, but camera " + camera +
+                                       " is a camera or a stream, which does not wait");
   try {
     if (config::first_capture_node(node.deployment)->name == node.node.name)
       VideoPipe(node).run();

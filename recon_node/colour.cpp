@@ -57,8 +57,8 @@ bool same_camera(const geometry::Camera& a, const geometry::Camera& b) {
 }  // namespace
 
 HullColour::HullColour(std::span<const hull::Silhouette> silhouettes,
-                       std::span<const hull::ColourRegion> regions)
-    : silhouettes_(silhouettes) {
+                       std::span<const hull::ColourRegion> regions, const hull::HullRule& rule)
+    : silhouettes_(silhouettes), rule_(rule) {
   for (const hull::Silhouette& s : silhouettes) projections_.push_back(projection_of(s.camera));
   for (const hull::ColourRegion& region : regions) {
     assert(region.bgr.size() == region.region.area_px() * 3 &&
@@ -77,11 +77,27 @@ HullColour::HullColour(std::span<const hull::Silhouette> silhouettes,
   }
 }
 
-bool HullColour::is_in_silhouette(std::size_t silhouette, const Homogeneous& seen) const {
-  if (!(seen.z() > 0)) return false;
+HullColour::Sight HullColour::sight(std::size_t silhouette, const Homogeneous& seen) const {
+  if (!(seen.z() > 0)) return Sight::unseen;
   const hull::ObjectPixels& pixels = silhouettes_[silhouette].pixels;
   const double u_px = seen.x() / seen.z(), v_px = seen.y() / seen.z();
-  return pixels.contains_at(u_px, v_px);
+  if (pixels.contains_at(u_px, v_px)) return Sight::object;
+  return pixels.holds(u_px, v_px) ? Sight::empty : Sight::unseen;
+}
+
+// Whether the point at this fraction of the way to the image's camera is in the hull, by all
+// silhouettes but the image's own.
+bool HullColour::is_in_hull(std::size_t own, double fraction, const Image& image,
+                            std::span<const Homogeneous> p_seen) const {
+  int seen = own < silhouettes_.size() ? 1 : 0;
+  for (std::size_t s = 0; s < silhouettes_.size(); ++s) {
+    if (s == own) continue;
+    const Sight at = sight(s, (1 - fraction) * p_seen[s] + fraction * image.center_seen[s]);
+    if (at == Sight::empty || (at == Sight::unseen && rule_.limits == hull::Limits::all))
+      return false;
+    seen += at == Sight::object;
+  }
+  return rule_.limits == hull::Limits::all || seen >= rule_.min_seen;
 }
 
 // Returns the factor on the weight of an image for a hull point: 1, kDoubtfulWeight or
@@ -89,16 +105,12 @@ bool HullColour::is_in_silhouette(std::size_t silhouette, const Homogeneous& see
 // silhouette, so it is tested once, at the point.
 double HullColour::visibility(const Image& image, const Eigen::Vector3d& p_world_m,
                               std::span<const Homogeneous> p_seen) const {
-  if (image.object && !is_in_silhouette(image.silhouette, p_seen[image.silhouette])) return 1.0;
+  if (image.object && sight(image.silhouette, p_seen[image.silhouette]) != Sight::object)
+    return 1.0;
   const double length_m = (image.center_world_m - p_world_m).norm();
   const auto is_occluded_at = [&](double distance_m) {
-    if (!(distance_m < length_m) || silhouettes_.empty()) return false;
-    const double fraction = distance_m / length_m;
-    for (std::size_t s = 0; s < silhouettes_.size(); ++s)
-      if (s != image.silhouette &&
-          !is_in_silhouette(s, (1 - fraction) * p_seen[s] + fraction * image.center_seen[s]))
-        return false;
-    return true;
+    return distance_m < length_m && !silhouettes_.empty() &&
+           is_in_hull(image.silhouette, distance_m / length_m, image, p_seen);
   };
   if (std::any_of(kOcclusionProbes_m.begin() + 1, kOcclusionProbes_m.end(), is_occluded_at))
     return kHiddenWeight;

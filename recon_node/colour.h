@@ -33,8 +33,9 @@ class HullColour {
  public:
   // If the camera of a region is one of the silhouettes' cameras, only its object pixels give
   // colour: at the border of the hull the other pixels show the background.
+  // `rule`: of the hull, which occludes.
   HullColour(std::span<const hull::Silhouette> silhouettes,
-             std::span<const hull::ColourRegion> regions);
+             std::span<const hull::ColourRegion> regions, const hull::HullRule& rule = {});
 
   // Returns B, G, R of a hull point as seen from the eye, with bilinear sampling. If the directions
   // to the camera and to the eye differ by angle a, the image has weight ((1 + cos a) / 2) ^ 16: a
@@ -52,11 +53,15 @@ class HullColour {
     Eigen::Vector3d center_world_m;
     std::vector<Homogeneous> center_seen;  // the camera center as each silhouette's camera sees it
   };
-  bool is_in_silhouette(std::size_t silhouette, const Homogeneous& seen) const;
+  enum class Sight { unseen, empty, object };
+  Sight sight(std::size_t silhouette, const Homogeneous& seen) const;
+  bool is_in_hull(std::size_t own, double fraction, const Image& image,
+                  std::span<const Homogeneous> p_seen) const;
   double visibility(const Image& image, const Eigen::Vector3d& p_world_m,
                     std::span<const Homogeneous> p_seen) const;
 
   std::span<const hull::Silhouette> silhouettes_;
+  hull::HullRule rule_;
   std::vector<Eigen::Matrix<double, 3, 4>> projections_;  // pixel_from_world, by silhouette
   std::vector<Image> images_;
 };

@@ -22,23 +22,27 @@ class FrameInputs {
   // Adds a pose from a writer (bus::Sample::writer()). Drops all earlier poses and colours if
   // capture_node has restarted. Ignores a pose of another process and returns false.
   bool add(messages::FramePose pose, std::uint64_t writer);
-  // Adds a camera's colour. Returns false if it replaces an earlier one of the same camera and
-  // frame: the table keeps one per camera.
-  bool add(messages::CameraColour colour);
+  // Adds a camera's colour from a writer. Returns nullptr, or why a colour counts as a drop:
+  // `other_writer`, the colour of a process that is not the camera's (frames::CameraWriters), or
+  // `repeated_colour`, the earlier one of the same camera and frame, which this one replaces.
+  const char* add(messages::CameraColour colour, std::uint64_t writer);
 
   // Returns nullptr if the frame's pose has not arrived. Valid until the next add().
   const messages::FramePose* pose_of(std::uint64_t frame) const { return poses_.find(frame); }
-  // Removes and returns the colours of this frame, by camera. Skips those of a frame with the same
-  // number that capture_node sent before it restarted.
-  std::vector<hull::ColourRegion> take_colours(std::uint64_t frame, std::int64_t capture_stamp_ns);
+  // Removes and returns the colours of this frame, by camera.
+  std::vector<hull::ColourRegion> take_colours(std::uint64_t frame);
   // Drops the colours of this frame and of all frames with a lower number.
   void drop_colours_up_to(std::uint64_t frame) { colours_.erase_up_to(frame); }
   // Forgets all frames.
   void reset();
 
  private:
-  using ColourOfCamera = std::map<std::size_t, messages::CameraColour>;
-  frames::CameraWriters writers_;  // of poses
+  struct Colour {
+    std::uint64_t writer;
+    hull::ColourRegion region;
+  };
+  using ColourOfCamera = std::map<std::size_t, Colour>;
+  frames::CameraWriters pose_writers_, colour_writers_;
   frames::RestartDetector restart_detector_{frames::RestartBy::writer};
   frames::RecentFrames<messages::FramePose> poses_{kMaxFrames};
   frames::RecentFrames<ColourOfCamera> colours_{kMaxFrames};

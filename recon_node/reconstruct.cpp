@@ -150,7 +150,7 @@ std::vector<ReconTile> Reconstructor::reconstruct(const Maps& maps, const hull::
 std::vector<std::vector<ReconTile>> Reconstructor::reconstruct(const Maps& maps,
                                                                std::span<const ViewTiles> views) {
   set_silhouettes(maps);
-  const HullColour colour(maps.silhouettes, maps.colours);
+  const HullColour colour(maps.silhouettes, maps.colours, config_.hull_rule);
   std::vector<std::vector<ReconTile>> made;
   for (const ViewTiles& of : views) {
     const Depths depth = depths(of.view, of.tiles);

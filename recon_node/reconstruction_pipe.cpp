@@ -27,8 +27,7 @@ class ReconstructionPipe {
         views_(config::hull_views(node.deployment)),
         config_(decided(node::config_of<config::ReconConfig>(node), backend)),
         reconstructor_(config_, node.deployment.rig.volume_m),
-        sets_(node.bus, node.deployment.rig, node.status, node.deployment.hull_rule,
-              node.deployment.coverage),
+        sets_(node.bus, node.deployment.rig, node.status, node::frame_set_options(node.deployment)),
         view_infos_(node.bus.reader<bus::topics::ViewInfo>()),
         poses_(node.bus.reader<bus::topics::HeadPose>()),
         colours_(node.bus.reader<bus::topics::ObjectColour>()),
@@ -99,8 +98,9 @@ class ReconstructionPipe {
         node_.status.drop_from(colours_.process(sample), *bad);
         continue;
       }
-      if (!inputs_.add(std::get<messages::CameraColour>(std::move(colour))))
-        node_.status.drop({"repeated_colour", sample->camera, ""});
+      if (const char* reason =
+              inputs_.add(std::get<messages::CameraColour>(std::move(colour)), sample.writer()))
+        node_.status.drop({reason, sample->camera, ""});
     }
   }
 
@@ -177,8 +177,7 @@ class ReconstructionPipe {
     const node::InputTimes times{set.first_received_ns, set.last_received_ns};
     if (views.front().tiles.empty())
       return traces_.handled(set.frame, set.capture_stamp_ns, times, std::move(steps));
-    const std::vector<hull::ColourRegion> colours =
-        inputs_.take_colours(set.frame, set.capture_stamp_ns);
+    const std::vector<hull::ColourRegion> colours = inputs_.take_colours(set.frame);
     // Only readers of tiles need colour; skip it if there are none.
     for (Reconstructor::ViewTiles& view : views)
       view.want_colour &= tiles_.readers() > 0 && !colours.empty();

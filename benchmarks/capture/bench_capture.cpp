@@ -13,6 +13,7 @@
 #include "benchmarks/capture/real_footage.h"
 #include "benchmarks/capture/scores.h"
 #include "benchmarks/capture/sequences.h"
+#include "benchmarks/capture/step_report.h"
 #include "benchmarks/support/suite.h"
 #include "common/base/result_file.h"
 #include "common/base/text_table.h"
@@ -229,8 +230,9 @@ constexpr bench::Suite kSuite{
         "method has one setting for all sequences: the one with the highest mean F1 on other "
         "seeds, "
         "which the benchmark searches first. F1 and IoU: 1 is perfect. Boundary: mean distance of "
-        "the outlines. Then the depth of the hull with and without sub-pixel silhouettes. Takes "
-        "several minutes.",
+        "the outlines. Then what each step of segmentation misses and removes, and the depth of "
+        "the "
+        "hull with and without sub-pixel silhouettes. Takes several minutes.",
     .example = "fivepipe bench capture --footage recordings/seated4cam --json out/capture.json",
     .only_help =
         "only methods whose name contains this text, such as mog2; fivepipe is always "
@@ -264,9 +266,12 @@ void run(const bench::Args& args) {
   print_table("boundary, px", choices, scores, 2,
               [](const Score& score) { return score.boundary_error_px(); });
   print_times(choices, times);
+  std::cout << '\n';
+  const nlohmann::ordered_json of_steps = report_steps(size.width_px, size.height_px, args.threads);
   const nlohmann::ordered_json of_coverage = report_coverage(args.quick);
   if (!args.json_file.empty()) {
     nlohmann::ordered_json results = json_of(choices, scores, times);
+    results.insert(results.end(), of_steps.begin(), of_steps.end());
     results.insert(results.end(), of_footage.begin(), of_footage.end());
     results.insert(results.end(), of_coverage.begin(), of_coverage.end());
     base::write_json(args.json_file, base::suite_json("capture", "", results));

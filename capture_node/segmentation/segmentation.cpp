@@ -52,12 +52,13 @@ GainEstimator gain_estimator(const Background& background) {
 }  // namespace
 
 LearningSettings learning_settings(const config::SegmentationConfig& config) {
+  if (config.conservative) return {false, config.threshold_ceiling_levels, 0};
   return {config.gain_compensation, config.threshold_ceiling_levels, config.moving_boxes};
 }
 
 Tolerances tolerances(const config::SegmentationConfig& config) {
   return {config.threshold_sigmas, config.threshold_floor_levels, config.threshold_ceiling_levels,
-          config.jitter_px, config.hysteresis};
+          config.conservative ? 0 : config.jitter_px, config.hysteresis};
 }
 
 Segmenter::Segmenter(Background background, const config::SegmentationConfig& config,
@@ -68,7 +69,8 @@ Segmenter::Segmenter(Background background, const config::SegmentationConfig& co
       within_(std::move(within)) {
   assert(!within_ || (within_->width_px() == background_.width_px &&
                       within_->height_px() == background_.height_px));
-  if (config.gain_compensation) gain_estimator_ = gain_estimator(background_);
+  if (config.gain_compensation && !config.conservative)
+    gain_estimator_ = gain_estimator(background_);
 }
 
 std::optional<Segmentation> Segmenter::segment(const cv::Mat& image_bgr) {
@@ -88,7 +90,8 @@ std::optional<Segmentation> Segmenter::segment(const cv::Mat& image_bgr) {
   if (config_.max_hole_px > 0)
     result.object = with_holes_filled(result.object, config_.max_hole_px);
   if (within_) result.object.keep(*within_);
-  if (config_.adaptation_s > 0) adapt(image_bgr, inverse_gain, result.object);
+  if (config_.adaptation_s > 0 && !config_.conservative)
+    adapt(image_bgr, inverse_gain, result.object);
   return result;
 }
 

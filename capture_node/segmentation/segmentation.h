@@ -13,7 +13,9 @@
 //      with one that differs strongly (components.h).
 //   6. Closing, and holes of at most max_hole_px pixels are filled.
 //
-// `conservative` skips steps 3 to 5, which drop pixels that differ.
+// `conservative` skips steps 1 and 3 to 5, and in step 2 `jitter_px` and the colours of a moving
+// background: all that can drop pixels that differ from the mean by more than the noise. The
+// background then does not adapt either.
 #pragma once
 #include <opencv2/core.hpp>
 #include <optional>
@@ -54,7 +56,7 @@ class Segmenter {
   // Returns the coverage of the object pixels that segment() found in this image.
   hull::CoverageMap coverage(const cv::Mat& image_bgr, const Segmentation& of) const;
 
-  // Period of the images [s], for the adaptation.
+  // Period of the images [s], for the adaptation; 1/30 by default.
   void set_period_s(double period_s) { period_s_ = period_s; }
 
   static constexpr int kShadowNeighbours = 3, kObjectNeighbours = 4, kMajority = 5;

@@ -4,6 +4,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
 #include <optional>
+#include <utility>
 
 #include "capture_node/sources/image_source.h"
 #include "common/base/readable_file.h"
@@ -177,10 +178,16 @@ class FileSource final : public ImageSource {
     }
     if (first->cols != width_px_ || first->rows != height_px_)
       throw_problems({{camera.name, SourceFault::wrong_size, size_problem(file_, *first, camera)}});
+    first_image_ = *first;
   }
 
   ReadStatus read(std::int64_t frame, cv::Mat& bgr) override {
     const std::int64_t index = first_ + frame;
+    cv::Mat decoded_at_start = std::exchange(first_image_, cv::Mat());
+    if (frame == 0 && !decoded_at_start.empty()) {
+      bgr = decoded_at_start;
+      return ReadStatus::image;
+    }
     if (const std::optional<cv::Mat> image = frames_->at(index)) {
       if (image->cols == width_px_ && image->rows == height_px_) {
         bgr = *image;
@@ -202,6 +209,7 @@ class FileSource final : public ImageSource {
   std::string file_, last_error_;
   int width_px_, height_px_;
   std::int64_t first_;
+  cv::Mat first_image_;  // of frame 0, until the first read
   std::unique_ptr<Frames> frames_;
 };
 
@@ -222,10 +230,19 @@ cv::Size image_size(const config::RigCamera& camera, const std::string& file) {
 
 std::vector<cv::Mat> read_background(const config::RigCamera& camera, const std::string& file) {
   const std::unique_ptr<Frames> frames = open_frames(camera, file);
-  const std::int64_t step = std::max<std::int64_t>(
+  // Some videos do not state their number of frames: then every second image is dropped, whenever
+  // there are too many.
+  const bool is_count_known = frames->count_guess() > 0;
+  std::int64_t step = std::max<std::int64_t>(
       1, (frames->count_guess() + kMaxBackgroundFrames - 1) / kMaxBackgroundFrames);
   std::vector<cv::Mat> images;
-  for (std::int64_t index = 0; int(images.size()) < kMaxBackgroundFrames; index += step) {
+  for (std::int64_t index = 0;; index += step) {
+    if (int(images.size()) == kMaxBackgroundFrames) {
+      if (is_count_known) break;
+      for (std::size_t i = 1; 2 * i < images.size(); ++i) images[i] = images[2 * i];
+      images.resize(images.size() / 2);
+      step *= 2;
+    }
     std::optional<cv::Mat> image = frames->at(index);
     if (!image) {
       if (frames->count() && index >= *frames->count()) break;

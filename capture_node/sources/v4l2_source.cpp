@@ -27,7 +27,8 @@ std::string path_of(const std::string& device) {
 std::string hint(int error) {
   if (error == ENOSPC)
     return "not enough USB bandwidth (ENOSPC): connect the cameras to separate USB controllers, "
-           "or request a smaller image (image_size_px in the rig)";
+           "or request format: MJPG, a lower rate_hz, or a smaller image (image_size_px in the "
+           "rig)";
   if (error == EBUSY) return "another program uses the device";
   if (error == EACCES || error == EPERM)
     return "no permission to open it: add the user to the group video";
@@ -49,8 +50,11 @@ std::int64_t taken_ns(cv::VideoCapture& video) {
 
 class V4l2Stream final : public ImageStream {
  public:
-  V4l2Stream(std::string path, int width_px, int height_px)
-      : path_(std::move(path)), width_px_(width_px), height_px_(height_px) {}
+  V4l2Stream(std::string path, config::V4l2Source source, int width_px, int height_px)
+      : path_(std::move(path)),
+        source_(std::move(source)),
+        width_px_(width_px),
+        height_px_(height_px) {}
 
   std::optional<StreamFault> open() override {
     video_.release();
@@ -64,8 +68,15 @@ class V4l2Stream final : public ImageStream {
     errno = 0;
     if (!video_.open(path_, cv::CAP_V4L2))
       return StreamFault{SourceFault::hardware_failed, hint(errno)};
+    // The sizes and rates of a camera depend on its format.
+    if (const std::string& f = source_.format;
+        !f.empty() &&
+        !video_.set(cv::CAP_PROP_FOURCC, cv::VideoWriter::fourcc(f[0], f[1], f[2], f[3])))
+      return StreamFault{SourceFault::hardware_failed,
+                         "refuses the format " + f + "; `fivepipe cameras` lists its formats"};
     video_.set(cv::CAP_PROP_FRAME_WIDTH, width_px_);
     video_.set(cv::CAP_PROP_FRAME_HEIGHT, height_px_);
+    if (source_.rate_hz) video_.set(cv::CAP_PROP_FPS, *source_.rate_hz);
     video_.set(cv::CAP_PROP_BUFFERSIZE, 1);  // the newest image, not the oldest queued
     return {};
   }
@@ -83,6 +94,7 @@ class V4l2Stream final : public ImageStream {
 
  private:
   std::string path_;
+  config::V4l2Source source_;
   int width_px_, height_px_;
   cv::VideoCapture video_;
 };
@@ -112,7 +124,7 @@ std::unique_ptr<ImageSource> open_v4l2_source(const config::RigCamera& camera,
   // USB cameras need seconds to start their stream.
   return open_live_source(
       camera, {.name = name, .first_image_timeout = 5s},
-      std::make_unique<V4l2Stream>(name, camera.source.width_px, camera.source.height_px));
+      std::make_unique<V4l2Stream>(name, source, camera.source.width_px, camera.source.height_px));
 }
 
 }  // namespace fivepipe::capture

@@ -153,7 +153,6 @@ void read_nodes(YamlMap& map, Deployment& deployment, bool rig_is_valid, bool vi
   check_names_and_counts(nodes, map.file(), map.problems());
   const bool nodes_are_good = map.problem_count() == problems_before;
   if (rig_is_valid) check_sources(nodes, deployment.rig, map.file(), location, map.problems());
-  check_lost_cameras(nodes, deployment.hull_rule, map.file(), map.problems());
   if (deployment.coverage) check_coverage(nodes, map.file(), map.problems());
   if (nodes_are_good && viewer_is_valid)
     check_workers(nodes, deployment.viewer, deployment.scene, map.file(), map.problems());
@@ -273,6 +272,17 @@ const Node* first_capture_node(const Deployment& deployment) {
   for (const Node& node : deployment.nodes)
     if (std::holds_alternative<CaptureConfig>(node.config)) return &node;
   return nullptr;
+}
+
+std::set<std::string> dispensable_cameras(const Deployment& deployment) {
+  std::set<std::string> dispensable;
+  for (const Node& node : deployment.nodes)
+    if (const auto* capture = std::get_if<CaptureConfig>(&node.config);
+        capture && capture->lost_camera == LostCamera::go_on)
+      for (const RigCamera& camera : deployment.rig.cameras)
+        if (camera.gives_shape && capture->sources.contains(camera.name))
+          dispensable.insert(camera.name);
+  return dispensable;
 }
 
 CaptureConfig capture_of_all_nodes(const Deployment& deployment) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <set>
 #include <string>
 #include <variant>
 #include <vector>
@@ -67,6 +68,9 @@ const Node* find_node(const Deployment& deployment, const std::string& name);
 // Returns the capture_node that decides when a frame is captured: the first one of the file;
 // nullptr if there is none.
 const Node* first_capture_node(const Deployment& deployment);
+// Returns the cameras that give shape and whose capture_node has `lost_camera: continue`: frames
+// are complete without the maps of these that are lost.
+std::set<std::string> dispensable_cameras(const Deployment& deployment);
 // Returns what all capture_nodes together capture, for a program that does it in one process: the
 // cameras of all nodes, each with its segmentation, and the other settings of the first node.
 // Throws std::runtime_error if there is none.

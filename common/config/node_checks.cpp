@@ -37,12 +37,12 @@ void check_one_synthetic_world(const std::vector<ParsedNode>& nodes,
     if (!is_synthetic) continue;
     const SyntheticWorld& world = capture->synthetic;
     if (first == nullptr) first = &world;
-    if (std::tie(world.seed, world.period_s, world.cast_shadow) !=
-        std::tie(first->seed, first->period_s, first->cast_shadow))
+    if (std::tie(world.seed, world.period_s, world.cast_shadow, world.actor) !=
+        std::tie(first->seed, first->period_s, first->cast_shadow, first->actor))
       problems.add(file, parsed.location,
                    parsed.node.name +
-                       ": seed, period_s and cast_shadow of synthetic must be the same in all "
-                       "capture nodes");
+                       ": seed, period_s, cast_shadow and actor of synthetic must be the same in "
+                       "all capture nodes");
   }
 }
 
@@ -94,18 +94,6 @@ void check_names_and_counts(const std::vector<ParsedNode>& nodes, const std::fil
                    fmt::format("a deployment has at most one {}, the first is in line {}",
                                single->first, single->second));
   }
-}
-
-void check_lost_cameras(const std::vector<ParsedNode>& nodes, const hull::HullRule& rule,
-                        const std::filesystem::path& file, Problems& problems) {
-  if (rule.limits == hull::Limits::all) return;
-  for (const ParsedNode& parsed : nodes)
-    if (const auto* capture = std::get_if<CaptureConfig>(&parsed.node.config);
-        capture != nullptr && capture->lost_camera == LostCamera::go_on)
-      problems.add(file, parsed.location,
-                   parsed.node.name +
-                       ": lost_camera: continue needs hull limits: all; with limits: seen a lost "
-                       "camera would see an object everywhere: use drop, which leaves it out");
 }
 
 void check_coverage(const std::vector<ParsedNode>& nodes, const std::filesystem::path& file,

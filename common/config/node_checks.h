@@ -15,11 +15,6 @@ void check_sources(const std::vector<ParsedNode>& nodes, const Rig& rig,
 // Checks that node names are unique, and that there is at most one sim_node and one render_node.
 void check_names_and_counts(const std::vector<ParsedNode>& nodes, const std::filesystem::path& file,
                             Problems& problems);
-// Checks that no capture node goes on with a full map of a lost camera while only the cameras that
-// see a point limit the hull.
-void check_lost_cameras(const std::vector<ParsedNode>& nodes, const hull::HullRule& rule,
-                        const std::filesystem::path& file, Problems& problems);
-
 // Checks that no reconstruction node of a deployment with coverage uses a backend without it.
 void check_coverage(const std::vector<ParsedNode>& nodes, const std::filesystem::path& file,
                     Problems& problems);

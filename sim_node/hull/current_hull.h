@@ -32,6 +32,7 @@ class CurrentHull {
   // The parts of the newest frame's hull: those of the history; without a history one part, the
   // whole hull at rest. Empty if query() is null.
   std::span<const HullPart> parts() const { return parts_; }
+  const hull::HullRule& rule() const { return rule_; }
   // The maps of the last set(), which the caller owns.
   std::span<const hull::Silhouette> silhouettes() const { return silhouettes_; }
   // Returns these maps with their coverage; empty if the last set() had none. The first call after

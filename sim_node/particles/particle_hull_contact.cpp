@@ -32,7 +32,7 @@ std::optional<Vector3d> way_out_m(const hull::HullQuery& query, const hull::Hull
 }  // namespace
 
 void ParticleHullContact::begin(const CurrentHull& hull, double step_s, double before_s) {
-  if (!distance_ || frame_ != hull.frames()) distance_.emplace(hull.silhouettes());
+  if (!distance_ || frame_ != hull.frames()) distance_.emplace(hull.silhouettes(), hull.rule());
   frame_ = hull.frames();
   parts_.clear();
   for (const HullPart& part : hull.parts())

@@ -163,11 +163,45 @@ TEST_F(CapturePictures, GoesOnWithoutAMissingPictureIfConfigured) {
   EXPECT_NE(set[1].reason.find("; the hull goes on without it"), std::string::npos)
       << set[1].reason;
   EXPECT_EQ(set[1].pixels.value().count(), 240u * 162u);
+  EXPECT_EQ(set[1].image_stamp_ns, set[0].image_stamp_ns) << "adds nothing to the skew";
   EXPECT_FALSE(set[1].colour);
   EXPECT_TRUE(set[1].diagnostics.empty());
   EXPECT_EQ(set[0].colour.value().pixels, *set[0].pixels);
   EXPECT_EQ(capture.capture(2, false)[1].pixels.value().bounds(),
             (hull::PixelRect{80, 50, 110, 80}));
+}
+
+// With Limits::seen, a full map would be an object everywhere.
+TEST_F(CapturePictures, ALostCameraHasNoMapIfTheCamerasThatSeeLimitTheHull) {
+  add_camera();
+  for (const int frame : {0, 1, 2}) write("cam0", frame);
+  for (const int frame : {0, 2}) write("cam1", frame);
+  for (const int frame : {0, 1, 2}) write("cam2", frame);
+  config_.lost_camera = config::LostCamera::go_on;
+  config_.hull_rule.limits = hull::Limits::seen;
+  Capture capture(rig_, test_viewer(), config_, 30);
+  const auto set = capture.capture(1, false);
+  EXPECT_FALSE(set[1].pixels);
+  EXPECT_NE(set[1].reason.find("; the hull goes on without it"), std::string::npos);
+  EXPECT_TRUE(set[0].pixels && set[2].pixels);
+}
+
+// Cameras without an image are neither late, nor are others late because of them.
+TEST(Capture, NamesTheCamerasWhoseImagesAreLate) {
+  constexpr std::int64_t kNow_ns = 1'000'000'000'000, kMs_ns = 1'000'000;
+  std::vector<CapturedCamera> set(5);
+  set[0].image_stamp_ns = kNow_ns;
+  set[1].image_stamp_ns = kNow_ns - 49 * kMs_ns;  // 1.5 periods are 50 ms
+  set[2].image_stamp_ns = kNow_ns - 51 * kMs_ns;
+  set[3].image_stamp_ns = kNow_ns + 900 * kMs_ns;
+  set[3].status = CaptureStatus::missing;
+  set[4].image_stamp_ns = 0;  // nothing was read
+  name_late_cameras(set, 30);
+  for (const std::size_t camera : {0, 1, 3, 4})
+    EXPECT_TRUE(set[camera].diagnostics.empty()) << camera;
+  EXPECT_EQ(set[2].diagnostics,
+            std::vector<std::string>{"late: its image is more than 1.5 frame periods older than "
+                                     "those of other cameras"});
 }
 
 // One camera bounds no hull.

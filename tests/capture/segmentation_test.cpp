@@ -233,6 +233,24 @@ TEST(Segmentation, ConservativeKeepsEveryPixelThatDiffers) {
   EXPECT_EQ(plain.object(config).count(), 1u + 900u + 20u);
 }
 
+// These steps widen what counts as background, or move it.
+TEST(Segmentation, ConservativeLeavesOutWhatChangesTheBackground) {
+  config::SegmentationConfig config;
+  config.jitter_px = 5;
+  config.adaptation_s = 0.001;
+  EXPECT_EQ(tolerances(config).jitter_px, 5);
+  EXPECT_TRUE(learning_settings(config).compensates_gain);
+  EXPECT_EQ(learning_settings(config).moving_boxes, 4);
+  Plain brighter;
+  brighter.fill({0, 0, 150, 60}, cv::Scalar::all(110));
+  EXPECT_EQ(brighter.object(config).count(), 0u) << "the whole image is brighter";
+  config.conservative = true;
+  EXPECT_EQ(tolerances(config).jitter_px, 0);
+  EXPECT_FALSE(learning_settings(config).compensates_gain);
+  EXPECT_EQ(learning_settings(config).moving_boxes, 0);
+  EXPECT_EQ(brighter.object(config).count(), 150u * 60u);
+}
+
 // On the synthetic room, object pixels beyond the noise are lost by the normal steps only.
 TEST(Segmentation, ConservativeContainsTheNormalMap) {
   config::SegmentationConfig config;

@@ -69,8 +69,7 @@ TEST_F(Sources, VideoSeeksForwardAndBackward) {
 // Opening a video costs as much as decoding many frames.
 TEST_F(Sources, AVideoIsOpenedAgainOnlyToGoBack) {
   const std::string file = video("a.avi", 6);
-  const auto source = open_file_source(camera(), {file, {}, 0});
-  shown(*source, 0);  // again: the first frame is read to learn the size
+  const auto source = open_file_source(camera(), {file, {}, 1});
   const int watch = inotify_init1(IN_NONBLOCK);
   ASSERT_GE(inotify_add_watch(watch, file.c_str(), IN_OPEN), 0);
   const auto was_opened = [&] {
@@ -79,9 +78,12 @@ TEST_F(Sources, AVideoIsOpenedAgainOnlyToGoBack) {
     while (read(watch, events, sizeof(events)) > 0) any = true;
     return any;
   };
-  for (int f = 1; f < 8; ++f) shown(*source, f);  // two beyond the end
+  // Two of them are beyond the end. Opening has decoded the first one, to learn the size.
+  std::vector<int> levels;
+  for (int f = 0; f < 7; ++f) levels.push_back(shown(*source, f));
+  EXPECT_EQ(levels, (std::vector<int>{1, 2, 3, 4, 5, -2, -2}));
   EXPECT_FALSE(was_opened());
-  EXPECT_EQ(shown(*source, 4), 4);
+  EXPECT_EQ(shown(*source, 3), 4);
   EXPECT_TRUE(was_opened());
   close(watch);
 }
@@ -297,6 +299,29 @@ TEST_F(Sources, BackgroundTakesEveryNthFrameOfTheSequence) {
   EXPECT_EQ(levels(64), expected(1, 64));
   EXPECT_EQ(levels(65), expected(2, 65));
   EXPECT_EQ(levels(150), expected(3, 150));
+}
+
+// A stream of JPEG images has no header that states their number.
+TEST_F(Sources, BackgroundFramesOfAStreamWithoutALengthAreEvenlySpaced) {
+  const auto levels = [&](int frames) {
+    const std::string file = (folder_ / "stream.mjpeg").string();
+    std::ofstream stream(file, std::ios::binary);
+    std::vector<unsigned char> jpeg;
+    for (int f = 0; f < frames; ++f) {
+      cv::imencode(".jpg", cv::Mat(48, 64, CV_8UC3, cv::Scalar::all(f)), jpeg);
+      stream.write(reinterpret_cast<const char*>(jpeg.data()), std::ssize(jpeg));
+    }
+    stream.close();
+    std::vector<int> found;
+    for (const cv::Mat& image : read_background(camera(), file))
+      found.push_back(int(std::lround(cv::mean(image)[1])));
+    return found;
+  };
+  for (const auto& [frames, step] : {std::pair{5, 1}, {63, 1}, {65, 2}, {150, 4}}) {
+    const std::vector<int> found = levels(frames);
+    ASSERT_EQ(std::ssize(found), (frames + step - 1) / step) << frames;
+    for (int i = 0; i < std::ssize(found); ++i) EXPECT_NEAR(found[i], i * step, 1) << frames;
+  }
 }
 
 TEST_F(Sources, BackgroundFramesAreEvenlySpaced) {

@@ -46,6 +46,7 @@ class Driver {
     const std::lock_guard lock(mutex_);
     replies_.clear();
     settings.clear();
+    refused_setting = -1;
     opened.clear();
     opens = true;
     kernel_stamp_ms = 0;
@@ -71,9 +72,10 @@ class Driver {
     if (open_error != 0) errno = open_error;
     return opens && !unplugged_.contains(device);
   }
-  void set(int property, double value) {
+  bool set(int property, double value) {
     const std::lock_guard lock(mutex_);
     settings.emplace_back(property, value);
+    return property != refused_setting;
   }
   void push(const Reply& reply) {
     const std::lock_guard lock(mutex_);
@@ -133,7 +135,8 @@ class Driver {
   }
 
   std::vector<std::pair<int, double>> settings;  // arguments of set()
-  std::string opened;                            // argument of open()
+  int refused_setting = -1;
+  std::string opened;  // argument of open()
   int api = 0;
   bool opens = true;
   int open_error = 0;
@@ -164,8 +167,7 @@ bool VideoCapture::open(const String& file, int api) {
   return fivepipe::capture::driver().open(this, file, api);
 }
 bool VideoCapture::set(int property, double value) {
-  fivepipe::capture::driver().set(property, value);
-  return true;
+  return fivepipe::capture::driver().set(property, value);
 }
 double VideoCapture::get(int property) const {
   EXPECT_EQ(property, int(CAP_PROP_POS_MSEC));
@@ -183,9 +185,13 @@ class V4l2 : public testing::Test {
   static config::RigCamera camera() {
     return test::table_camera("cam", {0, -1, 1}, kWidth_px, kHeight_px);
   }
+  static config::V4l2Source v4l2(const std::string& format = "",
+                                 std::optional<double> rate_hz = {}) {
+    return {kDevice, config::LearnedBackground{"", 3}, format, rate_hz};
+  }
   std::unique_ptr<ImageSource> opened(int first_level = 10) {
     driver().push({picture(first_level)});
-    return open_v4l2_source(camera(), {kDevice, config::LearnedBackground{"", 3}});
+    return open_v4l2_source(camera(), v4l2());
   }
   // Closes the source while the camera delivers.
   static void close(std::unique_ptr<ImageSource>& source) {
@@ -199,9 +205,9 @@ class V4l2 : public testing::Test {
     EXPECT_NE(status, ReadStatus::end);
     return status == ReadStatus::image ? int(image.at<cv::Vec3b>(0, 0)[0]) : -1;
   }
-  static SourceProblem problem() {
+  static SourceProblem problem(const config::V4l2Source& of = v4l2()) {
     try {
-      auto source = open_v4l2_source(camera(), {kDevice, config::LearnedBackground{"", 3}});
+      auto source = open_v4l2_source(camera(), of);
       close(source);
     } catch (const HardwareMissing& missing) {
       EXPECT_EQ(missing.problems().size(), 1u);
@@ -227,6 +233,28 @@ TEST_F(V4l2, RequestsTheSizeOfTheRigAndTheNewestImage) {
                                                  {cv::CAP_PROP_FRAME_HEIGHT, kHeight_px},
                                                  {cv::CAP_PROP_BUFFERSIZE, 1}}));
   close(source);
+}
+
+// The size that a camera delivers depends on its format.
+TEST_F(V4l2, RequestsTheFormatBeforeTheSizeAndTheRateAfterIt) {
+  driver().push({picture(10)});
+  auto source = open_v4l2_source(camera(), v4l2("MJPG", 60));
+  EXPECT_EQ(driver().settings,
+            (std::vector<std::pair<int, double>>{
+                {cv::CAP_PROP_FOURCC, cv::VideoWriter::fourcc('M', 'J', 'P', 'G')},
+                {cv::CAP_PROP_FRAME_WIDTH, kWidth_px},
+                {cv::CAP_PROP_FRAME_HEIGHT, kHeight_px},
+                {cv::CAP_PROP_FPS, 60},
+                {cv::CAP_PROP_BUFFERSIZE, 1}}));
+  close(source);
+}
+
+TEST_F(V4l2, ErrorOfAFormatThatTheCameraLacks) {
+  driver().refused_setting = cv::CAP_PROP_FOURCC;
+  const SourceProblem found = problem(v4l2("MJPG"));
+  EXPECT_EQ(found.fault, SourceFault::hardware_failed);
+  EXPECT_EQ(found.what, "/dev/null: refuses the format MJPG; `fivepipe cameras` lists its formats");
+  EXPECT_EQ(driver().reads(), 0);
 }
 
 TEST_F(V4l2, ReturnsTheNewestImageThatItHasNotReturnedBefore) {
@@ -375,7 +403,8 @@ TEST_F(V4l2, ErrorExplainsWhyTheDeviceDoesNotOpen) {
            {0, "the device does not respond as a camera"},
            {ENOSPC,
             "not enough USB bandwidth (ENOSPC): connect the cameras to separate USB controllers, "
-            "or request a smaller image (image_size_px in the rig)"},
+            "or request format: MJPG, a lower rate_hz, or a smaller image (image_size_px in the "
+            "rig)"},
            {EBUSY, "another program uses the device"},
            {EACCES, "no permission to open it: add the user to the group video"},
            {EPERM, "no permission to open it: add the user to the group video"},
@@ -456,7 +485,7 @@ TEST_F(V4l2, CaptureLearnsTheEmptySceneFromTheFirstImages) {
   config::Viewer viewer;
   viewer.path = {{0, {0, -0.8, 0.8}, {0, 0, 0.2}}};
   config::CaptureConfig config;
-  config.sources["cam"] = config::V4l2Source{kDevice, config::LearnedBackground{"", 3}};
+  config.sources["cam"] = v4l2();
   driver().go_on(picture(50));
   Capture capture(rig, viewer, config, 30);
   driver().pause();

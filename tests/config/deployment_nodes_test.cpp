@@ -134,8 +134,14 @@ TEST_F(DeploymentFile, SyntheticCamerasSeeOneWorld) {
       problems(with_nodes("  - {name: c, program: capture_node, sources: {left: synthetic}, "
                           "synthetic: {seed: 1}}\n  - {name: d, program: capture_node, sources: "
                           "{right: synthetic}, synthetic: {seed: 2}}\n")),
-      ElementsAre("deployment.yaml:8:5: d: seed, period_s and cast_shadow of synthetic must be the "
-                  "same in all capture nodes"));
+      ElementsAre("deployment.yaml:8:5: d: seed, period_s, cast_shadow and actor of synthetic must "
+                  "be the same in all capture nodes"));
+  EXPECT_EQ(problems(with_nodes(
+                         "  - {name: c, program: capture_node, sources: {left: synthetic}}\n  - "
+                         "{name: d, program: capture_node, sources: {right: synthetic}, synthetic: "
+                         "{actor: parting_hands}}\n"))
+                .size(),
+            1u);
 }
 
 TEST_F(DeploymentFile, WorkersCoverTheViewOnce) {

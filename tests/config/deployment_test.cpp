@@ -100,7 +100,7 @@ nodes:
     host: far_away
     cores: [2, 3]
     sources:
-      left: {v4l2: /dev/v4l/by-id/some-camera, background_frames: 12}
+      left: {v4l2: /dev/v4l/by-id/some-camera, format: MJPG, rate_hz: 60, background_frames: 12}
     loop: false
     lost_camera: continue
   - name: film
@@ -214,6 +214,8 @@ TEST_F(FullDeployment, HasTheKeysOfItsCaptureNodes) {
   EXPECT_FALSE(files.loop);
   EXPECT_EQ(files.lost_camera, LostCamera::go_on);
   EXPECT_EQ(std::get<V4l2Source>(files.sources.at("left")).device, "/dev/v4l/by-id/some-camera");
+  EXPECT_EQ(std::get<V4l2Source>(files.sources.at("left")).format, "MJPG");
+  EXPECT_EQ(std::get<V4l2Source>(files.sources.at("left")).rate_hz, 60);
   EXPECT_EQ(std::get<LearnedBackground>(std::get<V4l2Source>(files.sources.at("left")).key).frames,
             12);
   const auto& film = std::get<CaptureConfig>(d.nodes[1].config);
@@ -477,14 +479,22 @@ TEST_F(DeploymentFile, SubPixelSilhouettesNeedTheHullOfAllCamerasOnTheCpu) {
   }
 }
 
-TEST_F(DeploymentFile, ALostCameraIsNoObjectWhereItSees) {
-  const std::string nodes =
-      "  - {name: c, program: capture_node, sources: synthetic, lost_camera: continue}\n";
-  EXPECT_EQ(problems(with_nodes(nodes)).size(), 0u);
-  EXPECT_THAT(problems(with_nodes(nodes) + "hull: {limits: seen}\n"),
-              ElementsAre(testing::HasSubstr(
-                  "c: lost_camera: continue needs hull limits: all; with limits: seen a lost "
-                  "camera would see an object everywhere: use drop, which leaves it out")));
+// The rig has the cameras left and right.
+TEST_F(DeploymentFile, LostCamerasAreDispensableIfTheirNodeGoesOn) {
+  const auto dispensable = [&](const std::string& of_left, const std::string& of_right,
+                               const std::string& hull = "") {
+    return dispensable_cameras(load(
+        with_nodes("  - {name: a, program: capture_node, sources: {left: synthetic}" + of_left +
+                   "}\n  - {name: b, program: capture_node, sources: {right: synthetic}" +
+                   of_right + "}\n") +
+        hull));
+  };
+  using Names = std::set<std::string>;
+  EXPECT_EQ(dispensable("", ", lost_camera: wait"), Names{});
+  EXPECT_EQ(dispensable("", ", lost_camera: continue"), Names{"right"});
+  EXPECT_EQ(
+      dispensable(", lost_camera: continue", ", lost_camera: continue", "hull: {limits: seen}\n"),
+      (Names{"left", "right"}));
 }
 
 // The rig has two cameras that give shape.

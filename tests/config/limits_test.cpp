@@ -247,6 +247,8 @@ TEST_F(Limits, AnAbsentKeyOfADeploymentHasItsDefault) {
   ASSERT_EQ(d.nodes.size(), 4u);
 
   const auto& capture = std::get<CaptureConfig>(d.nodes[0].config);
+  EXPECT_EQ(std::get<V4l2Source>(capture.sources.at("left")).format, "");
+  EXPECT_FALSE(std::get<V4l2Source>(capture.sources.at("left")).rate_hz);
   EXPECT_EQ(std::get<LearnedBackground>(std::get<V4l2Source>(capture.sources.at("left")).key).file,
             "");
   EXPECT_EQ(

@@ -72,6 +72,12 @@ TEST_F(CameraSources, AV4l2CameraHasNoVideoAndNoUnknownKeys) {
       ElementsAre("deployment.yaml:7:79: video and v4l2 are both set: a camera has one source"));
   EXPECT_THAT(problems_of_sources("left: {v4l2: 0, backgroun: plate.png}"),
               ElementsAre("deployment.yaml:7:82: unknown key backgroun: did you mean background?"));
+  EXPECT_THAT(problems_of_sources("left: {v4l2: 0, format: YU12, rate_hz: 0.5}"),
+              ElementsAre(::testing::HasSubstr("rate_hz must be")));
+  for (const char* format : {"MJPEG", "YU", "\"Y16\\x01\""})
+    EXPECT_THAT(problems_of_sources("left: {v4l2: 0, format: " + std::string(format) + "}"),
+                ElementsAre(::testing::HasSubstr("format must have four characters, such as MJPG")))
+        << format;
 }
 
 TEST_F(CameraSources, StreamsAndGenicamCamerasAreReadLikeV4l2Cameras) {

@@ -76,6 +76,23 @@ TEST_P(ExactSeenBackend, AgreesWithTheReferenceInNoiseAndNextToCameras) {
   EXPECT_GT(hits, 500);
 }
 
+// The poses are exact, so the ray through the diagonal of the image crosses corners of pixels at
+// equal parameters, where spans of the maps have no length.
+TEST_P(ExactSeenBackend, ARayThroughTheCornersOfPixelsFindsNoHullBesideIt) {
+  Silhouette silhouette{{{64, 64, 64, 64, 31.5, 31.5}, Eigen::Isometry3d::Identity()},
+                        ObjectPixels(64, 64)};
+  for (const auto& [u, v] : {std::pair{10, 50}, {50, 10}, {43, 41}}) silhouette.pixels.set(u, v);
+  View view{{{3, 1, 1, 1, 1, 0}, Eigen::Isometry3d::Identity()}, 0.05, 5};
+  Eigen::Matrix3d eye_from_world;  // looks along +x, with +y on its right
+  eye_from_world << 0, 1, 0, 0, 0, 1, 1, 0, 0;
+  view.camera.camera_from_world.linear() = eye_from_world;
+  view.camera.camera_from_world.translation() = -eye_from_world * Vector3d(-1, -1, 2);
+  const HullRule rule{Limits::seen, 1};
+  const DepthTile tile = depth_by(rule, {&silhouette, 1}, view);
+  EXPECT_EQ(tile.depth_m, std::vector<float>(3, 0));
+  test::expect_reference(tile, {&silhouette, 1}, view, backend().tolerance(), 0, rule);
+}
+
 // With all pixels object pixels, the hull is the part of space that min_seen cameras see.
 TEST_P(ExactSeenBackend, ImagesOfObjectPixelsLimitNothing) {
   Random random(4);

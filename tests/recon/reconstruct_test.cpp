@@ -420,6 +420,24 @@ TEST_F(Colour, OccludedCamerasAreUsedLast) {
   EXPECT_EQ(HullColour(silhouettes, std::span(regions).first(1)).at(p, eye), kBlue);
 }
 
+// A camera that looks away limits nothing, so the ball in front of the blue camera still occludes.
+TEST_F(Colour, TheCamerasThatSeeAPointDecideWhetherItOccludes) {
+  object.push_back({{0.15, 0, 0}, {0.15, 0, 0}, 0.04});
+  auto silhouettes = test::silhouettes_of(object, {at_x, at_y, at_z});
+  geometry::Camera away = at_z;
+  away.camera_from_world = geometry::look_at({0, 0, 1}, {0, 0, 2}, Vector3d::UnitY());
+  silhouettes.push_back({away, hull::ObjectPixels(away.pinhole.width_px, away.pinhole.height_px)});
+  const std::vector<hull::ColourRegion> regions{plain(at_x, test::whole_image(at_x), kBlue),
+                                                plain(at_y, test::whole_image(at_y), kRed)};
+  const Vector3d p = 0.05 * Vector3d(1, -0.2, 0).normalized(), eye(1, -0.3, 0);
+  EXPECT_EQ(HullColour(silhouettes, regions, {hull::Limits::seen, 3}).at(p, eye), kRed);
+  EXPECT_EQ(HullColour(silhouettes, regions, {hull::Limits::seen, 4}).at(p, eye), kBlue)
+      << "fewer see the occluder than the hull needs";
+  // A camera that sees the place of the ball empty removes it.
+  silhouettes.back().camera = at_z;
+  EXPECT_EQ(HullColour(silhouettes, regions, {hull::Limits::seen, 3}).at(p, eye), kBlue);
+}
+
 TEST_F(Colour, IsInterpolatedBetweenPixelCentres) {
   hull::ColourRegion ramp = plain(at_x, {90, 60, 110, 90}, {});  // blue grows by 10 per pixel in u
   ramp.bgr.clear();

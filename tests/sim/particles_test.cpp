@@ -273,6 +273,32 @@ TEST(Particles, RestOnARealBlock) {
   EXPECT_EQ(simulation.metrics().particles->hull_contacts, 0u);
 }
 
+// One more camera looks away.
+TEST(Particles, RestOnARealBlockIfTheCamerasThatSeeItLimitTheHull) {
+  auto silhouettes = real_block();
+  config::SimConfig config;
+  config.hull_rule = {hull::Limits::seen, int(silhouettes.size())};
+  silhouettes.push_back({{geometry::pinhole_from_fov(64, 48, 0.8),
+                          geometry::look_at({0, 0, 1}, {0.1, 0, 2}, Vector3d::UnitX())},
+                         hull::ObjectPixels(64, 48)});
+  sim::Simulation simulation(scene_with(source_at(box({0, 0, 0.1}, {0.05, 0.05, 0}), 500, 10)),
+                             config);
+  for (int frame = 0; frame <= 45; ++frame) simulation.advance_to(frame * kFrame_s, silhouettes);
+  EXPECT_GT(simulation.counters().particles.contacts, 1000u);
+  EXPECT_EQ(simulation.counters().particles.stuck, 0u);
+  for (const Vector3d& p_m : simulation.particles(0).p_world_m) EXPECT_GT(p_m.z(), 0);
+}
+
+TEST(Particles, FallThroughTheHullOutsideTheRigsVolume) {
+  const auto silhouettes = real_block();
+  config::SimConfig config;
+  config.hull_rule.within_world_m = {Vector3d(-1, -1, -1), Vector3d(0, 1, 1)};
+  sim::Simulation simulation(scene_with(source_at(box({0.03, 0, 0.1}, {0.02, 0.05, 0}), 500, 10)),
+                             config);
+  for (int frame = 0; frame <= 30; ++frame) simulation.advance_to(frame * kFrame_s, silhouettes);
+  EXPECT_EQ(simulation.counters().particles.contacts, 0u);
+}
+
 // An arm, 6 cm thick, that crosses a rain of particles at 1 m/s.
 std::vector<hull::Silhouette> arm_at(double x_m) {
   return silhouettes_of({{{x_m, -0.3, 0}, {x_m, 0.1, 0}, 0.03}}, ring(5, 1.5, 0.35, 300, 0.6));

@@ -30,6 +30,7 @@ Stat stat_of(pid_t pid) { return stat_in("/proc/" + std::to_string(pid) + "/stat
 Program::Program(std::vector<std::string> words, const std::filesystem::path& log, bool typed_to)
     : log_(log) {
   std::filesystem::create_directories(log.parent_path());
+  std::filesystem::remove(log);  // said() must not return the text of an earlier program
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);

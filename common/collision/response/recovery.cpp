@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <tuple>
 
+#include "common/hull/image_cone.h"
+
 namespace fivepipe::collision {
 namespace {
 
@@ -102,12 +104,16 @@ double residual_m(const hull::HullQuery& query, std::span<const CollisionPoint> 
 }
 
 double pixel_footprint_m(const hull::HullQuery& query, const Vector3d& p_world_m) {
-  double footprint_m = 0;
-  for (const hull::CpuHull::MapCamera& c : query.hull().cameras())
-    footprint_m =
-        std::max(footprint_m, (c.camera.camera_from_world * p_world_m).z() /
-                                  std::min(c.camera.pinhole.fx_px, c.camera.pinhole.fy_px));
-  return footprint_m;
+  double of_all_m = 0, of_seeing_m = 0;
+  for (const hull::CpuHull::MapCamera& c : query.hull().cameras()) {
+    const double footprint_m = (c.camera.camera_from_world * p_world_m).z() /
+                               std::min(c.camera.pinhole.fx_px, c.camera.pinhole.fy_px);
+    of_all_m = std::max(of_all_m, footprint_m);
+    const auto uv_px = geometry::project(c.camera, p_world_m);
+    if (uv_px && hull::holds(hull::image_of(c.camera), uv_px->x(), uv_px->y()))
+      of_seeing_m = std::max(of_seeing_m, footprint_m);
+  }
+  return of_seeing_m > 0 ? of_seeing_m : of_all_m;
 }
 
 }  // namespace fivepipe::collision

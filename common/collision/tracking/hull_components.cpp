@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "common/collision/detection/cpu/contact_simd.h"
+#include "common/geometry/box_visibility.h"
 #include "common/hull/image_cone.h"
 
 namespace fivepipe::collision {
@@ -232,6 +233,10 @@ bool at_an_image_border(const hull::HullQuery& query, const Eigen::AlignedBox3d&
   for (const hull::CpuHull::MapCamera& camera : query.hull().cameras()) {
     const hull::PixelRect image = hull::image_of(camera.camera), &object = camera.skip_map.bounds();
     if (object.empty()) continue;  // Limits::seen
+    // With Limits::seen, a camera that does not see the box bounds nothing of it.
+    if (query.hull().rule().limits == hull::Limits::seen &&
+        !geometry::is_box_visible(camera.camera, box_world_m))
+      continue;
     if (object.u0_px > image.u0_px && object.v0_px > image.v0_px && object.u1_px < image.u1_px &&
         object.v1_px < image.v1_px)
       continue;

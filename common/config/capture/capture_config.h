@@ -48,8 +48,10 @@ struct VideoSource {
 
 // A V4L2 camera.
 struct V4l2Source {
-  std::string device;  // index, or path; /dev/v4l/by-id/... keeps its name across reboots
-  ObjectKey key;       // a learned background or a chroma key
+  std::string device;       // index, or path; /dev/v4l/by-id/... keeps its name across reboots
+  ObjectKey key;            // a learned background or a chroma key
+  std::string format = {};  // FOURCC such as MJPG; empty: an uncompressed one, if there is one
+  std::optional<double> rate_hz = {};  // absent: 30
 };
 
 // Any GStreamer pipeline that delivers video.
@@ -74,6 +76,13 @@ struct GenicamSource {
 // The type of a camera.
 using CameraSource = std::variant<SyntheticSource, VideoSource, V4l2Source, GstreamerSource,
                                   RtspSource, GenicamSource>;
+
+// Returns true for cameras and streams, which deliver images at their own time, false for files and
+// synthetic images, which wait.
+inline bool has_clock(const CameraSource& source) {
+  return !std::holds_alternative<VideoSource>(source) &&
+         !std::holds_alternative<SyntheticSource>(source);
+}
 
 // Returns how the object pixels of a camera are found. A synthetic camera learns its background.
 inline ObjectKey key_of(const CameraSource& source) {

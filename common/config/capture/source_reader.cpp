@@ -13,6 +13,7 @@ namespace {
 constexpr Range kFirstFrame{0, kUnbounded};
 // A screen whose colour is nearer to grey has no hue that noise does not change.
 constexpr double kMinKeyRange = 0.2;
+constexpr std::size_t kFourCharacters = 4;  // of a FOURCC
 constexpr const char *kMatte = "matte", *kAlpha = "alpha", *kChroma = "chroma_key",
                      *kBackground = "background";
 
@@ -78,6 +79,17 @@ ObjectKey read_live_key(YamlMap& map, bool is_here) {
 V4l2Source read_v4l2(YamlMap& map, bool is_here) {
   V4l2Source source;
   source.device = map.text("v4l2");
+  if (map.has("format")) {
+    source.format = map.text("format");
+    const bool is_printable = std::all_of(source.format.begin(), source.format.end(),
+                                          [](char c) { return c >= ' ' && c <= '~'; });
+    if (source.format.size() != kFourCharacters || !is_printable)
+      map.problem_at("format",
+                     "format must have four characters, such as MJPG or YUYV (`fivepipe cameras` "
+                     "lists those of the camera)");
+  }
+  constexpr Range kRate_hz{1, 1000};
+  if (map.has("rate_hz")) source.rate_hz = map.number("rate_hz", kRate_hz);
   source.key = read_live_key(map, is_here);
   return source;
 }

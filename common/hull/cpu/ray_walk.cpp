@@ -174,9 +174,9 @@ void MapWalk::walk_to(double t) {
   enter(t);
 }
 
-// Returns the end of the span from t on in which the ray is certainly outside the hull, or t if the
-// ray is in the hull just after t.
-double RayWalk::step_where_empty(double t) {
+// Returns the end of a span from t on in which the ray is outside the hull, or nullopt if the ray
+// is in the hull just after t. The span may have no length: the ray crosses the corner of a pixel.
+std::optional<double> RayWalk::empty_until(double t) {
   int seen = 0;
   double next_seen = kNever;
   for (MapWalk& walk : walks_) {
@@ -187,7 +187,8 @@ double RayWalk::step_where_empty(double t) {
     else
       next_seen = std::min(next_seen, verdict_span.end);
   }
-  return rule_.limits == Limits::all || seen >= rule_.min_seen ? t : next_seen;
+  if (rule_.limits == Limits::all || seen >= rule_.min_seen) return std::nullopt;
+  return next_seen;
 }
 
 double RayWalk::next_entry(double t, double end) {
@@ -204,8 +205,11 @@ double RayWalk::next_entry(double t, double end) {
     }
   }
   if (rule_.limits == Limits::all) return t;
-  for (double next; t < end; t = next)
-    if ((next = step_where_empty(t)) == t) return t;
+  while (t < end) {
+    const std::optional<double> next = empty_until(t);
+    if (!next) return t;
+    t = *next;
+  }
   return kNever;
 }
 

@@ -7,6 +7,7 @@
 // the projection in closed form.
 #pragma once
 #include <limits>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -125,7 +126,7 @@ class RayWalk {
   double next_exit(double t, double end);
 
  private:
-  double step_where_empty(double t);
+  std::optional<double> empty_until(double t);
 
   std::vector<MapWalk>& walks_;
   const HullRule& rule_;

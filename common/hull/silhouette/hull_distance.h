@@ -19,17 +19,18 @@ struct SurfaceNearby {
   Eigen::Vector3d normal_world;  // unit, out of the hull
 };
 
-// For Limits::all (hull.h).
+// The box of the rule bounds no surface here. With Limits::seen, the faces where fewer cameras see
+// are no surfaces either, and the edge of an image that cuts an object is one.
 class HullDistance {
  public:
   // Reads the silhouettes only in the constructor.
-  explicit HullDistance(std::span<const Silhouette> silhouettes);
+  explicit HullDistance(std::span<const Silhouette> silhouettes, const HullRule& rule = {});
   HullDistance(const HullDistance&) = delete;
 
   // Returns the surface of the camera whose silhouette's border limits the hull most at p. Returns
-  // nullopt if the hull is empty, p is more than reach_m or kMaxOutside_px outside it, p is behind
-  // a camera or not finite, or the border's direction is undefined (in the middle of a part, or
-  // more than kMaxInside_px in it).
+  // nullopt if the hull is empty, p is more than reach_m or kMaxOutside_px outside it, the rule
+  // excludes p (outside its box, behind a camera, or seen by too few), p is not finite, or the
+  // border's direction is undefined (in the middle of a part, or more than kMaxInside_px in it).
   std::optional<SurfaceNearby> near(const Eigen::Vector3d& p_world_m, double reach_m) const;
   // The same for many points; `surfaces` must have the same size.
   void near(std::span<const Eigen::Vector3d> p_world_m, double reach_m,
@@ -44,6 +45,7 @@ class HullDistance {
   std::optional<SurfaceNearby> surface_at(const LimitingBorder& border,
                                           const Eigen::Vector3d& p_world_m) const;
 
+  HullRule rule_;
   std::vector<DistanceCamera> cameras_;
   std::vector<DistanceSimdCamera> simd_cameras_;  // in the same order; refer to cameras_
 };

@@ -39,7 +39,7 @@ HWY_INLINE V distance_at(D d, const BorderDistance::Region& region, V u, V v, hn
 }
 
 template <class D>
-HWY_INLINE void borders_of_lanes(D d, std::span<const DistanceSimdCamera> cameras,
+HWY_INLINE void borders_of_lanes(D d, std::span<const DistanceSimdCamera> cameras, int min_seen,
                                  const double* xyz, double reach_m, LimitingBorder* borders) {
   using V = hn::Vec<D>;
   V x, y, z;
@@ -47,7 +47,7 @@ HWY_INLINE void borders_of_lanes(D d, std::span<const DistanceSimdCamera> camera
   const V zero = hn::Zero(d), one = hn::Set(d, 1.0);
   auto in = hn::Eq(zero, zero);
   V min_m = hn::Set(d, std::numeric_limits<double>::infinity()), px_of_min = zero,
-    camera = hn::Set(d, -1.0);
+    camera = hn::Set(d, -1.0), seen = zero;
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     const DistanceSimdCamera& c = cameras[i];
     const auto row = [&](int r) {
@@ -56,22 +56,41 @@ HWY_INLINE void borders_of_lanes(D d, std::span<const DistanceSimdCamera> camera
                      hn::Add(hn::Mul(hn::Set(d, m[2]), z), hn::Set(d, m[3])));
     };
     const V depth_m = row(2), per_depth = hn::Div(one, depth_m);
-    const V u = hn::Sub(hn::Mul(row(0), per_depth), hn::Set(d, double(c.distance.u0_px))),
-            v = hn::Sub(hn::Mul(row(1), per_depth), hn::Set(d, double(c.distance.v0_px)));
-    in = hn::And(in, hn::Gt(depth_m, zero));
-    in = hn::And(in, hn::And(hn::Ge(u, zero), hn::Lt(u, hn::Set(d, c.distance.width_px - 1.0))));
-    in = hn::And(in, hn::And(hn::Ge(v, zero), hn::Lt(v, hn::Set(d, c.distance.height_px - 1.0))));
+    const V u_px = hn::Mul(row(0), per_depth), v_px = hn::Mul(row(1), per_depth),
+            u = hn::Sub(u_px, hn::Set(d, double(c.distance.u0_px))),
+            v = hn::Sub(v_px, hn::Set(d, double(c.distance.v0_px)));
+    const auto is_in_front = hn::Gt(depth_m, zero);
+    // A camera that does not limit the hull at a point leaves its lane as it is.
+    auto limits = hn::Eq(zero, zero);
+    if (min_seen > 0) {
+      const V edge = hn::Set(d, -0.5);
+      limits = hn::And(
+          is_in_front,
+          hn::And(hn::And(hn::Ge(u_px, edge), hn::Lt(u_px, hn::Set(d, c.image_width_px - 0.5))),
+                  hn::And(hn::Ge(v_px, edge), hn::Lt(v_px, hn::Set(d, c.image_height_px - 0.5)))));
+      seen = hn::Add(seen, hn::IfThenElseZero(limits, one));
+      if (hn::AllFalse(d, hn::And(in, limits))) continue;
+    }
+    const auto is_in_region =
+        hn::And(hn::And(hn::Ge(u, zero), hn::Lt(u, hn::Set(d, c.distance.width_px - 1.0))),
+                hn::And(hn::Ge(v, zero), hn::Lt(v, hn::Set(d, c.distance.height_px - 1.0))));
+    const auto can_hold = hn::And(is_in_front, is_in_region);
+    in = hn::And(in, hn::Or(can_hold, hn::Not(limits)));
+    const auto is_read = hn::And(in, can_hold);
     if (hn::AllFalse(d, in)) break;
-    const V distance_px = distance_at(d, c.distance, u, v, in);
+    if (hn::AllFalse(d, is_read)) continue;
+    const V distance_px = distance_at(d, c.distance, u, v, is_read);
     const V distance_m = hn::Mul(hn::Mul(distance_px, depth_m), hn::Set(d, c.per_focal_px));
-    in = hn::And(in, hn::And(hn::Ge(distance_m, hn::Set(d, -reach_m)),
-                             hn::Ge(distance_px, hn::Set(d, -double(kMaxOutside_px)))));
+    const auto is_near = hn::And(hn::Ge(distance_m, hn::Set(d, -reach_m)),
+                                 hn::Ge(distance_px, hn::Set(d, -double(kMaxOutside_px))));
+    in = hn::And(in, hn::Or(is_near, hn::Not(limits)));
     if (hn::AllFalse(d, in)) break;
-    const auto is_min = hn::Lt(distance_m, min_m);
+    const auto is_min = hn::And(limits, hn::Lt(distance_m, min_m));
     min_m = hn::IfThenElse(is_min, distance_m, min_m);
     px_of_min = hn::IfThenElse(is_min, distance_px, px_of_min);
     camera = hn::IfThenElse(is_min, hn::Set(d, double(i)), camera);
   }
+  if (min_seen > 0) in = hn::And(in, hn::Ge(seen, hn::Set(d, double(min_seen))));
   alignas(64) double cameras_of[8], distances_px[8];
   hn::Store(hn::IfThenElse(in, camera, hn::Set(d, -1.0)), d, cameras_of);
   hn::Store(px_of_min, d, distances_px);
@@ -79,15 +98,16 @@ HWY_INLINE void borders_of_lanes(D d, std::span<const DistanceSimdCamera> camera
     borders[i] = {std::int32_t(cameras_of[i]), distances_px[i]};
 }
 
-void borders(std::span<const DistanceSimdCamera> cameras, const double* xyz, std::size_t count,
-             double reach_m, LimitingBorder* result) {
+void borders(std::span<const DistanceSimdCamera> cameras, int min_seen, const double* xyz,
+             std::size_t count, double reach_m, LimitingBorder* result) {
   const hn::CappedTag<double, 8> d;
   const std::size_t lanes = hn::Lanes(d);
   std::size_t i = 0;
   for (; i + lanes <= count; i += lanes)
-    borders_of_lanes(d, cameras, xyz + 3 * i, reach_m, result + i);
+    borders_of_lanes(d, cameras, min_seen, xyz + 3 * i, reach_m, result + i);
   for (; i < count; ++i)
-    borders_of_lanes(hn::CappedTag<double, 1>(), cameras, xyz + 3 * i, reach_m, result + i);
+    borders_of_lanes(hn::CappedTag<double, 1>(), cameras, min_seen, xyz + 3 * i, reach_m,
+                     result + i);
 }
 
 }  // namespace
@@ -101,12 +121,12 @@ namespace {
 HWY_EXPORT(borders);
 }  // namespace
 
-void limiting_borders(std::span<const DistanceSimdCamera> cameras,
+void limiting_borders(std::span<const DistanceSimdCamera> cameras, int min_seen,
                       std::span<const Eigen::Vector3d> p_world_m, double reach_m,
                       LimitingBorder* result) {
   static_assert(sizeof(Eigen::Vector3d) == 3 * sizeof(double));
   if (!p_world_m.empty()) HWY_DYNAMIC_DISPATCH(borders)
-  (cameras, p_world_m.data()->data(), p_world_m.size(), reach_m, result);
+  (cameras, min_seen, p_world_m.data()->data(), p_world_m.size(), reach_m, result);
 }
 
 }  // namespace fivepipe::hull

@@ -5,14 +5,29 @@
 
 namespace fivepipe::frames {
 
-FrameSetAssembler::FrameSetAssembler(const config::Rig& rig)
+FrameSetAssembler::FrameSetAssembler(const config::Rig& rig,
+                                     const std::set<std::string>& dispensable)
     : rig_(rig), shape_cameras_(config::shape_cameras(rig)) {
-  for (const std::size_t camera : shape_cameras_) frames_missed_[camera] = 0;
+  for (const std::size_t camera : shape_cameras_) {
+    frames_missed_[camera] = 0;
+    if (dispensable.contains(rig.cameras[camera].name)) dispensable_.insert(camera);
+  }
+}
+
+bool FrameSetAssembler::is_lost(std::size_t camera) const {
+  return frames_missed_.at(camera) >= kLostAfterFrames;
+}
+
+std::vector<std::string> FrameSetAssembler::lost_cameras() const {
+  std::vector<std::string> lost;
+  for (const std::size_t camera : shape_cameras_)
+    if (is_lost(camera)) lost.push_back(rig_.cameras[camera].name);
+  return lost;
 }
 
 bool FrameSetAssembler::is_complete(const Incomplete& set) const {
   return std::all_of(shape_cameras_.begin(), shape_cameras_.end(), [&](std::size_t camera) {
-    return set.contains(camera) || frames_missed_.at(camera) >= kLostAfterFrames;
+    return set.contains(camera) || (dispensable_.contains(camera) && is_lost(camera));
   });
 }
 

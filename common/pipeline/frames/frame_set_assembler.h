@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -43,7 +44,7 @@ struct FrameSet {
   std::vector<hull::CoverageOutline> outlines;
   std::vector<std::string> cameras;        // of the silhouettes
   std::vector<std::string> empty_cameras;  // cameras with no object pixel
-  // Cameras without a map for kLostAfterFrames. The set has no silhouette of them.
+  // Lost cameras (FrameSetAssembler). The set has no silhouette of them.
   std::vector<std::string> lost_cameras;
 };
 
@@ -53,14 +54,15 @@ class FrameSetAssembler {
   // exceeds the 8 samples that a reader holds per camera (bus.cpp), because a late reader takes
   // them camera by camera.
   static constexpr std::size_t kMaxIncompleteSets = 12;
-  // A camera that sent no map while the others sent this many frames is lost: sets are complete
-  // without it until its next map. The limit counts received frames, because pacing skips frame
-  // numbers. It exceeds the samples that a reader holds per camera for the reason above.
+  // A camera that sent no map while the others sent this many frames is lost until its next map.
+  // The limit counts received frames, because pacing skips frame numbers. It exceeds the samples
+  // that a reader holds per camera for the reason above.
   static constexpr std::uint64_t kLostAfterFrames = 15;
   // The assembler remembers this many dropped frames, to count each once.
   static constexpr std::size_t kMaxCountedDrops = 64;
 
-  explicit FrameSetAssembler(const config::Rig& rig);
+  // Sets are complete without those of the `dispensable` cameras that are lost.
+  explicit FrameSetAssembler(const config::Rig& rig, const std::set<std::string>& dispensable = {});
 
   // Adds a map. Returns the frame sets that it completes: none or one, by ascending frame.
   std::vector<FrameSet> add(CameraMap map);
@@ -72,6 +74,9 @@ class FrameSetAssembler {
   //   repeated_map: a further map of a camera and frame.
   //   other_writer: a map of a process that is not, or no longer, the camera's (CameraWriters).
   std::map<std::string, std::uint64_t> take_drops();
+
+  // Returns the names of the lost cameras, in the rig's order.
+  std::vector<std::string> lost_cameras() const;
 
   // Forgets earlier frames; call it when a replay starts. Counts incomplete sets as drops.
   void reset();
@@ -85,10 +90,12 @@ class FrameSetAssembler {
   bool is_complete(const Incomplete& set) const;
   bool is_closed(std::uint64_t frame) const;
   void clear();
+  bool is_lost(std::size_t camera) const;
   FrameSet finished(std::uint64_t frame, Incomplete set) const;
 
   config::Rig rig_;
   std::vector<std::size_t> shape_cameras_;
+  std::set<std::size_t> dispensable_;
   std::map<std::size_t, std::uint64_t> frames_missed_;  // by camera, since its last map
   RecentFrames<Incomplete> incomplete_{kMaxIncompleteSets};
   RestartDetector restart_detector_{RestartBy::writer};

@@ -3,21 +3,27 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <utility>
+
 #include "common/pipeline/node/status_names.h"
 
 namespace fivepipe::node {
 
+FrameSetOptions frame_set_options(const config::Deployment& deployment) {
+  return {deployment.hull_rule, deployment.coverage, config::dispensable_cameras(deployment)};
+}
+
 FrameSetReader::FrameSetReader(bus::Bus& bus, const config::Rig& rig, NodeStatusReporter& status,
-                               const hull::HullRule& rule, bool want_coverage)
+                               FrameSetOptions options)
     : rig_(rig),
       status_(status),
-      rule_(rule),
+      options_(std::move(options)),
       infos_(bus.reader<bus::topics::CameraInfo>()),
-      coverages_(want_coverage ? std::optional(bus.reader<bus::topics::ObjectCoverage>())
-                               : std::nullopt),
+      coverages_(options_.want_coverage ? std::optional(bus.reader<bus::topics::ObjectCoverage>())
+                                        : std::nullopt),
       maps_(bus.reader<bus::topics::ObjectPixelMap>()),
       coverage_joiner_(rig),
-      sets_(rig) {}
+      sets_(rig, options_.dispensable) {}
 
 void FrameSetReader::reset() {
   coverage_joiner_.reset();
@@ -93,6 +99,21 @@ bool FrameSetReader::is_mismatched(const std::string& camera,
                      [&](const Mismatch& mismatch) { return mismatch.is_of(camera, process); });
 }
 
+void FrameSetReader::report_lost_cameras() {
+  const std::vector<std::string> lost = sets_.lost_cameras();
+  std::vector<std::string> needed;
+  for (const std::string& camera : lost)
+    if (!options_.dispensable.contains(camera)) needed.push_back(camera);
+  status_.diagnostic(
+      "lost cameras",
+      lost.empty() ? ""
+      : needed.empty()
+          ? fmt::format("{}; the hull uses only the other cameras", fmt::join(lost, ", "))
+          : fmt::format("{}; frames without its object pixels are dropped, because lost_camera of "
+                        "its capture_node is not `continue`",
+                        fmt::join(needed, ", ")));
+}
+
 std::vector<frames::FrameSet> FrameSetReader::take() {
   check_cameras();
   std::vector<frames::FrameSet> complete;
@@ -124,13 +145,13 @@ std::vector<frames::FrameSet> FrameSetReader::take() {
   for (const frames::FrameSet& set : complete) {
     status_.count(kFrameSetsComplete);
     status_.latency("set_skew", 1e-9 * double(set.skew_ns));
-    for (const std::string& camera : set.empty_cameras) status_.empty_camera(camera);
-    status_.diagnostic("hull", empty_hull_text(set.empty_cameras, rule_, set.silhouettes.size()));
-    status_.diagnostic("lost cameras", set.lost_cameras.empty()
-                                           ? ""
-                                           : fmt::format("{}; the hull uses only the other cameras",
-                                                         fmt::join(set.lost_cameras, ", ")));
+    const std::string empty =
+        empty_hull_text(set.empty_cameras, options_.rule, set.silhouettes.size());
+    if (!empty.empty())
+      for (const std::string& camera : set.empty_cameras) status_.empty_camera(camera);
+    status_.diagnostic("hull", empty);
   }
+  report_lost_cameras();
   return complete;
 }
 

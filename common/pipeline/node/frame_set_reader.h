@@ -5,9 +5,11 @@
 #pragma once
 #include <deque>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
+#include "common/config/deployment.h"
 #include "common/pipeline/bus/bus.h"
 #include "common/pipeline/frames/frame_set_assembler.h"
 #include "common/pipeline/messages/camera_messages.h"
@@ -16,14 +18,22 @@
 
 namespace fivepipe::node {
 
+struct FrameSetOptions {
+  hull::HullRule rule;  // of the deployment's hull, for diagnostics
+  // Sub-pixel silhouettes. A map of a complete set without coverage of its image by its process
+  // counts as `missing_coverage` and has an empty outline. A set without any coverage has no
+  // outlines.
+  bool want_coverage = false;
+  std::set<std::string> dispensable;  // see frames::FrameSetAssembler
+};
+// Returns those of a deployment.
+FrameSetOptions frame_set_options(const config::Deployment& deployment);
+
 class FrameSetReader {
  public:
-  // The arguments must outlive the reader. `rule`: of the deployment's hull, for diagnostics.
-  // want_coverage: sub-pixel silhouettes. A map of a complete set without coverage of its image by
-  // its process counts as `missing_coverage` and has an empty outline. A set without any coverage
-  // has no outlines.
+  // bus, rig and status must outlive the reader.
   FrameSetReader(bus::Bus& bus, const config::Rig& rig, NodeStatusReporter& status,
-                 const hull::HullRule& rule = {}, bool want_coverage = false);
+                 FrameSetOptions options = {});
 
   // Returns the frame sets that are now complete, oldest first. Never waits.
   std::vector<frames::FrameSet> take();
@@ -49,11 +59,12 @@ class FrameSetReader {
   void add_coverage(const bus::Sample<bus::topics::ObjectCoverage>& sample);
   void join_coverage(frames::FrameSet& set);
   void report_mismatch(const std::string& camera);
+  void report_lost_cameras();
   bool is_mismatched(const std::string& camera, const std::optional<bus::ProcessId>& process) const;
 
   const config::Rig& rig_;
   NodeStatusReporter& status_;
-  hull::HullRule rule_;
+  FrameSetOptions options_;
   bus::Reader<bus::topics::CameraInfo> infos_;
   // If coverage is wanted. Exists before the reader of the maps, so that a process that has found
   // the latter has usually found this one.

@@ -6,6 +6,7 @@
 #include "common/collision/response/contact_manifold.h"
 #include "common/collision/response/hull_normal.h"
 #include "tests/support/collision/response.h"
+#include "tests/support/collision/triangles.h"
 #include "tests/support/not_finite.h"
 
 namespace fivepipe::test {
@@ -313,6 +314,22 @@ TEST(Response, DefaultsAreAnExactTriangleOfFiveCentimetresAndTenDegrees) {
         [](const Vector3d&) { return collision::ObjectCollision{}; });
     EXPECT_EQ(response.has_exit(), has_exit) << depth_m;
   }
+}
+
+// A camera of the rig that does not see the object has the largest pixels there.
+TEST(PixelFootprint, IsThatOfTheCamerasThatSeeThePoint) {
+  std::vector<geometry::Camera> cameras = ring(3, 1.5, 0.6, 100, 0.9);
+  cameras.push_back({cameras[0].pinhole, geometry::look_at({15, 0, 0}, {0, 20, 0})});
+  const std::vector<hull::Silhouette> silhouettes =
+      silhouettes_of({{{0, 0, 0}, {0, 0, 0}, 0.05}}, cameras);
+  const CollisionHull seen(silhouettes, 1, {hull::Limits::seen, 2});
+  const Vector3d p_m(0.01, 0.02, 0.03);
+  double expected_m = 0;
+  for (const geometry::Camera& camera : std::span(cameras).first(3))
+    expected_m = std::max(expected_m, (camera.camera_from_world * p_m).z() / camera.pinhole.fx_px);
+  EXPECT_NEAR(collision::pixel_footprint_m(seen.query, p_m), expected_m, 1e-12);
+  const Vector3d unseen_m(0, 0, -30);
+  EXPECT_GT(collision::pixel_footprint_m(seen.query, unseen_m), 0);
 }
 
 }  // namespace

@@ -347,6 +347,22 @@ TEST(HullComponents, ACameraThatSeesNothingClipsNothing) {
   EXPECT_FALSE(found[0].clipped);
 }
 
+// The fifth camera sees half of the first ball, and nothing of the second one.
+TEST(HullComponents, OnlyTheComponentThatACameraSeesInPartIsClipped) {
+  std::vector<geometry::Camera> cameras = ring(4, 1.5, 0.6, 100, 0.9);
+  cameras.push_back({geometry::pinhole_from_fov(64, 48, 0.2),
+                     geometry::look_at({-0.3, 0, 2}, {-0.3, 0, 0}, Vector3d::UnitY())});
+  const auto silhouettes =
+      silhouettes_of({ball({-0.1, 0, 0}, 0.05), ball({0.12, 0, 0}, 0.05)}, cameras);
+  auto found = components_of(silhouettes, 0.01, 1, kSpace, {hull::Limits::seen, 4});
+  ASSERT_EQ(found.size(), 2u);
+  std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) {
+    return a.box_world_m.min().x() < b.box_world_m.min().x();
+  });
+  EXPECT_TRUE(found[0].clipped);
+  EXPECT_FALSE(found[1].clipped);
+}
+
 // The maximum is 512^3 cells.
 TEST(HullComponents, HasAtMost134217728Cells) {
   const auto silhouettes = silhouettes_of({ball(kOrigin, 0.02)}, ring(4, 1.5, 0.6, 100, 0.9));

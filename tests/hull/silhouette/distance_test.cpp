@@ -186,6 +186,51 @@ TEST(HullDistance, HasNoSurfaceBehindACameraFarAwayOrWithoutAHull) {
   EXPECT_FALSE(HullDistance({}).near({0.05, 0, 0}, 0.005));
 }
 
+// At a point that enough cameras see, the hull is that of these cameras.
+TEST(HullDistance, OnlyTheCamerasThatSeeThePointLimitTheHullIfTheRuleSaysSo) {
+  int found = 0, refused = 0;
+  for (int seed = 1; seed <= 8; ++seed) {
+    test::Random random(seed);
+    std::vector<Silhouette> silhouettes = test::silhouettes_of(
+        test::random_object(random, 3), test::narrow_cameras(random, 5, 80, 61));
+    silhouettes[4].pixels = ObjectPixels(80, 61);  // sees no object
+    const HullDistance distance(silhouettes, {Limits::seen, 2});
+    for (int i = 0; i < 1500; ++i) {
+      const Vector3d p_m = test::random_in_ball(random, 0.3);
+      std::vector<Silhouette> seeing;
+      for (const Silhouette& silhouette : silhouettes)
+        if (const auto uv_px = geometry::project(silhouette.camera, p_m);
+            uv_px && silhouette.pixels.holds(uv_px->x(), uv_px->y()))
+          seeing.push_back(silhouette);
+      const auto surface = distance.near(p_m, 0.006);
+      refused += seeing.size() == 1 && HullDistance(seeing).near(p_m, 0.006);
+      if (seeing.size() < 2) {
+        EXPECT_FALSE(surface);
+        continue;
+      }
+      const auto expected = HullDistance(seeing).near(p_m, 0.006);
+      ASSERT_EQ(surface.has_value(), expected.has_value());
+      if (!surface) continue;
+      ++found;
+      EXPECT_EQ(surface->distance_m, expected->distance_m);
+      EXPECT_EQ(surface->normal_world, expected->normal_world);
+    }
+  }
+  EXPECT_GT(found, 100);
+  EXPECT_GT(refused, 10);
+}
+
+TEST(HullDistance, HasNoSurfaceOutsideTheBoxOfTheRule) {
+  const std::vector<Silhouette> silhouettes =
+      test::silhouettes_of({{{0, 0, 0}, {0, 0, 0}, 0.05}}, ring_of(4));
+  HullRule rule;
+  rule.within_world_m = {Vector3d(-1, -1, -1), Vector3d(0.0505, 1, 1)};
+  const HullDistance distance(silhouettes, rule);
+  EXPECT_TRUE(distance.near({0.05, 0, 0}, 0.005));
+  EXPECT_FALSE(distance.near({0.051, 0, 0}, 0.005));
+  EXPECT_TRUE(HullDistance(silhouettes).near({0.051, 0, 0}, 0.005));
+}
+
 // Particles must be the same on every machine.
 TEST(HullDistance, IsTheSameWithEveryInstructionSet) {
   test::Random random(13);
@@ -193,26 +238,27 @@ TEST(HullDistance, IsTheSameWithEveryInstructionSet) {
       test::silhouettes_of(test::random_object(random, 6), ring_of(5));
   std::vector<Vector3d> points_m;
   for (int i = 0; i < 1003; ++i) points_m.push_back(test::random_in_ball(random, 0.25));
-  std::vector<std::vector<std::optional<SurfaceNearby>>> results;
-  hwy::SetSupportedTargetsForTest(0);
-  for (std::int64_t left = hwy::SupportedTargets(); left != 0; left &= left - 1) {
-    hwy::SetSupportedTargetsForTest(left & -left);
-    const HullDistance distance(silhouettes);
-    distance.near(points_m, 0.006, results.emplace_back(points_m.size()));
-  }
-  hwy::SetSupportedTargetsForTest(0);
-  std::size_t found = 0;
-  for (std::size_t i = 0; i < points_m.size(); ++i)
-    for (const auto& result : results) {
-      ASSERT_EQ(result[i].has_value(), results[0][i].has_value()) << i;
-      if (!result[i]) continue;
-      ++found;
-      EXPECT_EQ(result[i]->distance_m, results[0][i]->distance_m) << i;
-      EXPECT_EQ(result[i]->normal_world, results[0][i]->normal_world) << i;
-      EXPECT_EQ(result[i]->distance_m,
-                HullDistance(silhouettes).near(points_m[i], 0.006)->distance_m);
+  for (const HullRule& rule : {HullRule{}, HullRule{Limits::seen, 4}}) {
+    const HullDistance distance(silhouettes, rule);
+    std::vector<std::vector<std::optional<SurfaceNearby>>> results;
+    hwy::SetSupportedTargetsForTest(0);
+    for (std::int64_t left = hwy::SupportedTargets(); left != 0; left &= left - 1) {
+      hwy::SetSupportedTargetsForTest(left & -left);
+      distance.near(points_m, 0.006, results.emplace_back(points_m.size()));
     }
-  EXPECT_GT(found, 50 * results.size());
+    hwy::SetSupportedTargetsForTest(0);
+    std::size_t found = 0;
+    for (std::size_t i = 0; i < points_m.size(); ++i)
+      for (const auto& result : results) {
+        ASSERT_EQ(result[i].has_value(), results[0][i].has_value()) << i;
+        if (!result[i]) continue;
+        ++found;
+        EXPECT_EQ(result[i]->distance_m, results[0][i]->distance_m) << i;
+        EXPECT_EQ(result[i]->normal_world, results[0][i]->normal_world) << i;
+        EXPECT_EQ(result[i]->distance_m, distance.near(points_m[i], 0.006)->distance_m);
+      }
+    EXPECT_GT(found, 50 * results.size());
+  }
 }
 
 }  // namespace

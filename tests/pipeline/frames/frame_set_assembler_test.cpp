@@ -154,8 +154,24 @@ TEST(FrameSetAssembler, MapsOfAnyStampsAreCombined) {
   }
 }
 
+// With `lost_camera: drop` or `wait`.
+TEST(FrameSetAssembler, NoSetIsCompleteWithoutALostCameraThatIsNeeded) {
+  FrameSetAssembler sets(rig_of(2), {"c0"});
+  sets.add(map_of(0, 0));
+  EXPECT_EQ(sets.add(map_of(1, 0)).size(), 1u);
+  for (std::uint64_t frame = 1; frame <= 100; ++frame) {
+    EXPECT_TRUE(sets.add(map_of(0, frame)).empty());
+    EXPECT_EQ(sets.lost_cameras(), frame < FrameSetAssembler::kLostAfterFrames
+                                       ? std::vector<std::string>{}
+                                       : std::vector<std::string>{"c1"});
+  }
+  EXPECT_EQ(sets.add(map_of(1, 100)).size(), 1u);
+  EXPECT_TRUE(sets.lost_cameras().empty());
+  EXPECT_EQ(sets.take_drops(), (std::map<std::string, std::uint64_t>{{"incomplete_set", 99}}));
+}
+
 TEST(FrameSetAssembler, LostCameraRejoins) {
-  FrameSetAssembler sets(rig_of(2));
+  FrameSetAssembler sets(rig_of(2), {"c0", "c1"});
   sets.add(map_of(0, 0));
   EXPECT_EQ(sets.add(map_of(1, 0)).size(), 1u);
   // Maps of the other camera until this one is lost: more than the 8 that a reader holds.
@@ -325,7 +341,7 @@ TEST(FrameSetAssembler, ARestartForgetsTheFramesBeforeIt) {
 }
 
 TEST(FrameSetAssembler, ARestartCountsFramesForLostCamerasFromItsFirstFrame) {
-  FrameSetAssembler sets(rig_of(2));
+  FrameSetAssembler sets(rig_of(2), {"c1"});
   sets.add(map_from(1, 0, 5000));
   EXPECT_EQ(sets.add(map_from(1, 1, 5000)).size(), 1u);
   std::uint64_t frame = 0;

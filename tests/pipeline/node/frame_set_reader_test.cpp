@@ -131,7 +131,7 @@ TEST_F(FrameSetReaderTest, ReportsEachCompleteSet) {
 // Coverage of another frame, or of another image of the same number, is not taken for that of a
 // map. A map without coverage has an empty outline.
 TEST_F(FrameSetReaderTest, JoinsTheCoverageOfTheSameImage) {
-  reader_.emplace(bus_, rig_, *status_, hull::HullRule(), true);
+  reader_.emplace(bus_, rig_, *status_, FrameSetOptions{{}, true, {}});
   auto coverages = bus_.writer<bus::topics::ObjectCoverage>();
   EXPECT_TRUE(test::eventually(bus_, 10s,
                                [&] { return coverages.readers() == 1 && maps_.readers() == 1; }));
@@ -177,6 +177,8 @@ TEST_F(FrameSetReaderTest, JoinsTheCoverageOfTheSameImage) {
 
 TEST_F(FrameSetReaderTest, NamesALostCameraUntilItReturns) {
   for (const bool returns : {false, true}) {
+    status_.emplace(bus_, "node");
+    reader_.emplace(bus_, rig_, *status_, FrameSetOptions{{}, false, {"c1"}});
     for (std::uint64_t frame = 0; frame < 16; ++frame) {
       publish_map(0, frame, 1'000'000, false);
       reader_->take();
@@ -191,9 +193,26 @@ TEST_F(FrameSetReaderTest, NamesALostCameraUntilItReturns) {
     EXPECT_EQ(
         final_status().diagnostics,
         returns ? Texts{} : (Texts{{"lost cameras", "c1; the hull uses only the other cameras"}}));
-    status_.emplace(bus_, "node");
-    reader_.emplace(bus_, rig_, *status_);
   }
+}
+
+TEST_F(FrameSetReaderTest, NamesALostCameraWithoutWhichNoSetIsComplete) {
+  for (std::uint64_t frame = 0; frame < 20; ++frame) {
+    publish_map(0, frame);
+    EXPECT_TRUE(reader_->take().empty());
+  }
+  // The last of these maps may not have arrived.
+  EXPECT_TRUE(test::eventually(bus_, 10s, [&] {
+    EXPECT_TRUE(reader_->take().empty());
+    bool is_named = false;
+    for (const auto& sample : statuses_.take())
+      if (sample.valid()) is_named = stated_by(*sample).diagnostics.contains("lost cameras");
+    return is_named;
+  }));
+  EXPECT_EQ(final_status().diagnostics,
+            (Texts{{"lost cameras",
+                    "c1; frames without its object pixels are dropped, because lost_camera of its "
+                    "capture_node is not `continue`"}}));
 }
 
 TEST_F(FrameSetReaderTest, DropsMessagesThatDoNotFitTheRigAndNamesTheirSender) {
