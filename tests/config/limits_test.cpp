@@ -1,8 +1,10 @@
 // The ranges and defaults of the keys, and the ranges in docs/configuration.md.
 #include <algorithm>
 #include <array>
+#include <map>
 #include <numbers>
 #include <regex>
+#include <set>
 #include <sstream>
 #include <utility>
 
@@ -216,6 +218,53 @@ TEST_F(Limits, TheDocumentStatesTheRangeOfEachNumber) {
               ElementsAre("first_frame", "seed", "worker", "workers", "still_frame",
                           "background_rgb", "size_m", "cell_m", "radius_m", "width_m", "height_m"));
   EXPECT_GT(ranges, 50);
+}
+
+// The cells of each row of a document's tables, without the markup of code.
+std::vector<std::vector<std::string>> rows_of(const char* document) {
+  std::vector<std::vector<std::string>> rows;
+  std::istringstream lines(test::text_of(document));
+  for (std::string line; std::getline(lines, line);) {
+    if (!line.starts_with("| ")) continue;
+    std::erase(line, '`');
+    std::vector<std::string>& cells = rows.emplace_back();
+    std::istringstream row(line.substr(1));
+    for (std::string cell; std::getline(row, cell, '|');) {
+      cell.erase(0, cell.find_first_not_of(' '));
+      cells.push_back(cell.substr(0, cell.find_last_not_of(' ') + 1));
+    }
+  }
+  return rows;
+}
+
+TEST(FootageDocument, StatesTheDefaultsOfTheReference) {
+  std::map<std::string, std::string> defaults;  // key, type or unit, default
+  for (const auto& cells : rows_of("docs/configuration.md"))
+    if (cells.size() == 5) {
+      std::istringstream keys(cells[0]);
+      for (std::string key; std::getline(keys, key, ',');)
+        defaults.emplace(test::replaced_all(key, " ", ""), cells[2]);
+    }
+  int compared = 0;
+  std::set<std::string> described;
+  for (const auto& cells : rows_of("docs/footage.md")) {
+    if (cells.size() != 3) continue;
+    std::istringstream keys(cells[0]);
+    for (std::string key; std::getline(keys, key, ',');) {
+      key = test::replaced_all(key, " ", "");
+      described.insert(key);
+      if (!defaults.contains(key) || key == "volume_m" || key == "cameras") continue;  // of the rig
+      EXPECT_EQ(cells[1], defaults.at(key)) << key;
+      ++compared;
+    }
+  }
+  EXPECT_GE(compared, 30);
+  for (const char* key :
+       {"threshold_sigmas", "threshold_floor_levels", "threshold_ceiling_levels", "jitter_px",
+        "hysteresis", "moving_boxes", "gain_compensation", "shadow_min_brightness",
+        "shadow_tint_degrees", "min_object_px", "max_hole_px", "opening_px", "closing_px",
+        "conservative", "adaptation_s", "cameras", "volume_m", "regions"})
+    EXPECT_TRUE(described.contains(key)) << key;
 }
 
 TEST_F(Limits, AnAbsentKeyOfADeploymentHasItsDefault) {
