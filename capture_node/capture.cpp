@@ -72,17 +72,6 @@ constexpr int kColourMargin_px = 2;
 
 }  // namespace
 
-void name_late_cameras(std::vector<CapturedCamera>& set, double frame_rate_hz) {
-  std::int64_t newest_ns = 0;
-  for (const CapturedCamera& camera : set)
-    if (camera.has_image()) newest_ns = std::max(newest_ns, camera.image_stamp_ns);
-  for (CapturedCamera& camera : set)
-    if (camera.has_image() &&
-        base::difference_s(newest_ns, camera.image_stamp_ns) > kMaxLatePeriods / frame_rate_hz)
-      camera.diagnostics.push_back(
-          "late: its image is more than 1.5 frame periods older than those of other cameras");
-}
-
 struct Capture::Channel {
   const config::RigCamera* camera;
   std::unique_ptr<ImageSource> source;
