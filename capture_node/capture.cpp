@@ -235,7 +235,7 @@ void Capture::go_on_without_lost(std::vector<RawCapture>& raw_captures) const {
         is_enough ? "; the hull goes on without it" : "; too few cameras have an image for a hull";
     if (!is_enough || config_.hull_rule.limits == hull::Limits::seen) continue;
     const geometry::Pinhole& published = channels_[i]->camera->published;
-    result.image_stamp_ns = earliest_ns;
+    if (with_image > 0) result.image_stamp_ns = earliest_ns;
     result.pixels.emplace(published.width_px, published.height_px);
     for (int v = 0; v < published.height_px; ++v) result.pixels->set_run(0, published.width_px, v);
   }

@@ -1,6 +1,5 @@
 #include "capture_node/publishing_pipe.h"
 
-#include <algorithm>
 #include <utility>
 
 #include "common/base/realtime.h"

@@ -69,15 +69,17 @@ class V4l2Stream final : public ImageStream {
     if (!video_.open(path_, cv::CAP_V4L2))
       return StreamFault{SourceFault::hardware_failed, hint(errno)};
     // The sizes and rates of a camera depend on its format.
-    if (const std::string& f = source_.format;
-        !f.empty() &&
-        !video_.set(cv::CAP_PROP_FOURCC, cv::VideoWriter::fourcc(f[0], f[1], f[2], f[3])))
-      return StreamFault{SourceFault::hardware_failed,
-                         "refuses the format " + f + "; `fivepipe cameras` lists its formats"};
+    const std::string& f = source_.format;
+    const int fourcc = f.empty() ? 0 : cv::VideoWriter::fourcc(f[0], f[1], f[2], f[3]);
+    if (fourcc) video_.set(cv::CAP_PROP_FOURCC, fourcc);
     video_.set(cv::CAP_PROP_FRAME_WIDTH, width_px_);
     video_.set(cv::CAP_PROP_FRAME_HEIGHT, height_px_);
-    if (source_.rate_hz) video_.set(cv::CAP_PROP_FPS, *source_.rate_hz);
     video_.set(cv::CAP_PROP_BUFFERSIZE, 1);  // the newest image, not the oldest queued
+    if (source_.rate_hz) video_.set(cv::CAP_PROP_FPS, *source_.rate_hz);
+    // OpenCV takes another format if the camera lacks this one.
+    if (fourcc && int(video_.get(cv::CAP_PROP_FOURCC)) != fourcc)
+      return StreamFault{SourceFault::hardware_failed,
+                         "refuses the format " + f + "; `fivepipe cameras` lists its formats"};
     return {};
   }
 

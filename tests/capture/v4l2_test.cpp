@@ -46,7 +46,8 @@ class Driver {
     const std::lock_guard lock(mutex_);
     replies_.clear();
     settings.clear();
-    refused_setting = -1;
+    lacks_format = false;
+    fourcc = cv::VideoWriter::fourcc('Y', 'U', 'Y', 'V');
     opened.clear();
     opens = true;
     kernel_stamp_ms = 0;
@@ -75,7 +76,8 @@ class Driver {
   bool set(int property, double value) {
     const std::lock_guard lock(mutex_);
     settings.emplace_back(property, value);
-    return property != refused_setting;
+    if (property == cv::CAP_PROP_FOURCC && !lacks_format) fourcc = int(value);
+    return true;
   }
   void push(const Reply& reply) {
     const std::lock_guard lock(mutex_);
@@ -135,8 +137,9 @@ class Driver {
   }
 
   std::vector<std::pair<int, double>> settings;  // arguments of set()
-  int refused_setting = -1;
-  std::string opened;  // argument of open()
+  bool lacks_format = false;                     // that is requested
+  int fourcc = 0;                                // of the images
+  std::string opened;                            // argument of open()
   int api = 0;
   bool opens = true;
   int open_error = 0;
@@ -170,6 +173,7 @@ bool VideoCapture::set(int property, double value) {
   return fivepipe::capture::driver().set(property, value);
 }
 double VideoCapture::get(int property) const {
+  if (property == CAP_PROP_FOURCC) return fivepipe::capture::driver().fourcc;
   EXPECT_EQ(property, int(CAP_PROP_POS_MSEC));
   return fivepipe::capture::driver().kernel_stamp_ms;
 }
@@ -244,13 +248,13 @@ TEST_F(V4l2, RequestsTheFormatBeforeTheSizeAndTheRateAfterIt) {
                 {cv::CAP_PROP_FOURCC, cv::VideoWriter::fourcc('M', 'J', 'P', 'G')},
                 {cv::CAP_PROP_FRAME_WIDTH, kWidth_px},
                 {cv::CAP_PROP_FRAME_HEIGHT, kHeight_px},
-                {cv::CAP_PROP_FPS, 60},
-                {cv::CAP_PROP_BUFFERSIZE, 1}}));
+                {cv::CAP_PROP_BUFFERSIZE, 1},
+                {cv::CAP_PROP_FPS, 60}}));
   close(source);
 }
 
 TEST_F(V4l2, ErrorOfAFormatThatTheCameraLacks) {
-  driver().refused_setting = cv::CAP_PROP_FOURCC;
+  driver().lacks_format = true;
   const SourceProblem found = problem(v4l2("MJPG"));
   EXPECT_EQ(found.fault, SourceFault::hardware_failed);
   EXPECT_EQ(found.what, "/dev/null: refuses the format MJPG; `fivepipe cameras` lists its formats");

@@ -90,7 +90,7 @@ TEST_P(ExactSeenBackend, ARayThroughTheCornersOfPixelsFindsNoHullBesideIt) {
   const HullRule rule{Limits::seen, 1};
   const DepthTile tile = depth_by(rule, {&silhouette, 1}, view);
   EXPECT_EQ(tile.depth_m, std::vector<float>(3, 0));
-  test::expect_reference(tile, {&silhouette, 1}, view, backend().tolerance(), 0, rule);
+  test::expect_reference(tile, {&silhouette, 1}, view, backend().tolerance(), 1, rule);
 }
 
 // With all pixels object pixels, the hull is the part of space that min_seen cameras see.

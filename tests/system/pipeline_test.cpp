@@ -349,6 +349,15 @@ TEST_F(Pipeline, WithoutARenderNodeEveryFrameIsRefused) {
   EXPECT_NE(log().find("--every-frame needs a render_node"), std::string::npos) << log();
 }
 
+// A camera does not wait for the other nodes.
+TEST_F(EveryFrame, OfACameraIsRefused) {
+  const std::string sources = "sources: {left: {v4l2: \"57\"}, far: synthetic, right: synthetic}";
+  Deployed deployed(changed_deployment(out_ / "files", "sources: synthetic", sources), domain_,
+                    out_, {"--every-frame"});
+  EXPECT_EQ(deployed.wait_for_end(kStart), 2) << log();
+  EXPECT_NE(log().find("--every-frame needs files, but camera left"), std::string::npos) << log();
+}
+
 // The overlap of a mesh: sim_node finds it, and the deployment ends.
 TEST_F(Pipeline, AJointedMeshWithoutClearanceIsNamedAndEndsWithTwo) {
   const std::string deployment = changed_deployment(

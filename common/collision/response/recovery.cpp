@@ -109,6 +109,7 @@ double pixel_footprint_m(const hull::HullQuery& query, const Vector3d& p_world_m
     const double footprint_m = (c.camera.camera_from_world * p_world_m).z() /
                                std::min(c.camera.pinhole.fx_px, c.camera.pinhole.fy_px);
     of_all_m = std::max(of_all_m, footprint_m);
+    if (query.hull().rule().limits == hull::Limits::all) continue;
     const auto uv_px = geometry::project(c.camera, p_world_m);
     if (uv_px && hull::holds(hull::image_of(c.camera), uv_px->x(), uv_px->y()))
       of_seeing_m = std::max(of_seeing_m, footprint_m);

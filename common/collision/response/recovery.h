@@ -51,8 +51,8 @@ std::optional<HullExit> exit_sampled(const hull::HullQuery& query, const Eigen::
 double residual_m(const hull::HullQuery& query, std::span<const CollisionPoint> points,
                   const Eigen::Vector3d& direction_world, double reach_m);
 
-// Returns the size of the largest pixel at p, over the cameras that see p, or over all if none does
-// [m].
+// Returns the size [m] of the largest pixel at p; with Limits::seen, of the cameras that see p, if
+// there is one.
 double pixel_footprint_m(const hull::HullQuery& query, const Eigen::Vector3d& p_world_m);
 
 }  // namespace fivepipe::collision

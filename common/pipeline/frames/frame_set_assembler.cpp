@@ -26,6 +26,8 @@ std::vector<std::string> FrameSetAssembler::lost_cameras() const {
 }
 
 bool FrameSetAssembler::is_complete(const Incomplete& set) const {
+  constexpr std::size_t kMinCameras = 2;
+  if (set.size() < std::min(kMinCameras, shape_cameras_.size())) return false;
   return std::all_of(shape_cameras_.begin(), shape_cameras_.end(), [&](std::size_t camera) {
     return set.contains(camera) || (dispensable_.contains(camera) && is_lost(camera));
   });

@@ -61,7 +61,8 @@ class FrameSetAssembler {
   // The assembler remembers this many dropped frames, to count each once.
   static constexpr std::size_t kMaxCountedDrops = 64;
 
-  // Sets are complete without those of the `dispensable` cameras that are lost.
+  // Sets are complete without those of the `dispensable` cameras that are lost, but with at least
+  // two cameras, if the rig has two: one alone bounds no hull.
   explicit FrameSetAssembler(const config::Rig& rig, const std::set<std::string>& dispensable = {});
 
   // Adds a map. Returns the frame sets that it completes: none or one, by ascending frame.

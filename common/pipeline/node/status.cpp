@@ -234,12 +234,10 @@ struct NodeStatusReporter::Impl {
       state.diagnostics.erase(subject);
       return false;
     }
-    const auto [diagnostic, is_new] = state.diagnostics.try_emplace(subject);
-    if (is_new) {
-      has_new_diagnostic = true;
-      wake.notify_all();
-    }
-    return std::exchange(diagnostic->second, text) != text;
+    if (std::exchange(state.diagnostics[subject], text) == text) return false;
+    has_new_diagnostic = true;
+    wake.notify_all();
+    return true;
   }
 
   void collect_sent() {
@@ -387,6 +385,9 @@ std::string empty_hull_text(const std::vector<std::string>& cameras, const hull:
                             ? !cameras.empty()
                             : shape_cameras < cameras.size() + std::size_t(rule.min_seen);
   if (!is_empty) return "";
+  if (cameras.empty())
+    return fmt::format("empty: only {} cameras have a map, min_seen is {}", shape_cameras,
+                       rule.min_seen);
   return fmt::format("empty: no object pixel in camera {}", fmt::join(cameras, ", "));
 }
 

@@ -171,23 +171,36 @@ TEST(FrameSetAssembler, NoSetIsCompleteWithoutALostCameraThatIsNeeded) {
 }
 
 TEST(FrameSetAssembler, LostCameraRejoins) {
-  FrameSetAssembler sets(rig_of(2), {"c0", "c1"});
-  sets.add(map_of(0, 0));
-  EXPECT_EQ(sets.add(map_of(1, 0)).size(), 1u);
-  // Maps of the other camera until this one is lost: more than the 8 that a reader holds.
+  FrameSetAssembler sets(rig_of(3), {"c0", "c1"});
+  const auto add_others = [&](std::uint64_t frame) {
+    sets.add(map_of(2, frame));
+    return sets.add(map_of(0, frame));
+  };
+  sets.add(map_of(1, 0));
+  EXPECT_EQ(add_others(0).size(), 1u);
+  // Frames of the other cameras until this one is lost: more than the 8 that a reader holds.
   constexpr std::uint64_t kLostAfterFrames = 15;
   std::uint64_t frame = 1;
-  while (sets.add(map_of(0, frame)).empty()) ASSERT_LE(++frame, 100u);
+  while (add_others(frame).empty()) ASSERT_LE(++frame, 100u);
   EXPECT_EQ(frame, kLostAfterFrames);
-  const auto without = sets.add(map_of(0, frame + 1));
+  const auto without = add_others(frame + 1);
   ASSERT_EQ(without.size(), 1u);
   EXPECT_EQ(without[0].lost_cameras, std::vector<std::string>{"c1"});
-  EXPECT_EQ(without[0].silhouettes.size(), 1u);
-  EXPECT_EQ(without[0].cameras, std::vector<std::string>{"c0"});
+  EXPECT_EQ(without[0].silhouettes.size(), 2u);
+  EXPECT_EQ(without[0].cameras, (std::vector<std::string>{"c0", "c2"}));
   sets.add(map_of(1, frame + 2));
-  const auto with = sets.add(map_of(0, frame + 2));
+  const auto with = add_others(frame + 2);
   ASSERT_EQ(with.size(), 1u);
-  EXPECT_EQ(with[0].silhouettes.size(), 2u);
+  EXPECT_EQ(with[0].silhouettes.size(), 3u);
+}
+
+// One camera alone bounds no hull.
+TEST(FrameSetAssembler, NoSetOfOneCameraIsComplete) {
+  FrameSetAssembler sets(rig_of(2), {"c0", "c1"});
+  for (std::uint64_t frame = 0; frame < 40; ++frame)
+    EXPECT_TRUE(sets.add(map_of(0, frame)).empty());
+  FrameSetAssembler of_one(rig_of(1), {"c0"});
+  EXPECT_EQ(of_one.add(map_of(0, 0)).size(), 1u) << "the rig has no other";
 }
 
 // A repeated map is no further frame of the others.
@@ -341,11 +354,15 @@ TEST(FrameSetAssembler, ARestartForgetsTheFramesBeforeIt) {
 }
 
 TEST(FrameSetAssembler, ARestartCountsFramesForLostCamerasFromItsFirstFrame) {
-  FrameSetAssembler sets(rig_of(2), {"c1"});
-  sets.add(map_from(1, 0, 5000));
-  EXPECT_EQ(sets.add(map_from(1, 1, 5000)).size(), 1u);
+  FrameSetAssembler sets(rig_of(3), {"c1"});
+  for (const std::size_t camera : {0, 1}) sets.add(map_from(1, camera, 5000));
+  EXPECT_EQ(sets.add(map_from(1, 2, 5000)).size(), 1u);
   std::uint64_t frame = 0;
-  while (sets.add(map_from(2, 0, frame)).empty()) ASSERT_LE(++frame, 100u);
+  const auto add_others = [&] {
+    sets.add(map_from(2, 0, frame));
+    return sets.add(map_from(2, 2, frame));
+  };
+  while (add_others().empty()) ASSERT_LE(++frame, 100u);
   EXPECT_EQ(frame, FrameSetAssembler::kLostAfterFrames);
 }
 

@@ -175,18 +175,22 @@ TEST_F(FrameSetReaderTest, JoinsTheCoverageOfTheSameImage) {
                                           {"missing_coverage: c1", 3}}));
 }
 
-TEST_F(FrameSetReaderTest, NamesALostCameraUntilItReturns) {
+struct ThreeCameras : FrameSetReaderTest {
+  ThreeCameras() : FrameSetReaderTest(3) {}
+};
+
+TEST_F(ThreeCameras, NamesALostCameraUntilItReturns) {
   for (const bool returns : {false, true}) {
     status_.emplace(bus_, "node");
     reader_.emplace(bus_, rig_, *status_, FrameSetOptions{{}, false, {"c1"}});
     for (std::uint64_t frame = 0; frame < 16; ++frame) {
-      publish_map(0, frame, 1'000'000, false);
+      for (const std::size_t camera : {0, 2}) publish_map(camera, frame, 1'000'000, false);
       reader_->take();
     }
-    publish_map(0, 16, 1'000'000);
+    for (const std::size_t camera : {0, 2}) publish_map(camera, 16, 1'000'000);
     EXPECT_EQ(take_frame(16).lost_cameras, std::vector<std::string>{"c1"});
     if (returns)
-      for (const std::size_t camera : {1, 0}) {
+      for (const std::size_t camera : {1, 2, 0}) {
         publish_map(camera, 17);
         EXPECT_EQ(reader_->take().size(), camera == 0 ? 1u : 0u);
       }
