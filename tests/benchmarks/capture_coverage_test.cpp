@@ -19,15 +19,15 @@ TEST_P(CoverageOfRig, IsNearerToTheTruthThanBinaryMaps) {
   // A sanitizer takes minutes.
   const CoverageAccuracy all =
       measure_coverage(rig, test::kHasSanitizer ? 1 : 2, test::kHasSanitizer ? 1 : 8);
-  std::vector<double> median_mm, median_ms;
+  std::vector<double> median_mm, least_ms;
   for (const CoverageRow& row : all.rows) {
     median_mm.push_back(base::percentile(row.error_mm, 0.5));
-    median_ms.push_back(base::percentile(row.time_ms, 0.5));
+    least_ms.push_back(base::percentile(row.time_ms, 0));  // other tests disturb the others
     std::printf(
         "%-26s %6zu of %zu rays, depth error median %.3f mm, p95 %.3f mm, %zu missed, %zu extra, "
         "%.2f ms\n",
         name_of(row.maps).c_str(), row.error_mm.size(), all.rays, median_mm.back(),
-        base::percentile(row.error_mm, 0.95), row.missed, row.extra, median_ms.back());
+        base::percentile(row.error_mm, 0.95), row.missed, row.extra, least_ms.back());
   }
   EXPECT_GT(all.rows[0].error_mm.size(), test::kHasSanitizer ? 2500u : 5000u);
   const double centre_mm = median_mm[std::size_t(MapKind::centre)];
@@ -39,9 +39,9 @@ TEST_P(CoverageOfRig, IsNearerToTheTruthThanBinaryMaps) {
     EXPECT_LE(double(all.rows[std::size_t(maps)].missed), 0.005 * double(all.rays));
     EXPECT_LE(double(all.rows[std::size_t(maps)].extra), 0.01 * double(all.rays));
   }
-  // The aim is 4; it is 3.2 to 3.6. A busy machine disturbs the times.
+  // The aim is 4; it is 3.2 to 3.6 on an idle machine. Other tests run beside this one.
   for (const MapKind maps : {MapKind::exact_coverage, MapKind::estimated_coverage})
-    EXPECT_LE(median_ms[std::size_t(maps)], 6 * median_ms[std::size_t(MapKind::centre)]);
+    EXPECT_LE(least_ms[std::size_t(maps)], 6 * least_ms[std::size_t(MapKind::centre)]);
 }
 
 INSTANTIATE_TEST_SUITE_P(Rigs, CoverageOfRig, testing::Values("table4.yaml", "table6.yaml"),
