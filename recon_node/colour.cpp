@@ -85,8 +85,8 @@ HullColour::Sight HullColour::sight(std::size_t silhouette, const Homogeneous& s
   return pixels.holds(u_px, v_px) ? Sight::empty : Sight::unseen;
 }
 
-// Whether the point at this fraction of the way to the image's camera is in the hull, by all
-// silhouettes but the image's own.
+// Returns whether the point at this fraction of the way to the image's camera is in the hull, by
+// all silhouettes but the image's own.
 bool HullColour::is_in_hull(std::size_t own, double fraction, const Image& image,
                             std::span<const Homogeneous> p_seen) const {
   int seen = own < silhouettes_.size() ? 1 : 0;
