@@ -45,6 +45,15 @@ struct CapturedCamera {
   bool has_image() const { return status == CaptureStatus::captured && image_stamp_ns != 0; }
 };
 
+// The stamp of a set's earliest image; none if no camera has an image.
+inline std::optional<std::int64_t> earliest_stamp_ns(const std::vector<CapturedCamera>& set) {
+  std::optional<std::int64_t> earliest;
+  for (const CapturedCamera& camera : set)
+    if (camera.has_image() && (!earliest || camera.image_stamp_ns < *earliest))
+      earliest = camera.image_stamp_ns;
+  return earliest;
+}
+
 // A camera that is not triggered with the others is up to one period of its own behind them.
 inline constexpr double kMaxLatePeriods = 1.5;
 // Adds a diagnostic to the cameras of a set whose images are more than kMaxLatePeriods older than

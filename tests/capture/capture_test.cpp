@@ -186,6 +186,18 @@ TEST_F(CapturePictures, ALostCameraHasNoMapIfTheCamerasThatSeeLimitTheHull) {
   EXPECT_TRUE(set[0].pixels && set[2].pixels);
 }
 
+TEST(Capture, StampOfASetIsThatOfItsEarliestImage) {
+  std::vector<CapturedCamera> set(4);
+  EXPECT_EQ(earliest_stamp_ns(set), std::nullopt);
+  set[0].image_stamp_ns = 7;
+  set[0].status = CaptureStatus::missing;
+  EXPECT_EQ(earliest_stamp_ns(set), std::nullopt);
+  set[1].image_stamp_ns = 9;
+  set[2].image_stamp_ns = 8;
+  set[3].image_stamp_ns = 10;
+  EXPECT_EQ(earliest_stamp_ns(set), 8);
+}
+
 // Cameras without an image are neither late, nor are others late because of them.
 TEST(Capture, NamesTheCamerasWhoseImagesAreLate) {
   constexpr std::int64_t kNow_ns = 1'000'000'000'000, kMs_ns = 1'000'000;

@@ -156,11 +156,13 @@ TEST(FrameSetAssembler, MapsOfAnyStampsAreCombined) {
 
 // With `lost_camera: drop` or `wait`.
 TEST(FrameSetAssembler, NoSetIsCompleteWithoutALostCameraThatIsNeeded) {
-  FrameSetAssembler sets(rig_of(2), {"c0"});
+  FrameSetAssembler sets(rig_of(3), {"c0"});
   sets.add(map_of(0, 0));
+  sets.add(map_of(2, 0));
   EXPECT_EQ(sets.add(map_of(1, 0)).size(), 1u);
   for (std::uint64_t frame = 1; frame <= 100; ++frame) {
     EXPECT_TRUE(sets.add(map_of(0, frame)).empty());
+    EXPECT_TRUE(sets.add(map_of(2, frame)).empty());
     EXPECT_EQ(sets.lost_cameras(), frame < FrameSetAssembler::kLostAfterFrames
                                        ? std::vector<std::string>{}
                                        : std::vector<std::string>{"c1"});
