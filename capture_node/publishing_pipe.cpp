@@ -46,8 +46,9 @@ std::optional<FramePublisher::Set> FramePublisher::capture(std::int64_t frame,
   set.cameras = capture_.capture(frame, colours_.readers() > 0, stamp_ns);
   if (capture_.ended()) return std::nullopt;
   set.cpu_before_publish_s = base::thread_cpu_s();
-  set.stamp_ns = earliest_stamp_ns(set.cameras).value_or(  // no image was read
-      stamp_ns ? stamp_ns : base::now_realtime_ns());
+  set.stamp_ns = earliest_stamp_ns(set.cameras)
+                     .value_or(  // no image was read
+                         stamp_ns ? stamp_ns : base::now_realtime_ns());
   name_late_cameras(set.cameras, node_.deployment.frame_rate_hz);
   set.steps.begin("publish");
   return set;
