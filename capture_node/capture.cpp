@@ -1,20 +1,17 @@
 #include "capture_node/capture.h"
 
 #include <algorithm>
-#include <bit>
 #include <chrono>
 #include <exception>
 #include <mutex>
 #include <opencv2/core/utility.hpp>
-#include <stdexcept>
 #include <thread>
 
 #include "capture_node/lens/undistortion.h"
 #include "capture_node/object_colour.h"
 #include "capture_node/object_finder.h"
 #include "capture_node/sources/frozen_camera.h"
-#include "capture_node/sources/image_source.h"
-#include "capture_node/sources/synthetic_source.h"
+#include "capture_node/sources/open_source.h"
 #include "common/base/realtime.h"
 #include "common/base/timing.h"
 #include "common/hull/coverage/thin_coverage.h"
@@ -60,13 +57,6 @@ cv::Mat bgr_of(const cv::Mat& image) {
   return bgr;
 }
 
-std::size_t count_of_both(const hull::ObjectPixels& a, const hull::ObjectPixels& b) {
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < a.words().size(); ++i)
-    count += std::size_t(std::popcount(a.words()[i] & b.words()[i]));
-  return count;
-}
-
 // Margin around the hull's footprint: one pixel for bilinear interpolation, and one for rounding.
 constexpr int kColourMargin_px = 2;
 
@@ -81,6 +71,7 @@ struct Capture::Channel {
   std::unique_ptr<ObjectFinder> finder;
   FrozenCamera frozen;
   hull::ObjectPixels outside_published;
+  bool is_silent = false;  // its image of the last frame was missing, and may still come
   // Only the other cameras have it: the published pixels that the captured image sees.
   hull::ObjectPixels seen;
 };
@@ -104,10 +95,11 @@ Capture::Capture(const config::Rig& rig, const config::Viewer& viewer,
 }
 
 void Capture::open_channels(const Progress& progress) {
-  std::shared_ptr<const Surroundings> surroundings;
+  SyntheticSettings synthetic{
+      frame_rate_hz_, [this](double t_s) { return config::eye_from_world_at(viewer_, t_s); }, {}};
   for (const auto& [camera, source] : config_.sources)
-    if (std::holds_alternative<config::SyntheticSource>(source) && !surroundings)
-      surroundings = std::make_shared<const Surroundings>(config_.synthetic.seed);
+    if (std::holds_alternative<config::SyntheticSource>(source) && !synthetic.surroundings)
+      synthetic.surroundings = std::make_shared<const Surroundings>(config_.synthetic.seed);
   std::mutex mutex;
   std::size_t done = 0;
   std::vector<SourceProblem> problems;
@@ -116,8 +108,8 @@ void Capture::open_channels(const Progress& progress) {
     const std::string& name = channel.camera->name;
     std::vector<SourceProblem> of_camera;
     try {
-      open_source(channel, surroundings);
-      learn(channel);
+      channel.source = open_source(*channel.camera, config_, synthetic);
+      prepare(channel);
     } catch (const SourceError& error) {
       of_camera = error.problems();
     } catch (const std::exception& error) {  // thrown by OpenCV
@@ -127,42 +119,16 @@ void Capture::open_channels(const Progress& progress) {
     problems.insert(problems.end(), of_camera.begin(), of_camera.end());
     ++done;
     if (progress)
-      progress("camera " + name + ": background", double(done) / double(channels_.size()));
+      progress("camera " + name + ": source and background",
+               double(done) / double(channels_.size()));
   });
   if (!problems.empty()) throw_problems(std::move(problems));
-}
-
-void Capture::open_source(Channel& channel,
-                          const std::shared_ptr<const Surroundings>& surroundings) const {
-  const config::RigCamera& camera = *channel.camera;
-  const config::CameraSource& source = config_.sources.at(camera.name);
-  if (const auto* video = std::get_if<config::VideoSource>(&source)) {
-    channel.source = open_file_source(camera, *video);
-  } else if (const auto* device = std::get_if<config::V4l2Source>(&source)) {
-    channel.source = open_v4l2_source(camera, *device);
-  } else if (const auto* pipeline = std::get_if<config::GstreamerSource>(&source)) {
-    channel.source = open_gstreamer_source(camera, *pipeline);
-  } else if (const auto* stream = std::get_if<config::RtspSource>(&source)) {
-    channel.source = open_rtsp_source(camera, *stream);
-  } else if (const auto* genicam = std::get_if<config::GenicamSource>(&source)) {
-    channel.source = open_genicam_source(camera, *genicam);
-  } else if (std::holds_alternative<config::SyntheticSource>(source)) {
-    const auto eye_at = [this](double t_s) { return config::eye_from_world_at(viewer_, t_s); };
-    auto synthetic = std::make_unique<SyntheticImageSource>(config_.synthetic, camera,
-                                                            frame_rate_hz_, eye_at, surroundings);
-    if (config_.synthetic.prerender && config_.precomputed_frames <= 0) synthetic->prerender();
-    channel.source = std::move(synthetic);
-  } else {
-    throw std::logic_error("camera " + camera.name +
-                           ": open_source() does not handle the type of its source");
-  }
 }
 
 void Capture::precompute(const Progress& progress) {
   const std::size_t frames = std::size_t(std::max(0, config_.precomputed_frames));
   while (precomputed_.size() < frames) {
-    std::vector<CapturedCamera> next =
-        capture_live(std::int64_t(precomputed_.size()), true, base::now_realtime_ns());
+    std::vector<CapturedCamera> next = capture_live(std::int64_t(precomputed_.size()), true, 0);
     if (ended_) break;
     precomputed_.push_back(std::move(next));
     if (progress) progress("precomputing frames", double(precomputed_.size()) / double(frames));
@@ -176,7 +142,7 @@ Capture::~Capture() {
     if (channel->source) channel->source->stop();
 }
 
-void Capture::learn(Channel& channel) const {
+void Capture::prepare(Channel& channel) const {
   const config::RigCamera& camera = *channel.camera;
   channel.undistortion = std::make_unique<Undistortion>(camera);
   if (camera.gives_shape) {
@@ -252,11 +218,22 @@ bool Capture::waited_for_lost(const std::vector<RawCapture>& raw_captures, std::
     cv::Mat image;
     do {
       if (!go_on_waiting_(channels_[i]->camera->name, source.last_error())) return false;
-      std::this_thread::sleep_for(kRetryPeriod);  // a lost camera is missing at once
+      std::this_thread::sleep_for(kRetryPeriod);  // the next call does not wait for a lost camera
+      source.wait_for_image(std::chrono::steady_clock::now() + kImageTimeout);
     } while (source.read(index, image) == ReadStatus::missing && source.is_live());
+    channels_[i]->is_silent = false;
     has_waited = true;
   }
   return has_waited;
+}
+
+// Waits for the cameras together, so that their newest images are of one time. A camera that was
+// missing before does not delay the others again.
+void Capture::wait_for_images(bool want_colour) const {
+  const auto now = std::chrono::steady_clock::now();
+  for (const std::unique_ptr<Channel>& channel : channels_)
+    if (channel->finder || (want_colour && channel->camera->gives_colour))
+      channel->source->wait_for_image(channel->is_silent ? now : now + kImageTimeout);
 }
 
 Capture::RawCapture Capture::raw_capture(Channel& channel, std::int64_t frame, std::int64_t index,
@@ -273,11 +250,13 @@ Capture::RawCapture Capture::raw_capture(Channel& channel, std::int64_t frame, s
   result.read_s = base::seconds_since(start);
   const std::int64_t taken_ns = status == ReadStatus::image ? channel.source->stamp_ns() : 0;
   result.image_stamp_ns = taken_ns ? taken_ns : now_ns;
+  result.has_clock = taken_ns != 0;
+  channel.is_silent = status == ReadStatus::missing && channel.source->is_live();
   if (status != ReadStatus::image) {
     result.status = status == ReadStatus::end ? CaptureStatus::ended : CaptureStatus::missing;
-    result.reason = status == ReadStatus::end ? "its file has ended" : channel.source->last_error();
-    raw_capture.is_lost =
-        channel.finder && status == ReadStatus::missing && channel.source->is_live();
+    result.reason =
+        status == ReadStatus::end ? "its images have ended" : channel.source->last_error();
+    raw_capture.is_lost = channel.finder && channel.is_silent;
     return raw_capture;
   }
   if (channel.source->is_live())
@@ -313,7 +292,7 @@ Capture::RawCapture Capture::raw_capture(Channel& channel, std::int64_t frame, s
   const hull::ObjectPixels& captured = found.segmentation->object;
   if (observer_) observer_(camera, raw_capture.image, *found.segmentation);
   for (std::string& text :
-       segmentation_diagnostics(*result.pixels, count_of_both(captured, channel.outside_published),
+       segmentation_diagnostics(*result.pixels, captured.count_common(channel.outside_published),
                                 config_.hull_rule.limits))
     result.diagnostics.push_back(std::move(text));
   return raw_capture;
@@ -355,27 +334,41 @@ void Capture::add_colours(std::int64_t frame, std::vector<RawCapture>& raw_captu
   });
 }
 
+// The number of frames of the shortest file, among those whose length is known.
+std::optional<std::int64_t> Capture::shortest_length() const {
+  std::optional<std::int64_t> shortest;
+  for (const std::unique_ptr<Channel>& channel : channels_)
+    for (const std::optional<std::int64_t>& length :
+         {channel->source->length(), channel->finder ? channel->finder->length() : std::nullopt})
+      if (length && *length > 0 && (!shortest || *length < *shortest)) shortest = length;
+  return shortest;
+}
+
+// stamp_ns: as in capture().
 std::vector<CapturedCamera> Capture::capture_live(std::int64_t frame, bool want_colour,
                                                   std::int64_t stamp_ns) {
-  if (frame < round_start_) round_start_ = 0;
   std::vector<RawCapture> raw_captures(channels_.size());
+  const auto index = [&] { return loop_length_ ? frame % *loop_length_ : frame; };
   const auto capture_all = [&] {
+    wait_for_images(want_colour);
+    const std::int64_t now_ns = stamp_ns ? stamp_ns : base::now_realtime_ns();
     in_parallel(pool_, channels_.size(), [&](std::size_t i) {
-      raw_captures[i] =
-          raw_capture(*channels_[i], frame, frame - round_start_, stamp_ns, want_colour);
+      raw_captures[i] = raw_capture(*channels_[i], frame, index(), now_ns, want_colour);
     });
     return std::any_of(raw_captures.begin(), raw_captures.end(), [](const RawCapture& raw_capture) {
       return raw_capture.result.status == CaptureStatus::ended;
     });
   };
   ended_ = capture_all();
-  // All sources restart together when the shortest file ends, so that one set never combines frames
-  // of different times.
-  if (ended_ && config_.loop && frame > round_start_) {
-    round_start_ = frame;
+  // All files begin again together after the shortest one, so that one set never combines frames of
+  // different times. The frame number alone decides which images a set has, also in a node that
+  // skips frames or starts later than others.
+  if (const auto length = shortest_length();
+      ended_ && config_.loop && length && index() >= *length) {
+    loop_length_ = length;
     ended_ = capture_all();
   }
-  while (!ended_ && waited_for_lost(raw_captures, frame - round_start_)) ended_ = capture_all();
+  while (!ended_ && waited_for_lost(raw_captures, index())) ended_ = capture_all();
   go_on_without_lost(raw_captures);
   if (want_colour) add_colours(frame, raw_captures);
   std::vector<CapturedCamera> result;
@@ -385,8 +378,8 @@ std::vector<CapturedCamera> Capture::capture_live(std::int64_t frame, bool want_
 
 std::vector<CapturedCamera> Capture::capture(std::int64_t frame, bool want_colour,
                                              std::int64_t stamp_ns) {
-  if (stamp_ns == 0) stamp_ns = base::now_realtime_ns();
   if (precomputed_.empty()) return capture_live(frame, want_colour, stamp_ns);
+  if (stamp_ns == 0) stamp_ns = base::now_realtime_ns();
   std::vector<CapturedCamera> result = precomputed_[std::size_t(frame) % precomputed_.size()];
   for (CapturedCamera& camera : result) {
     if (!want_colour) camera.colour.reset();

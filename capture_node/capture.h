@@ -19,8 +19,6 @@
 
 namespace fivepipe::capture {
 
-class Surroundings;
-
 class Capture {
  public:
   // Receives the name of the current step and the completed fraction of it (0 to 1). The
@@ -37,9 +35,10 @@ class Capture {
 
   // Returns the cameras of `frame` >= 0, in the rig's order. An increasing `frame` is cheap; any
   // other reopens the files. Synthetic images and the head pose are those at frame / frame_rate_hz
-  // [s]. With precomputed frames, returns the stored set frame % precomputed_frames. With
-  // config.loop, all sources restart together when the first of them ends. stamp_ns: time of images
-  // whose source has no clock (CLOCK_REALTIME); 0: the time of the call.
+  // [s]. With precomputed frames, returns the stored set `frame` modulo their number. With
+  // config.loop, all files begin again together after the shortest one: frame n shows the images n
+  // modulo its length. stamp_ns: time of images whose source has no clock (CLOCK_REALTIME); 0: the
+  // time at which they are read.
   std::vector<CapturedCamera> capture(std::int64_t frame, bool want_colour,
                                       std::int64_t stamp_ns = 0);
 
@@ -50,7 +49,7 @@ class Capture {
       std::function<void(const config::RigCamera&, const cv::Mat& image_bgr, const Segmentation&)>;
   void set_observer(Observer observer) { observer_ = std::move(observer); }
 
-  // With config.lost_camera `wait`, each attempt to read a lost camera again asks this function;
+  // With config.lost_camera `wait`, each attempt to read a lost camera again calls this function;
   // false ends the wait. reason: why there is no image. Without it, nothing waits.
   using GoOnWaiting = std::function<bool(const std::string& camera, const std::string& reason)>;
   void set_go_on_waiting(GoOnWaiting go_on) { go_on_waiting_ = std::move(go_on); }
@@ -65,6 +64,8 @@ class Capture {
   // images whose source has no clock.
   RawCapture raw_capture(Channel& channel, std::int64_t frame, std::int64_t index,
                          std::int64_t now_ns, bool want_colour) const;
+  void wait_for_images(bool want_colour) const;
+  std::optional<std::int64_t> shortest_length() const;
   std::size_t cameras_of_others() const;
   void go_on_without_lost(std::vector<RawCapture>& raw_captures) const;
   bool waited_for_lost(const std::vector<RawCapture>& raw_captures, std::int64_t index);
@@ -72,8 +73,7 @@ class Capture {
   std::vector<CapturedCamera> capture_live(std::int64_t frame, bool want_colour,
                                            std::int64_t stamp_ns);
   void open_channels(const Progress& progress);
-  void open_source(Channel& channel, const std::shared_ptr<const Surroundings>& surroundings) const;
-  void learn(Channel& channel) const;
+  void prepare(Channel& channel) const;
   void precompute(const Progress& progress);
 
   config::Rig rig_;
@@ -85,7 +85,8 @@ class Capture {
   base::WorkerPool pool_;
   std::vector<std::unique_ptr<Channel>> channels_;
   std::vector<std::vector<CapturedCamera>> precomputed_;  // by frame, by camera
-  std::int64_t round_start_ = 0;                          // frame at which the files last restarted
+  // Number of frames of the shortest file, after which all files begin again; known at its end.
+  std::optional<std::int64_t> loop_length_;
   bool ended_ = false;
 };
 

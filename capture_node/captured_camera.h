@@ -16,7 +16,7 @@ namespace fivepipe::capture {
 enum class CaptureStatus {
   captured,
   missing,  // no image of this frame; `reason` explains why
-  ended,    // the camera's file has ended, and config.loop is false
+  ended,    // no image follows: the file has ended, and config.loop is false, or the stream has
 };
 
 struct CapturedCamera {
@@ -36,6 +36,7 @@ struct CapturedCamera {
   // CLOCK_REALTIME at which the camera took the image. All sources without a clock of their own
   // (files, synthetic cameras, precomputed frames) have the same time, see capture().
   std::int64_t image_stamp_ns = 0;
+  bool has_clock = false;  // the camera states that time itself
   // Diagnostics of this camera's object pixels, for the user.
   std::vector<std::string> diagnostics;
   // Time to read the image, and to compute pixels and colour from it.
@@ -57,13 +58,14 @@ inline std::optional<std::int64_t> earliest_stamp_ns(const std::vector<CapturedC
 // A camera that is not triggered with the others is up to one period of its own behind them.
 inline constexpr double kMaxLatePeriods = 1.5;
 // Adds a diagnostic to the cameras of a set whose images are more than kMaxLatePeriods older than
-// the newest one.
+// the newest one. Only cameras that state the time of their images are compared.
 inline void name_late_cameras(std::vector<CapturedCamera>& set, double frame_rate_hz) {
   std::int64_t newest_ns = 0;
   for (const CapturedCamera& camera : set)
-    if (camera.has_image()) newest_ns = std::max(newest_ns, camera.image_stamp_ns);
+    if (camera.has_image() && camera.has_clock)
+      newest_ns = std::max(newest_ns, camera.image_stamp_ns);
   for (CapturedCamera& camera : set)
-    if (camera.has_image() &&
+    if (camera.has_image() && camera.has_clock &&
         base::difference_s(newest_ns, camera.image_stamp_ns) > kMaxLatePeriods / frame_rate_hz)
       camera.diagnostics.push_back(
           "late: its image is more than 1.5 frame periods older than those of other cameras");

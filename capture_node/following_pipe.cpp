@@ -26,6 +26,7 @@ class FollowingPipe {
     last_pose_ = Pacing::Clock::now();  // learning the background may have taken long
     while (node::running() && !publisher_.ended()) {
       take_poses();
+      take_composited();
       report_silence();
       if (due_.empty()) {
         node_.bus.wait(node::kMaxWait);
@@ -89,17 +90,20 @@ class FollowingPipe {
     node_.status.drop("pipeline_busy");
   }
 
+  // Also while nothing waits for them: the bus wakes the node as long as samples are not taken.
+  void take_composited() {
+    for (const auto& sample : composited_.take())
+      if (sample.valid() && node_.deployment.viewer.name == sample->viewer &&
+          !messages::why_implausible(sample->frame, sample->composited_stamp_ns))
+        last_composited_ = sample->frame;
+  }
   // This node's end ends the deployment, so it waits for the frames in flight.
   void wait_until_composited() {
     const auto until = Pacing::Clock::now() + kFinish;
-    std::optional<std::uint64_t> newest;
-    while (node::running() && last_ && (!newest || *newest < *last_) &&
+    while (node::running() && last_ && (!last_composited_ || *last_composited_ < *last_) &&
            Pacing::Clock::now() < until) {
       node_.bus.wait(node::kMaxWait);
-      for (const auto& sample : composited_.take())
-        if (sample.valid() && node_.deployment.viewer.name == sample->viewer &&
-            !messages::why_implausible(sample->frame, sample->composited_stamp_ns))
-          newest = sample->frame;
+      take_composited();
     }
   }
   static constexpr std::chrono::seconds kFinish{20}, kSilence{5};
@@ -108,7 +112,8 @@ class FollowingPipe {
   frames::CameraWriters writers_;
   std::deque<Due> due_;
   Pacing::Clock::time_point last_pose_;
-  std::optional<std::uint64_t> last_;  // published
+  std::optional<std::uint64_t> last_;             // published
+  std::optional<std::uint64_t> last_composited_;  // by a render_node
   FramePublisher publisher_;
   bus::Reader<bus::topics::FrameComposited> composited_;
   // After the sources are open: the first node waits for this reader.

@@ -91,9 +91,7 @@ hull::ObjectPixels visible_footprint(const std::vector<hull::SilhouetteBounds>& 
     if (eye.box_m.isEmpty()) continue;
     std::vector<hull::SilhouetteBounds> seen = parts;
     seen.push_back(eye.part);
-    const hull::ObjectPixels pixels = footprint(std::move(seen), eye.box_m, camera, margin_px);
-    pixels.for_each_run(pixels.bounds(),
-                        [&](int v, int begin, int end) { all.set_run(begin, end, v); });
+    all.add(footprint(std::move(seen), eye.box_m, camera, margin_px));
   }
   return all;
 }

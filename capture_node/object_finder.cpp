@@ -35,11 +35,13 @@ std::vector<cv::Mat> empty_frames(const config::RigCamera& camera,
   }
   bool is_bgr = true;
   const int attempts = source.is_live() ? 2 * background.frames : background.frames;
-  for (int i = 0; i < attempts && std::ssize(images) < background.frames; ++i)
+  for (int i = 0; i < attempts && std::ssize(images) < background.frames; ++i) {
+    source.wait_for_image(std::chrono::steady_clock::now() + kImageTimeout);
     if (cv::Mat image; source.read(i, image) == ReadStatus::image) {
       is_bgr = is_bgr && image.type() == CV_8UC3;
       images.push_back(image);
     }
+  }
   if (!is_bgr)
     throw_problems({{camera.name, SourceFault::hardware_failed, "its images are not 8-bit BGR"}});
   if (images.empty())
@@ -110,6 +112,10 @@ class MatteFinder final : public ObjectFinder {
       case ReadStatus::end: break;
     }
     return {{}, "the file of its masks has ended", true};
+  }
+  std::optional<std::int64_t> length() const override {
+    const std::optional<std::int64_t> masks = masks_->length();
+    return masks ? std::optional(*masks - offset_) : std::nullopt;
   }
 
  private:

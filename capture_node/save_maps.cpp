@@ -29,7 +29,7 @@ std::map<std::string, std::string> settings_from(const std::vector<std::string>&
   std::map<std::string, std::string> settings;
   for (const std::string& word : words) {
     const auto equals = word.find('=');
-    if (equals == std::string::npos)
+    if (equals == std::string::npos || equals == 0)
       throw CLI::ValidationError("--set", "expected KEY=VALUE, got " + word);
     settings[word.substr(0, equals)] = word.substr(equals + 1);
   }

@@ -24,6 +24,9 @@ constexpr int kMaxMissing = 1000;
 // Images of a clip per second, for `adaptation_s`: a sequence of pictures states none.
 constexpr double kClipRate_hz = 30;
 
+// In the output folder.
+constexpr const char* kSettingsFile = "segmentation.yaml";
+
 struct Options {
   fs::path clip, background, region, out;
   int background_frames = 30;
@@ -34,11 +37,11 @@ struct Options {
 // Writes the settings as the user gave them to a file, which can be copied into a deployment, and
 // reads it. Throws ConfigError with the file's lines.
 config::SegmentationConfig read_settings(const Options& options) {
-  const fs::path file = options.out / "segmentation.yaml";
+  const fs::path file = options.out / kSettingsFile;
   std::ofstream text(file);
   for (const std::string& setting : options.settings) {
     const auto equals = setting.find('=');
-    if (equals == std::string::npos)
+    if (equals == std::string::npos || equals == 0)
       throw CLI::ValidationError("--set", "expected KEY=VALUE, got " + setting);
     text << setting.substr(0, equals) << ": " << setting.substr(equals + 1) << '\n';
   }
@@ -71,12 +74,28 @@ void write_picture(const fs::path& file, const cv::Mat& picture) {
     throw std::runtime_error(file.string() + ": cannot be written");
 }
 
+// Creates the folders of the pictures. Removes the pictures of an earlier run, which its settings
+// show.
+void prepare_output(const fs::path& out) {
+  const bool is_used = fs::exists(out / kSettingsFile);
+  for (const char* const name : {"masks", "overlays"}) {
+    fs::create_directories(out / name);
+    if (!is_used) continue;
+    for (const fs::directory_entry& entry : fs::directory_iterator(out / name)) {
+      const std::string frame = entry.path().stem().string();
+      if (entry.path().extension() == ".png" &&
+          frame.find_first_not_of("0123456789") == std::string::npos)
+        fs::remove(entry.path());
+    }
+  }
+}
+
 int run(const Options& options) {
   const auto range = options.frames.empty() ? std::optional(FrameRange{0, kMaxFrame, 1})
                                             : parse_frame_range(options.frames);
   if (!range)
     throw CLI::ValidationError("--frames", "expected N, A:B or A:B:STEP, got " + options.frames);
-  for (const char* folder : {"masks", "overlays"}) fs::create_directories(options.out / folder);
+  prepare_output(options.out);
   const config::SegmentationConfig config = read_settings(options);
   config::RigCamera camera;
   camera.name = "clip";
@@ -141,7 +160,7 @@ int main(int argc, char** argv) {
       "fivepipe segment: segments a clip. Writes for each frame OUT/masks/FRAME.png (255: object) "
       "and OUT/overlays/FRAME.png (red: object, blue: shadow, yellow: differs, but dropped), and "
       "the settings to OUT/segmentation.yaml, as they belong below `segmentation` in a "
-      "deployment.\n\n"
+      "deployment. Removes the pictures of an earlier run.\n\n"
       "Examples:\n"
       "  fivepipe segment cam1.mp4 --background empty.mp4 --out out/segment\n"
       "  fivepipe segment cam1.mp4 --frames 100:200:10 --set threshold_floor_levels=12 --set "

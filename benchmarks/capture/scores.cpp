@@ -1,7 +1,6 @@
 #include "benchmarks/capture/scores.h"
 
 #include <algorithm>
-#include <bit>
 #include <opencv2/imgproc.hpp>
 
 #include "capture_node/segmentation/bit_morphology.h"
@@ -12,9 +11,7 @@ namespace {
 // Object pixels with a neighbour that is none.
 hull::ObjectPixels outline(const hull::ObjectPixels& pixels) {
   hull::ObjectPixels result = pixels;
-  const hull::ObjectPixels inner = capture::eroded(pixels, 1);
-  for (std::size_t i = 0; i < result.words().size(); ++i)
-    result.mutable_words()[i] &= ~inner.words()[i];
+  result.remove(capture::eroded(pixels, 1));
   return result;
 }
 
@@ -35,8 +32,7 @@ cv::Mat distances_to(const hull::ObjectPixels& pixels) {
 }  // namespace
 
 void Score::add(const hull::ObjectPixels& found, const hull::ObjectPixels& truth) {
-  for (std::size_t i = 0; i < truth.words().size(); ++i)
-    both_ += std::popcount(found.words()[i] & truth.words()[i]);
+  both_ += double(found.count_common(truth));
   found_ += double(found.count());
   true_ += double(truth.count());
   const hull::ObjectPixels outlines[2] = {outline(found), outline(truth)};

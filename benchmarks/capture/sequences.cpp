@@ -44,15 +44,11 @@ config::RigCamera camera_of(std::uint64_t seed, int width_px, int height_px) {
 hull::ObjectPixels true_pixels(const std::vector<capture::SyntheticPart>& parts,
                                const geometry::Camera& camera) {
   hull::ObjectPixels pixels(camera.pinhole.width_px, camera.pinhole.height_px);
-  const auto add = [&](const hull::ObjectPixels& part) {
-    part.for_each_run({0, 0, part.width_px(), part.height_px()},
-                      [&](int v, int begin, int end) { pixels.set_run(begin, end, v); });
-  };
   for (const capture::SyntheticPart& part : parts)
     if (const auto* capsule = std::get_if<hull::Capsule>(&part.shape))
-      add(hull::true_object_pixels({capsule, 1}, camera, hull::PixelRule::center));
+      pixels.add(hull::true_object_pixels({capsule, 1}, camera, hull::PixelRule::center));
     else
-      add(hull::true_object_pixels(std::get<geometry::OrientedBox>(part.shape), camera));
+      pixels.add(hull::true_object_pixels(std::get<geometry::OrientedBox>(part.shape), camera));
   return pixels;
 }
 

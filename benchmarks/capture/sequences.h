@@ -41,8 +41,8 @@ Sequence sequence(Disturbance disturbance, std::uint64_t seed, int width_px, int
 inline constexpr int kLearningImages = 60, kImages = 40;
 inline constexpr double kNoise_levels = 2.0;  // standard deviation, grey levels of 255
 
-// For a benchmark that tunes every method, that of fivepipe included, with the first seeds, and
-// measures it with the second ones.
+// The settings of every method are chosen with the first seeds (those of fivepipe are its defaults)
+// and measured with the second ones.
 inline constexpr std::array<std::uint64_t, 3> kTuningSeeds = {101, 102, 103};
 inline constexpr std::array<std::uint64_t, 3> kMeasuredSeeds = {201, 202, 203};
 

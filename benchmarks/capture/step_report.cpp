@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <bit>
 #include <iostream>
 #include <vector>
 
@@ -40,13 +39,6 @@ std::vector<Variant> variants() {
   return all;
 }
 
-double count_of_both(const hull::ObjectPixels& a, const hull::ObjectPixels& b) {
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < a.words().size(); ++i)
-    count += std::size_t(std::popcount(a.words()[i] & b.words()[i]));
-  return double(count);
-}
-
 // The value of each sequence as "MEAN (WORST in SEQUENCE)".
 template <class Value>
 std::string mean_and_worst(const std::vector<PixelErrors>& errors, int decimals, Value value) {
@@ -71,7 +63,7 @@ PixelErrors errors_of(const config::SegmentationConfig& config, const Sequence& 
     const hull::ObjectPixels found = segmenter.segment(sequence.images[i])->object;
     true_px += double(sequence.truth[i].count());
     found_px += double(found.count());
-    both_px += count_of_both(found, sequence.truth[i]);
+    both_px += double(found.count_common(sequence.truth[i]));
   }
   return {1 - both_px / true_px, (found_px - both_px) / double(sequence.images.size())};
 }

@@ -16,7 +16,7 @@ struct PixelErrors {
 PixelErrors errors_of(const config::SegmentationConfig& config, const Sequence& sequence);
 
 // Segments one sequence of each disturbance, of this size, with the defaults, and with each step
-// left out or made stronger; prints a table, and returns the results for the JSON file.
+// skipped or made stronger; prints a table, and returns the results for the JSON file.
 nlohmann::ordered_json report_steps(int width_px, int height_px, int threads);
 
 }  // namespace fivepipe::capture_bench

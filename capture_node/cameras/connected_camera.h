@@ -1,4 +1,4 @@
-// A camera that is connected to this machine, and the link by which its images come.
+// A camera that is connected to this machine, and the link over which it sends its images.
 #pragma once
 #include <optional>
 #include <string>

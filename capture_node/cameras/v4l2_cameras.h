@@ -8,7 +8,7 @@
 namespace fivepipe::capture {
 
 // Returns the devices in `dev` (/dev) that deliver images, by their permanent names if they have
-// some; metadata devices of the same camera are left out. A device that this user may not open is
+// some; skips metadata devices of the same camera. A device that this user may not open is
 // listed without modes. `sys` is /sys.
 std::vector<ConnectedCamera> v4l2_cameras(const std::filesystem::path& dev,
                                           const std::filesystem::path& sys);

@@ -63,7 +63,7 @@ inline constexpr double kTrim_sigmas = 4.0;
 inline constexpr double kTrimFloor_levels = 4.0;
 // A moving pixel differs from its mean in at least this fraction of the frames,
 inline constexpr double kMovingFraction = 0.1;
-// in at least this many separate runs of frames per frame,
+// in separate runs of frames whose number, divided by that of the frames, is at least this,
 inline constexpr double kMovingRunsPerFrame = 1.0 / 12;
 // and in at least this many runs. Two people who walk past make two.
 inline constexpr double kMinMovingRuns = 3;

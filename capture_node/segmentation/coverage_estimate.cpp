@@ -54,7 +54,7 @@ void for_each_difference(const hull::ObjectPixels& a, const hull::ObjectPixels& 
 hull::ObjectPixels inverse(const hull::ObjectPixels& pixels) {
   hull::ObjectPixels all(pixels.width_px(), pixels.height_px());
   for (int v = 0; v < all.height_px(); ++v) all.set_run(0, all.width_px(), v);
-  for (std::size_t i = 0; i < all.words().size(); ++i) all.mutable_words()[i] &= ~pixels.words()[i];
+  all.remove(pixels);
   return all;
 }
 

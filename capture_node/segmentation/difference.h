@@ -1,6 +1,6 @@
 // The difference image (paper, section 3.1) by table lookup: classifies the pixels of an image
-// against the background, 64 at a time. Most words hold background only: one tolerance for all
-// their levels, which are compared as they lie in the image, shows that. Memory bounds the speed.
+// against the background, 64 at a time. Most words hold background only: a comparison of all their
+// levels, in the order of the image, with one tolerance shows that. Memory bounds the speed.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -21,8 +21,8 @@ struct Tolerances {
   // The camera's movement against the background. The gradient is half the range of the levels in
   // the 3x3 neighbourhood.
   double jitter_px = 0.2;
-  // A pixel differs strongly if a channel is farther than this many times the widest tolerance of
-  // the three. At least 1.
+  // A pixel differs strongly if a channel is farther than its own tolerance and (strong_factor - 1)
+  // times the widest tolerance of the three. At least 1.
   double strong_factor = 2;
 };
 

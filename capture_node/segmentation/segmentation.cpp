@@ -11,19 +11,6 @@
 namespace fivepipe::capture {
 namespace {
 
-// Calls f(words of a, words of b): a = f(a, b), word by word.
-template <class F>
-void combine(hull::ObjectPixels& a, const hull::ObjectPixels& b, F f) {
-  const std::span<std::uint64_t> words = a.mutable_words();
-  const std::span<const std::uint64_t> others = b.words();
-  for (std::size_t i = 0; i < words.size(); ++i) words[i] = f(words[i], others[i]);
-}
-void remove(hull::ObjectPixels& from, const hull::ObjectPixels& pixels) {
-  combine(from, pixels, [](std::uint64_t a, std::uint64_t b) { return a & ~b; });
-}
-void add(hull::ObjectPixels& to, const hull::ObjectPixels& pixels) {
-  combine(to, pixels, [](std::uint64_t a, std::uint64_t b) { return a | b; });
-}
 bool any(const hull::ObjectPixels& pixels) {
   return std::any_of(pixels.words().begin(), pixels.words().end(),
                      [](std::uint64_t word) { return word != 0; });
@@ -91,7 +78,7 @@ std::optional<Segmentation> Segmenter::segment(const cv::Mat& image_bgr) {
     result.object = with_holes_filled(result.object, config_.max_hole_px);
   if (within_) result.object.keep(*within_);
   if (config_.adaptation_s > 0 && !config_.conservative)
-    adapt(image_bgr, inverse_gain, result.object);
+    adapt(image_bgr, result.gain, result.object);
   return result;
 }
 
@@ -104,39 +91,46 @@ hull::ObjectPixels Segmenter::object_pixels(const Difference& difference) const 
   hull::ObjectPixels seeds = difference.strongly;
   hull::ObjectPixels pixels = with_neighbours(difference.differs, kMajority);
   pixels.keep(difference.differs);
-  add(pixels, seeds);
+  pixels.add(seeds);
   if (any(difference.shadow)) {
     hull::ObjectPixels others = difference.differs;
-    remove(others, difference.shadow);
+    others.remove(difference.shadow);
     hull::ObjectPixels shaded = difference.shadow;
-    remove(shaded, with_neighbours(others, kObjectNeighbours));
+    shaded.remove(with_neighbours(others, kObjectNeighbours));
     hull::ObjectPixels lonely = dilated(difference.shadow, 1);
-    remove(lonely, difference.shadow);
-    remove(lonely, with_neighbours(others, kShadowNeighbours));
-    add(shaded, lonely);
-    remove(pixels, shaded);
-    remove(seeds, shaded);
+    lonely.remove(difference.shadow);
+    lonely.remove(with_neighbours(others, kShadowNeighbours));
+    shaded.add(lonely);
+    pixels.remove(shaded);
+    seeds.remove(shaded);
   }
   if (config_.opening_px > 0) pixels = opened(std::move(pixels), config_.opening_px);
   return seeded_components(pixels, seeds, config_.min_object_px);
 }
 
-void Segmenter::adapt(const cv::Mat& image_bgr, const InverseGain& inverse_gain,
+void Segmenter::adapt(const cv::Mat& image_bgr, const Gain& gain,
                       const hull::ObjectPixels& object) {
   const hull::ObjectPixels near = dilated(object, kAdaptationMargin_px);
+  const InverseGain inverse_gain = inverse_of(gain);
   const double rate = -std::expm1(-kAdaptationRows * period_s_ / config_.adaptation_s);
+  std::array<double, 3> brighter;
+  for (std::size_t c = 0; c < 3; ++c)
+    brighter[c] = 1 + std::clamp(rate * (gain[c] - 1), -kMaxGainStep, kMaxGainStep);
   for (int v = next_row_; v < tables_.height_px; v += kAdaptationRows) {
     for (int u = 0; u < tables_.width_px; ++u) {
-      if (near.contains(u, v)) continue;
+      const bool is_near = near.contains(u, v);
       for (std::size_t c = 0; c < 3; ++c) {
         float& mean = background_.mean_levels[3 * (std::size_t(v) * tables_.width_px + u) + c];
         const double level = compensated(image_bgr.ptr(v)[3 * u + int(c)], inverse_gain[c]);
-        mean += float(rate * (level - mean));
+        if (!is_near) mean += float(rate * (level - mean));
+        // The brightness of the whole image also changes what an object hides.
+        mean = float(std::min(255.0, mean * brighter[c]));
       }
     }
     refill_row(tables_, background_, tolerances(config_), v);
   }
   next_row_ = (next_row_ + 1) % kAdaptationRows;
+  if (next_row_ == 0 && gain_estimator_) gain_estimator_ = gain_estimator(background_);
 }
 
 std::vector<std::string> segmentation_diagnostics(const hull::ObjectPixels& pixels,
@@ -144,16 +138,16 @@ std::vector<std::string> segmentation_diagnostics(const hull::ObjectPixels& pixe
                                                   hull::Limits limits) {
   const std::size_t all = std::size_t(pixels.width_px()) * std::size_t(pixels.height_px());
   const std::size_t set = pixels.count();
-  if (set == 0 && limits == hull::Limits::all) return {"no object pixels: the hull is empty"};
-  if (double(set) > kMaxPlausibleFraction * double(all))
-    return {std::to_string(100 * set / all) +
-            " % of the image are object pixels: check exposure, light and camera position, then "
-            "restart the node"};
-  // Without a number, which would be another text in each frame.
+  // Without numbers, which would be another text in each frame.
   if (outside_published > 0)
     return {
         "object pixels are outside the published image, so the hull is cut: in the rig, enlarge "
         "or remove `published` of the camera"};
+  if (set == 0 && limits == hull::Limits::all) return {"no object pixels: the hull is empty"};
+  if (double(set) > kMaxPlausibleFraction * double(all))
+    return {"more than " + std::to_string(std::lround(100 * kMaxPlausibleFraction)) +
+            " % of the image are object pixels: check exposure, light and camera position, then "
+            "restart the node"};
   return {};
 }
 

@@ -51,7 +51,7 @@ class Segmenter {
             std::optional<hull::ObjectPixels> within = {});
 
   // Returns nullopt unless the image is 8-bit BGR of the background's size. With adaptation, each
-  // call changes the background.
+  // call changes the background: everywhere by the gain, and away from objects by what remains.
   std::optional<Segmentation> segment(const cv::Mat& image_bgr);
   // Returns the coverage of the object pixels that segment() found in this image.
   hull::CoverageMap coverage(const cv::Mat& image_bgr, const Segmentation& of) const;
@@ -63,8 +63,8 @@ class Segmenter {
 
  private:
   hull::ObjectPixels object_pixels(const Difference& difference) const;
-  void adapt(const cv::Mat& image_bgr, const InverseGain& inverse_gain,
-             const hull::ObjectPixels& object);
+  // gain: of the image.
+  void adapt(const cv::Mat& image_bgr, const Gain& gain, const hull::ObjectPixels& object);
 
   config::SegmentationConfig config_;
   Background background_;
@@ -77,8 +77,11 @@ class Segmenter {
 
 // Adaptation visits one row in this many of each image, which bounds its time.
 inline constexpr int kAdaptationRows = 64;
-// Distance from object pixels within which the background does not adapt: the object's blur and
-// shadow are near it.
+// Largest relative step of the background towards the gain: the rows take it one after the other,
+// and until the last one has, they differ by it, which the noise thresholds must tolerate.
+inline constexpr double kMaxGainStep = 0.01;
+// Distance from object pixels within which the background adapts to the gain alone: the object's
+// blur and shadow are near it.
 inline constexpr int kAdaptationMargin_px = 16;
 
 // Returns diagnostics of one camera's published object pixels for the user; empty if they are

@@ -36,6 +36,8 @@ class Frames {
   // estimate; reading to its end gives the exact number.
   virtual std::optional<std::int64_t> count() const = 0;
   virtual std::int64_t count_guess() const = 0;
+  // The indices of the frames that are not missing; empty if it is not known.
+  virtual std::vector<std::int64_t> present() const { return {}; }
   // The number in the file name of frame 0; nullopt for a video or a single picture.
   virtual std::optional<std::int64_t> first_number() const { return std::nullopt; }
 };
@@ -49,6 +51,7 @@ class VideoFrames final : public Frames {
   // frames.
   std::optional<cv::Mat> at(std::int64_t index) override {
     if (count_ && index >= *count_) return std::nullopt;
+    if (index == next_ - 1 && !image_.empty()) return image_;  // again, after a wait
     if (index < next_) {
       video_.open(file_, cv::CAP_FFMPEG);
       next_ = 0;
@@ -59,9 +62,10 @@ class VideoFrames final : public Frames {
         return std::nullopt;
       }
     // Images of megabytes from new memory cost more than their copies: the last one's is used again
-    // unless somebody still has it.
+    // unless the caller still holds it.
     if (image_.u != nullptr && image_.u->refcount > 1) image_.release();
-    if (!video_.retrieve(image_) || image_.empty()) return std::nullopt;
+    if (!video_.retrieve(image_)) image_.release();
+    if (image_.empty()) return std::nullopt;
     return image_;
   }
   std::optional<std::int64_t> count() const override { return count_; }
@@ -93,6 +97,11 @@ class SequenceFrames final : public Frames {
     return files_.rbegin()->first - files_.begin()->first + 1;
   }
   std::int64_t count_guess() const override { return *count(); }
+  std::vector<std::int64_t> present() const override {
+    std::vector<std::int64_t> indices;
+    for (const auto& [number, path] : files_) indices.push_back(number - files_.begin()->first);
+    return indices;
+  }
   std::optional<std::int64_t> first_number() const override {
     return files_.size() > 1 ? std::optional(files_.begin()->first) : std::nullopt;
   }
@@ -102,34 +111,6 @@ class SequenceFrames final : public Frames {
   int flags_;
 };
 
-// Returns the files in the folder of `pattern` that match it, by number. The pattern's file name
-// contains one %d or %0Nd.
-std::map<std::int64_t, fs::path> files_of_pattern(const fs::path& pattern) {
-  const std::string name = pattern.filename().string();
-  const std::size_t percent = name.find('%');
-  const std::size_t conversion =
-      percent == std::string::npos ? percent : name.find_first_not_of("0123456789", percent + 1);
-  std::map<std::int64_t, fs::path> files;
-  if (conversion == std::string::npos || name[conversion] != 'd') return files;
-  const std::string before = name.substr(0, percent), after = name.substr(conversion + 1);
-  std::error_code error;
-  const fs::path folder = pattern.has_parent_path() ? pattern.parent_path() : fs::path(".");
-  for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
-       entry.increment(error)) {
-    const std::string candidate = entry->path().filename().string();
-    if (candidate.size() <= before.size() + after.size() || !candidate.starts_with(before) ||
-        !candidate.ends_with(after))
-      continue;
-    const std::string digits =
-        candidate.substr(before.size(), candidate.size() - before.size() - after.size());
-    constexpr std::size_t kMaxDigits = 15;
-    if (digits.size() > kMaxDigits || digits.find_first_not_of("0123456789") != std::string::npos)
-      continue;
-    files.emplace(std::stoll(digits), entry->path());
-  }
-  return files;
-}
-
 // Throws SourceError if the file is missing or cannot be decoded.
 std::unique_ptr<Frames> open_frames(const config::RigCamera& camera, const std::string& file,
                                     bool has_alpha = false) {
@@ -137,9 +118,9 @@ std::unique_ptr<Frames> open_frames(const config::RigCamera& camera, const std::
     throw_problems({{camera.name, fault, file + ": " + what}});
   };
   std::unique_ptr<Frames> frames;
-  if (file.find('%') != std::string::npos) {
-    std::map<std::int64_t, fs::path> files = files_of_pattern(file);
-    if (files.empty()) fail(SourceFault::not_found, "no file matches this pattern");
+  if (config::is_sequence(file)) {
+    std::map<std::int64_t, fs::path> files = config::pictures_of(file);
+    if (files.empty()) fail(SourceFault::not_found, "no picture has such a name");
     for (const auto& [index, path] : files)
       if (const auto why = base::why_unreadable(path))
         fail(SourceFault::not_found, path.filename().string() + ": " + *why);
@@ -204,6 +185,10 @@ class FileSource final : public ImageSource {
   }
   std::string last_error() const override { return last_error_; }
   std::optional<std::int64_t> first_number() const override { return frames_->first_number(); }
+  std::optional<std::int64_t> length() const override {
+    const std::optional<std::int64_t> count = frames_->count();
+    return count ? std::optional(*count - first_) : std::nullopt;
+  }
 
  private:
   std::string file_, last_error_;
@@ -228,32 +213,55 @@ cv::Size image_size(const config::RigCamera& camera, const std::string& file) {
   return first->size();
 }
 
-std::vector<cv::Mat> read_background(const config::RigCamera& camera, const std::string& file) {
-  const std::unique_ptr<Frames> frames = open_frames(camera, file);
-  // Some videos do not state their number of frames: then every second image is dropped, whenever
-  // there are too many.
-  const bool is_count_known = frames->count_guess() > 0;
+namespace {
+
+// The indices of at most kMaxBackgroundFrames of the frames, evenly spaced.
+std::vector<std::int64_t> evenly_spaced(const std::vector<std::int64_t>& indices) {
+  const std::size_t step = (indices.size() + kMaxBackgroundFrames - 1) / kMaxBackgroundFrames;
+  std::vector<std::int64_t> some;
+  for (std::size_t i = 0; i < indices.size(); i += step) some.push_back(indices[i]);
+  return some;
+}
+
+// The images of a video, evenly spaced. Some videos do not state their number of frames: then every
+// second image is dropped, whenever there are too many.
+std::vector<cv::Mat> images_of_video(Frames& video) {
+  const bool is_count_known = video.count_guess() > 0;
   std::int64_t step = std::max<std::int64_t>(
-      1, (frames->count_guess() + kMaxBackgroundFrames - 1) / kMaxBackgroundFrames);
+      1, (video.count_guess() + kMaxBackgroundFrames - 1) / kMaxBackgroundFrames);
   std::vector<cv::Mat> images;
-  for (std::int64_t index = 0;; index += step) {
-    if (int(images.size()) == kMaxBackgroundFrames) {
-      if (is_count_known) break;
+  const auto is_full = [&] { return int(images.size()) == kMaxBackgroundFrames; };
+  for (std::int64_t index = 0; !(is_count_known && is_full()); index += step) {
+    const std::optional<cv::Mat> image = video.at(index);
+    if (!image) {
+      if (video.count() && index >= *video.count()) break;
+      continue;
+    }
+    if (is_full()) {
       for (std::size_t i = 1; 2 * i < images.size(); ++i) images[i] = images[2 * i];
       images.resize(images.size() / 2);
       step *= 2;
     }
-    std::optional<cv::Mat> image = frames->at(index);
-    if (!image) {
-      if (frames->count() && index >= *frames->count()) break;
-      continue;
-    }
-    if (image->cols != camera.source.width_px || image->rows != camera.source.height_px)
-      throw_problems({{camera.name, SourceFault::wrong_size, size_problem(file, *image, camera)}});
     images.push_back(*image);
   }
+  return images;
+}
+
+}  // namespace
+
+std::vector<cv::Mat> read_background(const config::RigCamera& camera, const std::string& file) {
+  const std::unique_ptr<Frames> frames = open_frames(camera, file);
+  std::vector<cv::Mat> images;
+  if (const std::vector<std::int64_t> present = frames->present(); present.empty())
+    images = images_of_video(*frames);
+  else
+    for (const std::int64_t index : evenly_spaced(present))
+      if (const std::optional<cv::Mat> image = frames->at(index)) images.push_back(*image);
   if (images.empty())
     throw_problems({{camera.name, SourceFault::no_frames, file + ": cannot decode any frame"}});
+  for (const cv::Mat& image : images)
+    if (image.cols != camera.source.width_px || image.rows != camera.source.height_px)
+      throw_problems({{camera.name, SourceFault::wrong_size, size_problem(file, image, camera)}});
   return images;
 }
 

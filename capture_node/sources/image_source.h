@@ -1,10 +1,11 @@
 // A camera's image source. To add a camera type:
-//   1. common/config/capture/capture_config.h: add a struct to CameraSource,
-//   common/config/capture/source_reader.cpp
-//      reads it from the deployment file;
-//   2. here: add a function that opens it, and implement ImageSource in a file of this folder;
-//   3. capture_node/capture.cpp: open_source() calls that function.
+//   1. common/config/capture/capture_config.h: add a struct to CameraSource; has_clock() says
+//      whether it is a live camera;
+//   2. common/config/capture/source_reader.cpp: read_source() reads it from the deployment file;
+//   3. here: add a function that opens it, and implement ImageSource in a file of this folder;
+//   4. open_source.cpp calls that function.
 #pragma once
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -26,6 +27,10 @@ enum class ReadStatus {
   end,      // no frame follows
 };
 
+// The image of a device is missing if it comes later than this after the frame is due: ten periods
+// of a slow camera (20 Hz).
+inline constexpr std::chrono::milliseconds kImageTimeout{500};
+
 // One source per camera. At most one thread at a time may call it.
 class ImageSource {
  public:
@@ -33,9 +38,15 @@ class ImageSource {
   // Sets `bgr` to the image of `frame` >= 0: 8-bit BGR of the rig camera's captured size; pictures
   // that were opened for their alpha channel as the file has them, BGRA. Leaves
   // `bgr` unchanged unless the status is `image`. Files: `frame` counts from the first frame to be
-  // read; increasing frames are cheap, a smaller one reopens the file. Devices: waits a bounded
-  // time for the newest image not yet read, and ignores `frame`.
+  // read; increasing frames are cheap, the same one costs nothing, a smaller one reopens the file.
+  // Devices: the newest image not yet read, without waiting for one; `frame` is ignored.
   virtual ReadStatus read(std::int64_t frame, cv::Mat& bgr) = 0;
+  // Waits until `until` for a device's image that is not yet read, and less if it is known that
+  // none comes. Files do not wait.
+  virtual void wait_for_image(std::chrono::steady_clock::time_point) {}
+  // Returns the number of frames, counted like those of read(); nullopt if it is not known, as that
+  // of a video that was not yet read to its end, and of a device.
+  virtual std::optional<std::int64_t> length() const { return std::nullopt; }
   // Returns the time at which the camera took the last image (CLOCK_REALTIME) [ns]; 0 if the source
   // does not know it, as a file.
   virtual std::int64_t stamp_ns() const { return 0; }

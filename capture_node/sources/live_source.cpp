@@ -11,8 +11,6 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-// Ten periods of a slow camera (20 Hz). After this time the frame is missing.
-constexpr auto kImageTimeout = 500ms;
 // Between two attempts to open a stream again.
 constexpr auto kRetryPeriod = 500ms;
 // Lets the node exit within two seconds of Ctrl-C.
@@ -79,9 +77,10 @@ class Mailbox {
 
   // Waits for an image after the one with this number, a fault or the end. Returns whether there is
   // such an image.
-  bool wait_for_image(std::uint64_t after, std::chrono::milliseconds limit) {
+  bool wait_for_image(std::uint64_t after, Clock::time_point until) {
     std::unique_lock lock(mutex_);
-    changed_.wait_for(lock, limit, [&] { return newest_.number > after || fault_ || has_ended_; });
+    changed_.wait_until(lock, until,
+                        [&] { return newest_.number > after || fault_ || has_ended_; });
     return newest_.number > after;
   }
   Newest newest() {
@@ -172,7 +171,7 @@ class LiveSource final : public ImageSource {
       close();
       throw_problems({{camera.name, fault, name_ + ": " + what}});
     };
-    if (!mailbox_->wait_for_image(0, settings.first_image_timeout)) {
+    if (!mailbox_->wait_for_image(0, Clock::now() + settings.first_image_timeout)) {
       if (const auto fault = mailbox_->fault()) fail(fault->fault, fault->what);
       if (mailbox_->has_ended()) fail(SourceFault::no_frames, "has no image");
       const std::string hint = mailbox_->hint();
@@ -187,8 +186,11 @@ class LiveSource final : public ImageSource {
   }
   ~LiveSource() override { close(); }
 
+  void wait_for_image(Clock::time_point until) override {
+    mailbox_->wait_for_image(images_read_, until);
+  }
   ReadStatus read(std::int64_t, cv::Mat& bgr) override {
-    if (!mailbox_->wait_for_image(images_read_, kImageTimeout)) {
+    if (mailbox_->newest().number == images_read_) {
       if (mailbox_->has_ended()) return ReadStatus::end;
       const std::string hint = mailbox_->hint();
       const std::optional<StreamFault> fault = mailbox_->fault();

@@ -18,8 +18,8 @@ struct LiveSourceSettings {
 };
 
 // Opens the stream on a thread of its own, which keeps the newest image, and returns the source
-// after the first one. read() waits at most 0.5 s. After `lost` it returns `missing` at once, and
-// the thread tries every 0.5 s to open the stream again, until the camera is back.
+// after the first one. After `lost` wait_for_image() does not wait, and the thread tries every 0.5
+// s to open the stream again, until the camera is back.
 //
 // The destructor waits at most 1 s for the thread, also if stop() was called before. A thread that
 // a driver blocks then goes on alone, and ends after its next image.

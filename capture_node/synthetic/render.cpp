@@ -25,10 +25,10 @@ struct Piece {
 };
 
 void add_pieces(const hull::Capsule& whole, const SyntheticPart& part, std::vector<Piece>& pieces) {
-  constexpr double kMaxShadowLength_radii = 3;
+  constexpr double kMaxPieceLength_radii = 3;
   const Vector3d segment = whole.b_world_m - whole.a_world_m;
   const int n =
-      std::max(1, int(std::ceil(segment.norm() / (kMaxShadowLength_radii * whole.radius_m))));
+      std::max(1, int(std::ceil(segment.norm() / (kMaxPieceLength_radii * whole.radius_m))));
   for (int i = 0; i < n; ++i) {
     const Vector3d a = whole.a_world_m + (double(i) / n) * segment,
                    b = whole.a_world_m + (double(i + 1) / n) * segment;

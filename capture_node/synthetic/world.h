@@ -1,4 +1,4 @@
-// The real objects that synthetic cameras see. A person stands at y = -0.6 m and looks along +y
+// The real objects that synthetic cameras see. A person sits at y = -0.75 m and looks along +y
 // over a table top at z = 0; config::SyntheticActor names what the person does.
 #pragma once
 #include <vector>

@@ -37,7 +37,7 @@ void check_volume(YamlMap& map, const Rig& rig, const Eigen::AlignedBox3d& volum
 std::map<std::string, std::string> read_regions(YamlMap map, const Rig& rig, bool is_here) {
   std::map<std::string, std::string> regions;
   for (const std::string& camera : map.keys()) {
-    std::string path = read_image_path(map, camera, 0, is_here);
+    std::string path = read_image_path(map, camera, is_here);
     if (is_shape_camera(map, camera, rig)) regions[camera] = std::move(path);
   }
   map.finish();

@@ -37,6 +37,16 @@ void ObjectPixels::set_run(int u_px, int end_px, int v_px) {
   }
 }
 
+void ObjectPixels::add(const ObjectPixels& others) {
+  assert(others.width_px_ == width_px_ && others.height_px_ == height_px_);
+  for (std::size_t i = 0; i < words_.size(); ++i) words_[i] |= others.words_[i];
+}
+
+void ObjectPixels::remove(const ObjectPixels& others) {
+  assert(others.width_px_ == width_px_ && others.height_px_ == height_px_);
+  for (std::size_t i = 0; i < words_.size(); ++i) words_[i] &= ~others.words_[i];
+}
+
 void ObjectPixels::keep(const ObjectPixels& others) {
   assert(others.width_px_ == width_px_ && others.height_px_ == height_px_);
   for (std::size_t i = 0; i < words_.size(); ++i) words_[i] &= others.words_[i];
@@ -55,6 +65,13 @@ int ObjectPixels::find(int u_px, int end_px, int v_px, bool object) const {
 std::size_t ObjectPixels::count() const {
   std::size_t n = 0;
   for (const std::uint64_t word : words_) n += std::popcount(word);
+  return n;
+}
+
+std::size_t ObjectPixels::count_common(const ObjectPixels& others) const {
+  assert(others.width_px_ == width_px_ && others.height_px_ == height_px_);
+  std::size_t n = 0;
+  for (std::size_t i = 0; i < words_.size(); ++i) n += std::popcount(words_[i] & others.words_[i]);
   return n;
 }
 

@@ -49,8 +49,10 @@ class ObjectPixels {
   }
   void set(int u_px, int v_px, bool object = true);  // the pixel is inside the image
   void set_run(int u_px, int end_px, int v_px);      // sets [u, end) of row v, inside the image
-  // Clears the pixels that are not object pixels of `others`, which must have the same size.
-  void keep(const ObjectPixels& others);
+  // The following need `others` of the same size.
+  void add(const ObjectPixels& others);     // sets their object pixels
+  void remove(const ObjectPixels& others);  // clears their object pixels
+  void keep(const ObjectPixels& others);    // clears the pixels that are not their object pixels
   // Returns the first pixel of row v in [u, end) whose value is `object`, or end if there is none.
   int find(int u_px, int end_px, int v_px, bool object) const;
 
@@ -59,6 +61,8 @@ class ObjectPixels {
   std::span<std::uint64_t> mutable_words() { return words_; }
 
   std::size_t count() const;
+  // Number of object pixels that are also object pixels of `others`, which has the same size.
+  std::size_t count_common(const ObjectPixels& others) const;
   PixelRect bounds() const;                    // smallest rectangle that holds every object pixel
   std::vector<std::uint8_t> to_bytes() const;  // 0 or 255, row-major
 

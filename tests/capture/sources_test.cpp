@@ -85,6 +85,8 @@ TEST_F(Sources, AVideoIsOpenedAgainOnlyToGoBack) {
   EXPECT_FALSE(was_opened());
   EXPECT_EQ(shown(*source, 3), 4);
   EXPECT_TRUE(was_opened());
+  EXPECT_EQ(shown(*source, 3), 4);
+  EXPECT_FALSE(was_opened());
   close(watch);
 }
 
@@ -121,7 +123,7 @@ TEST_F(Sources, SequenceIgnoresOtherFiles) {
     const std::string file = (folder_ / pattern).string();
     const SourceProblem problem = problem_of([&] { open_file_source(camera(), {file, {}, 0}); });
     EXPECT_EQ(problem.fault, SourceFault::not_found);
-    EXPECT_EQ(problem.what, file + ": no file matches this pattern");
+    EXPECT_EQ(problem.what, file + ": no picture has such a name");
   }
 }
 
@@ -301,6 +303,25 @@ TEST_F(Sources, BackgroundTakesEveryNthFrameOfTheSequence) {
   EXPECT_EQ(levels(150), expected(3, 150));
 }
 
+// Pictures by tens, as a program numbers them that keeps every tenth image.
+TEST_F(Sources, BackgroundOfASequenceWithGapsIsThatOfItsPictures) {
+  for (int f = 0; f < 100; ++f)
+    cv::imwrite((folder_ / ("f" + std::to_string(10 * f) + ".bmp")).string(),
+                cv::Mat(48, 64, CV_8UC3, cv::Scalar::all(f)));
+  const std::vector<cv::Mat> images = read_background(camera(), (folder_ / "f%d.bmp").string());
+  ASSERT_EQ(images.size(), 50u);
+  for (std::size_t i = 0; i < images.size(); ++i)
+    EXPECT_EQ(images[i].at<cv::Vec3b>(0, 0)[0], 2 * i);
+}
+
+TEST_F(Sources, APercentSignInAFolderIsNoPattern) {
+  const fs::path folder = folder_ / "50%d";
+  fs::create_directories(folder);
+  cv::imwrite((folder / "f7.png").string(), picture(3));
+  for (const char* name : {"f7.png", "f%d.png"})
+    EXPECT_EQ(shown(*open_file_source(camera(), {(folder / name).string(), {}, 0}), 0), 3) << name;
+}
+
 // A stream of JPEG images has no header that states their number.
 TEST_F(Sources, BackgroundFramesOfAStreamWithoutALengthAreEvenlySpaced) {
   const auto levels = [&](int frames) {
@@ -317,7 +338,7 @@ TEST_F(Sources, BackgroundFramesOfAStreamWithoutALengthAreEvenlySpaced) {
       found.push_back(int(std::lround(cv::mean(image)[1])));
     return found;
   };
-  for (const auto& [frames, step] : {std::pair{5, 1}, {63, 1}, {65, 2}, {150, 4}}) {
+  for (const auto& [frames, step] : {std::pair{5, 1}, {64, 1}, {65, 2}, {150, 4}}) {
     const std::vector<int> found = levels(frames);
     ASSERT_EQ(std::ssize(found), (frames + step - 1) / step) << frames;
     for (int i = 0; i < std::ssize(found); ++i) EXPECT_NEAR(found[i], i * step, 1) << frames;

@@ -205,7 +205,7 @@ class V4l2 : public testing::Test {
   // Level of the next image; -1: missing.
   static int shown(ImageSource& source) {
     cv::Mat image;
-    const ReadStatus status = source.read(0, image);
+    const ReadStatus status = test::read_next(source, image);
     EXPECT_NE(status, ReadStatus::end);
     return status == ReadStatus::image ? int(image.at<cv::Vec3b>(0, 0)[0]) : -1;
   }
@@ -599,6 +599,38 @@ TEST_F(V4l2, CaptureNeedsAllImagesOfTheEmptyScene) {
         << error.what();
   }
   later.join();
+}
+
+// A silent camera delays one frame, not each of those until it is back.
+TEST_F(V4l2, CaptureWaitsOnceForASilentCamera) {
+  config::Rig rig;
+  rig.cameras = {camera()};
+  config::Viewer viewer;
+  viewer.path = {{0, {0, -0.8, 0.8}, {0, 0, 0.2}}};
+  config::CaptureConfig config;
+  config.sources["cam"] = config::V4l2Source{kDevice, config::LearnedBackground{"", 1}};
+  driver().go_on(picture(50));
+  Capture capture(rig, viewer, config, 30);
+  driver().pause();
+  driver().wait_until_taken();
+  const auto status = [&](int frame) { return capture.capture(frame, false).at(0).status; };
+  int frame = 0;
+  auto start = std::chrono::steady_clock::now();
+  if (status(frame++) == CaptureStatus::captured) {  // the last image
+    start = std::chrono::steady_clock::now();
+    EXPECT_EQ(status(frame++), CaptureStatus::missing);
+  }
+  EXPECT_GE(std::chrono::steady_clock::now() - start, kImageTimeout);
+  start = std::chrono::steady_clock::now();
+  for (int i = 0; i < 10; ++i) EXPECT_EQ(status(frame++), CaptureStatus::missing);
+  EXPECT_LT(std::chrono::steady_clock::now() - start, kImageTimeout);
+  driver().push({picture(60)});
+  driver().wait_until_taken();
+  EXPECT_EQ(status(frame++), CaptureStatus::captured);
+  start = std::chrono::steady_clock::now();
+  EXPECT_EQ(status(frame++), CaptureStatus::missing);
+  EXPECT_GE(std::chrono::steady_clock::now() - start, kImageTimeout) << "it may be slow";
+  driver().go_on();
 }
 
 // The camera pauses for longer than a read waits.

@@ -65,8 +65,10 @@ TEST_F(DeploymentFile, ACameraFindsItsObjectsInOneWay) {
   EXPECT_EQ(defaults.min_chroma, 0.3);
   using ::testing::HasSubstr;
   EXPECT_THAT(problems(nodes("alpha: false")), ElementsAre(HasSubstr("background is missing")));
-  EXPECT_THAT(problems(nodes("matte: x%d.png")),
-              ElementsAre(HasSubstr("x%d.png: there is no such file")));
+  EXPECT_THAT(
+      problems(nodes("matte: x%d.png")),
+      ElementsAre(HasSubstr("x%d.png: no picture has such a name; write %d where the name has its "
+                            "number")));
   EXPECT_THAT(problems(nodes("matte: a.png")),
               ElementsAre(HasSubstr("matte must be a video or a sequence such as mask_%04d.png")));
   EXPECT_TRUE(problems(nodes("background: a.png, alpha: false")).empty());

@@ -118,14 +118,20 @@ TEST(ObjectPixels, BoundsHoldEveryObjectPixelTightly) {
   }
 }
 
-TEST(ObjectPixels, KeepIsTheIntersection) {
+TEST(ObjectPixels, AreCombinedPixelByPixel) {
   Random random(8);
   const ObjectPixels a = random_pixels(random, 130, 7, 0.5), b = random_pixels(random, 130, 7, 0.5);
-  ObjectPixels both = a;
+  ObjectPixels both = a, either = a, first = a;
   both.keep(b);
+  either.add(b);
+  first.remove(b);
   for (int v = 0; v < 7; ++v)
-    for (int u = 0; u < 130; ++u)
+    for (int u = 0; u < 130; ++u) {
       ASSERT_EQ(both.contains(u, v), a.contains(u, v) && b.contains(u, v));
+      ASSERT_EQ(either.contains(u, v), a.contains(u, v) || b.contains(u, v));
+      ASSERT_EQ(first.contains(u, v), a.contains(u, v) && !b.contains(u, v));
+    }
+  EXPECT_EQ(a.count_common(b), both.count());
 }
 
 // The image is the union of the half-open squares of its pixels.

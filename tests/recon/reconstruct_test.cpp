@@ -438,6 +438,31 @@ TEST_F(Colour, TheCamerasThatSeeAPointDecideWhetherItOccludes) {
   EXPECT_EQ(HullColour(silhouettes, regions, {hull::Limits::seen, 3}).at(p, eye), kBlue);
 }
 
+// Without the rule, the camera that looks away would leave no hull that occludes.
+TEST_F(Colour, OfAReconstructionIsOccludedByTheHullOfItsRule) {
+  object.push_back({{0.15, 0, 0}, {0.15, 0, 0}, 0.04});
+  auto silhouettes = test::silhouettes_of(object, {at_x, at_y, at_z});
+  geometry::Camera away = at_z;
+  away.camera_from_world = geometry::look_at({0, 0, 1}, {0, 0, 2}, Vector3d::UnitY());
+  silhouettes.push_back({away, hull::ObjectPixels(away.pinhole.width_px, away.pinhole.height_px)});
+  const std::vector<hull::ColourRegion> regions{plain(at_x, test::whole_image(at_x), kBlue),
+                                                plain(at_y, test::whole_image(at_y), kRed)};
+  const hull::View view{{geometry::pinhole_from_fov(61, 45, 0.4),
+                         geometry::look_at({0.6, -0.6, 0}, {0.049, -0.01, 0})},
+                        0.05,
+                        3};
+  Reconstructor reconstructor(
+      {.backend = config::HullBackend::cpu, .hull_rule = {hull::Limits::seen, 3}}, kVolume);
+  const ReconTile tile =
+      reconstructor.reconstruct({silhouettes, {}, regions}, view, tiles_of(61, 45, 1, 1), true)
+          .front();
+  const auto centre =
+      std::size_t((22 - tile.covered.v0_px) * tile.covered.width_px() + 30 - tile.covered.u0_px);
+  ASSERT_LT(3 * centre, tile.bgr.size());
+  ASSERT_NE(tile.depth_m[centre], hull::kNoHull);
+  EXPECT_EQ((Bgr{tile.bgr[3 * centre], tile.bgr[3 * centre + 1], tile.bgr[3 * centre + 2]}), kRed);
+}
+
 TEST_F(Colour, IsInterpolatedBetweenPixelCentres) {
   hull::ColourRegion ramp = plain(at_x, {90, 60, 110, 90}, {});  // blue grows by 10 per pixel in u
   ramp.bgr.clear();

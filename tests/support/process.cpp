@@ -66,7 +66,12 @@ void Program::type(const std::string& keys) const {
   if (write(keyboard_, keys.data(), keys.size()) != ssize_t(keys.size())) perror("typing");
 }
 
-void Program::signal(int number) const { kill(pid_, number); }
+void Program::signal(int number) const {
+  kill(pid_, number);
+  siginfo_t info{};
+  // The threads stop one after the other. waitid() also returns if the program has ended.
+  if (number == SIGSTOP) waitid(P_PID, id_t(pid_), &info, WSTOPPED | WEXITED | WNOWAIT);
+}
 
 std::string Program::said() const { return file_text(log_); }
 

@@ -26,7 +26,7 @@ class Program {
   pid_t pid() const { return pid_; }
   // Writes the keys to the program's stdin; requires typed_to.
   void type(const std::string& keys) const;
-  void signal(int number) const;
+  void signal(int number) const;  // SIGSTOP: returns when the program has stopped
   // Returns the exit code, or 128 plus the signal; nullopt if the program still runs after
   // `timeout`.
   std::optional<int> wait_for_end(std::chrono::milliseconds timeout);

@@ -1,10 +1,8 @@
 // Nodes without messages, and messages without readers.
 #include <gtest/gtest.h>
 
-#include "common/base/timing.h"
 #include "common/pipeline/messages/view_messages.h"
 #include "common/pipeline/node/status_names.h"
-#include "tests/support/process/cpu_time.h"
 #include "tests/support/scripted/capture.h"
 
 namespace fivepipe::test {
@@ -13,16 +11,7 @@ namespace {
 const std::string kOneBox =
     "name: far\nobjects:\n  - {name: box, box: {size_m: [1, 1, 1]}, position_m: [9, 9, 9]}\n";
 
-class IdleNode : public ScriptedCapture {
- protected:
-  void expect_sleep() {
-    ASSERT_TRUE(reports_again()) << said();
-    const auto start = std::chrono::steady_clock::now();
-    const double before_s = cpu_s(program_->pid());
-    ASSERT_TRUE(reports_again()) << said();
-    EXPECT_LT(cpu_s(program_->pid()) - before_s, kMaxWaitingShare * base::seconds_since(start));
-  }
-};
+using IdleNode = ScriptedCapture;
 
 // The node sleeps until the first frame. Without readers of tiles no frame lacks its colour, and
 // without readers of costs there are no costs.

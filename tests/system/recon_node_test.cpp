@@ -8,6 +8,7 @@
 #include "common/config/deployment.h"
 #include "common/config/views.h"
 #include "common/hull/oracle/reference.h"
+#include "common/pipeline/frames/frame_set_assembler.h"
 #include "common/pipeline/messages/camera_messages.h"
 #include "common/pipeline/messages/view_messages.h"
 #include "common/pipeline/node/status_names.h"
@@ -211,6 +212,10 @@ class ReconNode : public ScriptedCapture {
   }
   // Compares a tile with the exact reference, and its header with the frame's.
   void expect_exact(const Tile& tile, std::int64_t later_ns = 0) const {
+    expect_exact(tile, later_ns, silhouettes_of(tile.frame));
+  }
+  void expect_exact(const Tile& tile, std::int64_t later_ns,
+                    const std::vector<hull::Silhouette>& silhouettes) const {
     const geometry::Pinhole recon = config::recon_pinhole(deployment_.viewer);
     EXPECT_EQ(tile.viewer, "viewer");
     EXPECT_EQ(tile.tiles, 4);
@@ -220,7 +225,6 @@ class ReconNode : public ScriptedCapture {
     EXPECT_EQ(tile.recon, recon);
     const int u0 = tile.tile % 2 * 12, v0 = tile.tile / 2 * 9;
     EXPECT_EQ(tile.rect, (hull::PixelRect{u0, v0, u0 + 12, v0 + 9}));
-    const std::vector<hull::Silhouette> silhouettes = silhouettes_of(tile.frame);
     const hull::View view{{recon, tile.eye_from_world}, kNear_m, kFar_m};
     for (int v = v0; v < v0 + 9; ++v)
       for (int u = u0; u < u0 + 12; ++u) {
@@ -559,6 +563,42 @@ TEST_F(ReconNode, NamesTheCamerasThatEmptyTheHull) {
   EXPECT_FALSE(report.diagnostics.contains("hull"));
   // An empty hull has no colour to miss: frames 0 and 2.
   EXPECT_EQ(report.counts.at("frames_without_colour"), 2u);
+}
+
+// Camera `side` sends nothing. Its capture_node decides whether frames go on without it.
+struct ReconNodeWithASilentCamera : ReconNode {
+  static constexpr std::uint64_t kFrames = frames::FrameSetAssembler::kLostAfterFrames + 1;
+  void send_frames(const std::string& lost_camera) {
+    start_with(kTwoWorkers + "  - {name: capture, program: capture_node, sources: synthetic, " +
+               "lost_camera: " + lost_camera + "}\n");
+    for (std::uint64_t frame = 1; frame <= kFrames; ++frame) {
+      send_pose(frame, {0, 0, 0, 0});
+      send_maps(frame, 0, "side");
+      if (frame % 5 == 0) wait_until_taken();  // a reader holds 8
+    }
+    wait_until_taken();
+  }
+};
+
+TEST_F(ReconNodeWithASilentCamera, GoesOnIfItsCaptureNodeDoes) {
+  send_frames("continue");
+  ASSERT_TRUE(has_handled(kFrames)) << said();
+  std::vector<hull::Silhouette> others = silhouettes_of(kFrames);
+  others.erase(others.begin() + 1);
+  ASSERT_EQ(tiles_of(kFrames).size(), 4u);
+  for (const Tile& tile : tiles_of(kFrames)) expect_exact(tile, 0, others);
+  EXPECT_TRUE(holds([&] {
+    return report().diagnostics.contains("lost cameras") &&
+           report().diagnostics.at("lost cameras") == "side; the hull uses only the other cameras";
+  })) << said();
+}
+
+TEST_F(ReconNodeWithASilentCamera, DropsItsFramesIfItsCaptureNodeDoes) {
+  send_frames("drop");
+  EXPECT_TRUE(holds([&] { return report().diagnostics.contains("lost cameras"); })) << said();
+  tiles_.take();
+  for (std::uint64_t frame = 1; frame <= kFrames; ++frame)
+    EXPECT_TRUE(tiles_of(frame).empty()) << frame;
 }
 
 // A restarted capture_node has other writers, and counts from 0 again.

@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "common/collision/oracle/triangle_reference.h"
+#include "common/pipeline/frames/frame_set_assembler.h"
 #include "common/pipeline/node/status_names.h"
 #include "sim_node/simulation/simulation.h"
 #include "tests/support/checked_gl_context.h"
@@ -94,11 +95,11 @@ class SimNode : public ScriptedCapture {
   Collected<bus::topics::VirtualState, State> states_{bus_, copied_state};
   Collected<bus::topics::HullComponents, Components> components_{bus_, copied_components};
 
-  // deployment: further keys of the deployment.
+  // deployment: further keys of the deployment. nodes: its other nodes.
   void start_with(const std::string& scene, const std::string& options = "",
-                  const std::string& deployment = "") {
+                  const std::string& deployment = "", const std::string& nodes = "") {
     const std::string path = three_cameras(
-        scene, "  - {name: simulation, program: sim_node" + options + "}\n", deployment);
+        scene, "  - {name: simulation, program: sim_node" + options + "}\n" + nodes, deployment);
     start("sim_node", "simulation", path);
     wait_for_readers(infos_, maps_, commands_);
     take();
@@ -270,6 +271,28 @@ TEST_F(SimNodeBesideTheBall, EveryCameraLimitsTheHullByDefault) {
   simulate(0);
   ASSERT_FALSE(collisions_of(0).empty());
   EXPECT_EQ(collisions_of(0).front().verdict, fivepipe_v1_free);
+}
+
+// Its capture_node decides whether the simulation goes on without a camera that sends nothing.
+TEST_F(SimNode, GoesOnWithoutALostCamera) {
+  start_with(kScene, "", "",
+             "  - {name: capture, program: capture_node, sources: synthetic, lost_camera: "
+             "continue}\n");
+  simulate(0);
+  constexpr std::uint64_t kLost = frames::FrameSetAssembler::kLostAfterFrames;
+  for (std::uint64_t frame = 1; frame < kLost; ++frame) {
+    send_maps(frame, 0, "side");
+    if (frame % 5 == 0) {
+      ASSERT_TRUE(reports_again()) << said();  // a reader holds 8
+    }
+  }
+  send_maps(kLost, 0, "side");
+  EXPECT_TRUE(holds([&] {
+    take();
+    return std::any_of(states_.all().begin(), states_.all().end(), [&](const State& state) {
+      return state.frame == kLost && state.capture_stamp_ns == stamp_of(kLost);
+    });
+  })) << said();
 }
 
 TEST_F(SimNode, TimeIsThatOfTheCaptures) {

@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "benchmarks/render/errors/avatar.h"
+#include "capture_node/synthetic/surroundings.h"
 
 namespace fivepipe::render_bench {
 

@@ -139,7 +139,8 @@ struct SegmentationConfig {
   int max_hole_px = 50;    // holes up to this area are filled
   int opening_px = 0;      // radius of the morphological opening; 0: none
   int closing_px = 0;      // radius of the morphological closing; 0: none
-  // Every pixel that differs is object: skips shadow, majority, hysteresis, areas and opening.
+  // Every pixel that differs is object: skips all steps that can drop one; see
+  // capture_node/segmentation/segmentation.h.
   bool conservative = false;
   // Time constant with which the background follows slow changes away from objects; 0: never.
   double adaptation_s = 0;

@@ -2,42 +2,59 @@
 
 #include <algorithm>
 #include <cctype>
-#include <filesystem>
 
 #include "common/base/readable_file.h"
-#include "common/base/regex.h"
 
 namespace fivepipe::config {
-namespace {
 
-// Returns a file of a sequence such as frame_%04d.png. Returns the pattern itself if it contains no
-// %d.
-std::string frame_of_sequence(const std::string& pattern, int index) {
-  static const base::Regex index_pattern("%(0?)([0-9]?)d");
-  const auto match = index_pattern.search(pattern);
-  if (!match) return pattern;
-  const std::string &zero = match->groups[1], &width_digit = match->groups[2];
-  std::string digits = std::to_string(index);
-  const std::size_t width = width_digit.empty() ? 0 : std::size_t(width_digit[0] - '0');
-  if (digits.size() < width) digits.insert(0, width - digits.size(), zero.empty() ? ' ' : '0');
-  return match->before + digits + match->after;
-}
+namespace fs = std::filesystem;
 
-}  // namespace
-
-std::string read_image_path(YamlMap& map, const std::string& key, int first_frame, bool is_here) {
+std::string read_image_path(YamlMap& map, const std::string& key, bool is_here) {
   const std::string path = map.path(key).string();
   if (path.empty() || !is_here) return path;
-  // Sequences start at 0 or at 1.
-  auto why = base::why_unreadable(frame_of_sequence(path, first_frame));
-  if (why && base::why_unreadable(frame_of_sequence(path, first_frame + 1)))
-    map.problem_at(key, key + ' ' + path + ": " + *why);
+  if (!is_sequence(path)) {
+    if (const auto why = base::why_unreadable(path))
+      map.problem_at(key, key + ' ' + path + ": " + *why);
+  } else if (pictures_of(path).empty()) {
+    map.problem_at(key, key + ' ' + path +
+                            ": no picture has such a name; write %d where the name has its number");
+  }
   return path;
 }
 
-bool is_single_picture(const std::string& path) {
-  if (path.find('%') != std::string::npos) return false;
-  std::string suffix = std::filesystem::path(path).extension().string();
+bool is_sequence(const fs::path& path) {
+  return path.filename().string().find('%') != std::string::npos;
+}
+
+std::map<std::int64_t, fs::path> pictures_of(const fs::path& sequence) {
+  const std::string name = sequence.filename().string();
+  const std::size_t percent = name.find('%');
+  const std::size_t conversion =
+      percent == std::string::npos ? percent : name.find_first_not_of("0123456789", percent + 1);
+  std::map<std::int64_t, fs::path> files;
+  if (conversion == std::string::npos || name[conversion] != 'd') return files;
+  const std::string before = name.substr(0, percent), after = name.substr(conversion + 1);
+  std::error_code error;
+  const fs::path folder = sequence.has_parent_path() ? sequence.parent_path() : fs::path(".");
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
+       entry.increment(error)) {
+    const std::string candidate = entry->path().filename().string();
+    if (candidate.size() <= before.size() + after.size() || !candidate.starts_with(before) ||
+        !candidate.ends_with(after))
+      continue;
+    const std::string digits =
+        candidate.substr(before.size(), candidate.size() - before.size() - after.size());
+    constexpr std::size_t kMaxDigits = 15;
+    if (digits.size() > kMaxDigits || digits.find_first_not_of("0123456789") != std::string::npos)
+      continue;
+    files.emplace(std::stoll(digits), entry->path());
+  }
+  return files;
+}
+
+bool is_single_picture(const fs::path& path) {
+  if (is_sequence(path)) return false;
+  std::string suffix = path.extension().string();
   std::transform(suffix.begin(), suffix.end(), suffix.begin(),
                  [](unsigned char c) { return char(std::tolower(c)); });
   return suffix == ".png" || suffix == ".jpg" || suffix == ".jpeg" || suffix == ".bmp" ||

@@ -35,7 +35,7 @@ ChromaKey read_chroma_key(YamlMap map) {
 
 // Reads how objects are found. A video needs one of the keys; a camera learns its background unless
 // it has another one.
-ObjectKey read_object_key(YamlMap& map, int first_frame, bool is_video, bool is_here) {
+ObjectKey read_object_key(YamlMap& map, bool is_video, bool is_here) {
   const std::vector<std::string> allowed =
       is_video ? std::vector<std::string>{kBackground, kMatte, kAlpha, kChroma}
                : std::vector<std::string>{kBackground, kChroma};
@@ -48,7 +48,7 @@ ObjectKey read_object_key(YamlMap& map, int first_frame, bool is_video, bool is_
                                            present[0], present[1]));
   if (map.has(kChroma)) return read_chroma_key(map.map(kChroma));
   if (is_video && map.has(kMatte)) {
-    MatteFile matte{read_image_path(map, kMatte, first_frame, is_here)};
+    MatteFile matte{read_image_path(map, kMatte, is_here)};
     if (is_single_picture(matte.file))
       map.problem_at(kMatte,
                      "matte must be a video or a sequence such as mask_%04d.png: one picture "
@@ -58,13 +58,13 @@ ObjectKey read_object_key(YamlMap& map, int first_frame, bool is_video, bool is_
   if (is_video && map.has(kAlpha) && map.flag(kAlpha)) return AlphaChannel{};
   LearnedBackground background;
   if (is_video || map.has(kBackground))
-    background.file = read_image_path(map, kBackground, 0, is_here);
+    background.file = read_image_path(map, kBackground, is_here);
   return background;
 }
 
 // Reads how the objects of a camera are found that delivers images while fivepipe runs.
 ObjectKey read_live_key(YamlMap& map, bool is_here) {
-  ObjectKey key = read_object_key(map, 0, false, is_here);
+  ObjectKey key = read_object_key(map, false, is_here);
   auto* const background = std::get_if<LearnedBackground>(&key);
   if (background && background->file.empty())
     background->frames =
@@ -88,7 +88,7 @@ V4l2Source read_v4l2(YamlMap& map, bool is_here) {
                      "format must have four characters, such as MJPG or YUYV (`fivepipe cameras` "
                      "lists those of the camera)");
   }
-  constexpr Range kRate_hz{1, 1000};
+  constexpr Range kRate_hz{3, 1000};  // an image later than 0.5 s after the last counts as missing
   if (map.has("rate_hz")) source.rate_hz = map.number("rate_hz", kRate_hz);
   source.key = read_live_key(map, is_here);
   return source;
@@ -137,8 +137,8 @@ GenicamSource read_genicam(YamlMap& map, bool is_here) {
 VideoSource read_video(YamlMap& map, bool is_here) {
   VideoSource source;
   source.first_frame = map.integer("first_frame", kFirstFrame, 0);
-  source.file = read_image_path(map, "video", source.first_frame, is_here);
-  source.key = read_object_key(map, source.first_frame, true, is_here);
+  source.file = read_image_path(map, "video", is_here);
+  source.key = read_object_key(map, true, is_here);
   return source;
 }
 

@@ -109,9 +109,10 @@ void FrameSetReader::report_lost_cameras() {
       lost.empty() ? ""
       : needed.empty()
           ? fmt::format("{}; the hull uses only the other cameras", fmt::join(lost, ", "))
-          : fmt::format("{}; frames without its object pixels are dropped, because lost_camera of "
-                        "its capture_node is not `continue`",
-                        fmt::join(needed, ", ")));
+          : fmt::format(
+                "{}; frames without the object pixels of {} are dropped, because lost_camera "
+                "of its capture_node is not `continue`",
+                fmt::join(lost, ", "), fmt::join(needed, ", ")));
 }
 
 std::vector<frames::FrameSet> FrameSetReader::take() {

@@ -45,7 +45,7 @@ class Genicam : public testing::Test {
   // Returns the colour of the next image, which is uniform; (0, 0, 0) if there is none.
   static cv::Vec3b colour(ImageSource& source) {
     cv::Mat image;
-    if (source.read(0, image) != ReadStatus::image) return {0, 0, 0};
+    if (test::read_next(source, image) != ReadStatus::image) return {0, 0, 0};
     EXPECT_EQ(image.type(), CV_8UC3);
     const cv::Vec3b first = image.at<cv::Vec3b>(0, 0);
     for (int v = 0; v < image.rows; ++v)
@@ -56,7 +56,7 @@ class Genicam : public testing::Test {
   static bool comes_back(ImageSource& source) {
     cv::Mat image;
     for (const auto until = Clock::now() + test::kCameraIsBack; Clock::now() < until;) {
-      if (source.read(0, image) == ReadStatus::image) return true;
+      if (test::read_next(source, image) == ReadStatus::image) return true;
       std::this_thread::sleep_for(5ms);
     }
     return false;
@@ -106,13 +106,14 @@ TEST_F(Genicam, AKilledCameraIsMissingWithinASecondAndComesBack) {
   cameras_.kill("B2");
   const auto killed = Clock::now();
   cv::Mat image;
-  while (second->read(0, image) == ReadStatus::image && Clock::now() < killed + 5s) continue;
+  while (test::read_next(*second, image) == ReadStatus::image && Clock::now() < killed + 5s)
+    continue;
   EXPECT_LT(Clock::now() - killed, 1s);
   EXPECT_EQ(second->last_error().rfind("B2: ", 0), 0u) << second->last_error();
   for (const auto until = Clock::now() + 3s; Clock::now() < until;) {
     EXPECT_EQ(colour(*first)[0], 90) << "the other camera goes on: " << first->last_error();
     const auto start = Clock::now();
-    EXPECT_EQ(second->read(0, image), ReadStatus::missing);
+    EXPECT_EQ(test::read_next(*second, image), ReadStatus::missing);
     EXPECT_LT(Clock::now() - start, 700ms);
   }
   EXPECT_EQ(second->last_error().rfind("B2: stopped delivering: ", 0), 0u) << second->last_error();

@@ -47,7 +47,7 @@ bool has_colour(const cv::Mat& image, const cv::Vec3b& bgr, int tolerance_levels
 // Reads until an image comes; false after 20 s.
 bool reads_image(ImageSource& source, cv::Mat& image) {
   for (const auto until = Clock::now() + 20s; Clock::now() < until;)
-    if (source.read(0, image) == ReadStatus::image) return true;
+    if (test::read_next(source, image) == ReadStatus::image) return true;
   return false;
 }
 
@@ -55,7 +55,8 @@ bool reads_image(ImageSource& source, cv::Mat& image) {
 ReadStatus status_after_images(ImageSource& source) {
   cv::Mat image;
   for (const auto until = Clock::now() + 20s; Clock::now() < until;)
-    if (const ReadStatus status = source.read(0, image); status != ReadStatus::image) return status;
+    if (const ReadStatus status = test::read_next(source, image); status != ReadStatus::image)
+      return status;
   return ReadStatus::image;
 }
 
@@ -137,7 +138,7 @@ TEST_F(Gstreamer, TheNewestImageReplacesOlderOnes) {
   cv::Mat image;
   for (int i = 0; i < 3; ++i) {
     std::this_thread::sleep_for(500ms);
-    ASSERT_EQ(source->read(0, image), ReadStatus::image);
+    ASSERT_EQ(test::read_next(*source, image), ReadStatus::image);
     EXPECT_LT(1e-6 * double(base::now_realtime_ns() - source->stamp_ns()), 150);
   }
 }
@@ -149,7 +150,7 @@ TEST_F(Gstreamer, APipelineThatIsNotLiveEnds) {
   EXPECT_EQ(status_after_images(*source), ReadStatus::end);
   EXPECT_GE(Clock::now() - start, 800ms);
   cv::Mat image;
-  EXPECT_EQ(source->read(0, image), ReadStatus::end);
+  EXPECT_EQ(test::read_next(*source, image), ReadStatus::end);
 }
 
 TEST_F(Gstreamer, ALiveStreamThatEndsOrFailsIsMissingAndComesBack) {
@@ -176,7 +177,7 @@ TEST_F(Gstreamer, AFileThatFailsStaysMissing) {
   EXPECT_EQ(status_after_images(*source), ReadStatus::missing);
   cv::Mat image;
   for (const auto until = Clock::now() + 1500ms; Clock::now() < until;)
-    ASSERT_EQ(source->read(0, image), ReadStatus::missing);
+    ASSERT_EQ(test::read_next(*source, image), ReadStatus::missing);
   EXPECT_FALSE(source->is_live());
 }
 

@@ -86,7 +86,7 @@ class LiveSources : public testing::Test {
   // Level of the next image; -1: missing, -2: end.
   static int shown(ImageSource& source) {
     cv::Mat read;
-    const ReadStatus status = source.read(0, read);
+    const ReadStatus status = test::read_next(source, read);
     if (status != ReadStatus::image) return status == ReadStatus::missing ? -1 : -2;
     return int(read.at<cv::Vec3b>(0, 0)[0]);
   }
@@ -197,6 +197,20 @@ TEST_F(LiveSources, APauseIsExplainedByTheHintOfTheStream) {
   const auto source = open_live_source(camera(), {.name = "device"}, std::move(stream));
   EXPECT_EQ(shown(*source), -1);
   EXPECT_EQ(source->last_error(), "device: no image within 0.5 s: packets are lost");
+}
+
+TEST_F(LiveSources, ReadDoesNotWait) {
+  script_->push(image(10));
+  const auto source = opened();
+  const auto start = Clock::now();
+  cv::Mat bgr;
+  EXPECT_EQ(source->read(0, bgr), ReadStatus::missing) << "opening has read the first image";
+  source->wait_for_image(start);
+  EXPECT_LT(Clock::now() - start, 250ms);
+  script_->push(image(20));
+  source->wait_for_image(Clock::now() + 10s);
+  EXPECT_EQ(source->read(0, bgr), ReadStatus::image);
+  EXPECT_LT(Clock::now() - start, 5s);
 }
 
 // Ten blocked drivers end in the time of one.

@@ -73,8 +73,8 @@ TEST(Command, MapsDoNotStartAFileAgain) {
   for (const std::string beyond : {"3", "9999"}) {
     const Answer none = fivepipe(maps + " --frame " + beyond);
     EXPECT_EQ(none.exit_code, 1);
-    EXPECT_TRUE(test::contains(none.text,
-                               "camera left: no image of frame " + beyond + ": its file has ended"))
+    EXPECT_TRUE(test::contains(
+        none.text, "camera left: no image of frame " + beyond + ": its images have ended"))
         << none.text;
     EXPECT_FALSE(fs::exists(folder.path / "out"));
   }
@@ -178,8 +178,9 @@ TEST(Command, MapsHaveTheObjectPixelsAndTheCamerasOfOneFrame) {
   for (const int frame : {0, 2}) {
     const Answer answer = pictures.maps(frame == 0 ? "" : "--frame 2");
     ASSERT_EQ(answer.exit_code, 0) << answer.text;
-    for (const char* line : {"left: 2.5 % object pixels\n", "right: 2.5 % object pixels\n",
-                             ": background, 33 %", ": background, 100 %   \n"})
+    for (const char* line :
+         {"left: 2.5 % object pixels\n", "right: 2.5 % object pixels\n",
+          ": source and background, 33 %", ": source and background, 100 %   \n"})
       EXPECT_TRUE(test::contains(answer.text, line)) << line << '\n' << answer.text;
     EXPECT_FALSE(test::contains(answer.text, "above: 2.5")) << answer.text;
     std::string pixels = "P4\n50 40\n" + std::string(7 * 40, '\0');
@@ -293,6 +294,8 @@ TEST(Command, SegmentWritesMasksOverlaysAndSettings) {
   EXPECT_EQ(segment(background + "--frames 1 --set min_object_px=51 --set jitter_px=0").exit_code,
             0);
   EXPECT_EQ(cv::countNonZero(cv::imread((out / "masks/000001.png").string(), 0)), 0);
+  for (const char* pictures_of : {"masks", "overlays"})
+    EXPECT_FALSE(fs::exists(out / pictures_of / "000002.png")) << "of the run before";
   EXPECT_EQ(test::text_of(out / "segmentation.yaml"), "min_object_px: 51\njitter_px: 0\n");
   const Answer wrong = segment(background + "--set jitter_px=0 --set jitter=1");
   EXPECT_EQ(wrong.exit_code, 2);
@@ -331,7 +334,7 @@ TEST(Command, ErrorsOfMapsHaveTheirExitCode) {
           .exit_code,
       0)
       << "--set takes one word";
-  expect("--set data=a=b", 2, "a=bf%d.ppm: there is no such file");
+  expect("--set data=a=b", 2, "a=bf%d.ppm: no picture has such a name");
   pictures.write_deployment("render_node", "");
   expect("", 1,
          (pictures.folder / "deployment.yaml").string() + ": the deployment has no capture_node");

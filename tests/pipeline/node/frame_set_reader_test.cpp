@@ -200,7 +200,18 @@ TEST_F(ThreeCameras, NamesALostCameraUntilItReturns) {
   }
 }
 
-TEST_F(FrameSetReaderTest, NamesALostCameraWithoutWhichNoSetIsComplete) {
+// Two cameras that see a point and their object there suffice for a hull.
+TEST_F(ThreeCameras, AnEmptyCameraEmptiesNoHullOfTwoOthersThatSeeIt) {
+  reader_.emplace(bus_, rig_, *status_, FrameSetOptions{{hull::Limits::seen, 2}, false, {}});
+  for (const std::size_t camera : {0, 1, 2}) publish_map(camera, 0, 1'000'000, camera != 1);
+  EXPECT_EQ(take_frame(0).empty_cameras, std::vector<std::string>{"c1"});
+  const Stated stated = final_status();
+  EXPECT_EQ(stated.diagnostics, Texts{});
+  EXPECT_EQ(stated.empty_cameras, Counts{});
+}
+
+TEST_F(ThreeCameras, NamesALostCameraWithoutWhichNoSetIsComplete) {
+  reader_.emplace(bus_, rig_, *status_, FrameSetOptions{{}, false, {"c1"}});
   for (std::uint64_t frame = 0; frame < 20; ++frame) {
     publish_map(0, frame);
     EXPECT_TRUE(reader_->take().empty());
@@ -215,8 +226,8 @@ TEST_F(FrameSetReaderTest, NamesALostCameraWithoutWhichNoSetIsComplete) {
   }));
   EXPECT_EQ(final_status().diagnostics,
             (Texts{{"lost cameras",
-                    "c1; frames without its object pixels are dropped, because lost_camera of its "
-                    "capture_node is not `continue`"}}));
+                    "c1, c2; frames without the object pixels of c2 are dropped, because "
+                    "lost_camera of its capture_node is not `continue`"}}));
 }
 
 TEST_F(FrameSetReaderTest, DropsMessagesThatDoNotFitTheRigAndNamesTheirSender) {

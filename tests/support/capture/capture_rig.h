@@ -46,15 +46,20 @@ inline std::vector<hull::Capsule> synthetic_object(const config::SyntheticWorld&
   return object;
 }
 
+// Reads the next image of a device, for which it waits as capture_node does.
+inline capture::ReadStatus read_next(capture::ImageSource& source, cv::Mat& bgr) {
+  source.wait_for_image(std::chrono::steady_clock::now() + capture::kImageTimeout);
+  return source.read(0, bgr);
+}
+
 // Pixels set in both maps.
-inline hull::ObjectPixels both(const hull::ObjectPixels& a, const hull::ObjectPixels& b) {
-  hull::ObjectPixels result = a;
-  for (std::size_t i = 0; i < result.words().size(); ++i) result.mutable_words()[i] &= b.words()[i];
-  return result;
+inline hull::ObjectPixels both(hull::ObjectPixels a, const hull::ObjectPixels& b) {
+  a.keep(b);
+  return a;
 }
 // Number of pixels of `a` that are not set in `b`.
 inline std::size_t count_not_in(const hull::ObjectPixels& a, const hull::ObjectPixels& b) {
-  return a.count() - both(a, b).count();
+  return a.count() - a.count_common(b);
 }
 
 // A synthetic camera and its segmenter, with a learned background.

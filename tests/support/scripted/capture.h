@@ -67,13 +67,16 @@ viewer:
     }
     return silhouettes;
   }
-  // later_ns: added to the frame's stamp.
-  void send_maps(std::uint64_t frame, std::int64_t later_ns = 0) {
+  // later_ns: added to the frame's stamp. silent: the name of a camera without a map.
+  void send_maps(std::uint64_t frame, std::int64_t later_ns = 0, const std::string& silent = "") {
     std::size_t camera = 0;
-    for (const hull::Silhouette& silhouette : silhouettes_of(frame))
-      deliver(maps_, messages::map_message(deployment_.rig.cameras[camera++].name, frame,
-                                           stamp_of(frame) + later_ns, silhouette.pixels)
-                         .message());
+    for (const hull::Silhouette& silhouette : silhouettes_of(frame)) {
+      const std::string& name = deployment_.rig.cameras[camera++].name;
+      if (name == silent) continue;
+      deliver(maps_,
+              messages::map_message(name, frame, stamp_of(frame) + later_ns, silhouette.pixels)
+                  .message());
+    }
   }
 };
 

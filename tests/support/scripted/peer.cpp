@@ -4,9 +4,11 @@
 
 #include <fstream>
 
+#include "common/base/timing.h"
 #include "common/config/deployment.h"
 #include "common/pipeline/messages/bad_message.h"
 #include "common/recording/replay/node_inputs.h"
+#include "tests/support/process/cpu_time.h"
 
 namespace fivepipe::test {
 namespace {
@@ -111,6 +113,14 @@ const NodeReport& ScriptedPeer::report() {
 bool ScriptedPeer::reports_again(int count) {
   const std::uint64_t before = reports_;
   return holds([&] { return reports_ >= before + std::uint64_t(count); });
+}
+
+void ScriptedPeer::expect_sleep() {
+  ASSERT_TRUE(reports_again()) << said();
+  const auto start = std::chrono::steady_clock::now();
+  const double before_s = cpu_s(program_->pid());
+  ASSERT_TRUE(reports_again()) << said();
+  EXPECT_LT(cpu_s(program_->pid()) - before_s, kMaxWaitingShare * base::seconds_since(start));
 }
 
 NodeReport ScriptedPeer::ended() {

@@ -102,6 +102,8 @@ class ScriptedPeer : public RecordingTest {
   // Waits until the node has published `count` further statuses.
   bool reports_again(int count = 1);
   const std::vector<TracedFrame>& traces() { return traces_.take(); }
+  // Expects that the node uses hardly any CPU time between two of its statuses.
+  void expect_sleep();
   // Sends SIGTERM and waits for the exit code 0. Returns the final report.
   NodeReport ended();
   // Waits until the node has ended by itself.

@@ -607,9 +607,9 @@ TEST_F(CaptureNode, NamesMissingImagesAndEmptyMaps) {
   EXPECT_EQ(report.diagnostics.contains("camera left"), poses_.all().back().frame % 5 >= 3);
   EXPECT_EQ(report.diagnostics.contains("camera right"), poses_.all().back().frame % 5 == 2);
   // The progress of the start, which the status does not keep.
-  for (const char* text :
-       {"start: camera ", ": background, 30 %", ": background, 60 %", ": background, 100 %",
-        "start: precomputing frames, 20 %", "start: precomputing frames, 100 %"})
+  for (const char* text : {"start: camera ", ": source and background, 30 %",
+                           ": source and background, 60 %", ": source and background, 100 %",
+                           "start: precomputing frames, 20 %", "start: precomputing frames, 100 %"})
     EXPECT_NE(said().find(text), std::string::npos) << text << '\n' << said();
   EXPECT_FALSE(report.diagnostics.contains("start"));
 }

@@ -8,6 +8,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <thread>
 
+#include "common/base/realtime.h"
 #include "common/config/deployment.h"
 #include "common/pipeline/messages/camera_messages.h"
 #include "common/pipeline/messages/view_messages.h"
@@ -99,7 +100,7 @@ class FollowingNode : public ScriptedPeer {
     });
     for (const Map& map : maps_.all()) {
       EXPECT_EQ(map.camera, "right");
-      EXPECT_EQ(map.region, square_of(map.frame)) << map.frame;
+      EXPECT_EQ(map.region, square_of(map.frame % kPictures)) << map.frame;
       EXPECT_EQ(map.capture_stamp_ns, stamp_of(map.frame)) << "the time of the first node";
     }
     return arrived;
@@ -131,6 +132,28 @@ TEST_F(FollowingNode, CapturesTheNewestFrameIfItIsSlow) {
   // The node may have found the first poses before the others.
   EXPECT_GE(drops_of(report, "pipeline_busy"), 1u);
   EXPECT_EQ(drops_of(report, "pipeline_busy") + report.counts.at("frames_captured"), 5u);
+}
+
+// The file begins again at the same frame as that of the first node, whichever frames this node has
+// captured.
+TEST_F(FollowingNode, ShowsThePictureOfTheFrameAfterTheEndOfItsFile) {
+  for (const std::uint64_t frame : {1, 13, 14, 27}) {
+    send_pose(frame);
+    EXPECT_TRUE(has_map(frame)) << frame << said();
+  }
+}
+
+// The node also reads what the render_node has composited.
+TEST_F(FollowingNode, SleepsBetweenFrames) {
+  auto composited = bus_.writer<bus::topics::FrameComposited>();
+  wait_for_readers(composited);
+  send_pose(0);
+  EXPECT_TRUE(has_map(0));
+  fivepipe_v1_FrameComposited message{};
+  messages::set_text(message.viewer, deployment_.viewer.name);
+  message.capture_stamp_ns = message.composited_stamp_ns = base::now_realtime_ns();
+  deliver(composited, message);
+  expect_sleep();
 }
 
 struct FollowingNodeWithoutClock : FollowingNode {
