@@ -44,29 +44,20 @@ void ParticleHullContact::begin(const CurrentHull& hull, double step_s, double b
 std::uint64_t ParticleHullContact::step(const config::ParticleSource& source,
                                         ParticleSet& particles) const {
   std::uint64_t touches = 0;
-  // Of the particles in the box of a part.
-  std::vector<std::size_t> indices;
-  std::vector<Vector3d> p_newest_m;
-  std::vector<std::optional<hull::SurfaceNearby>> surfaces;
   for (const PlacedPart& part : parts_) {
     const Eigen::AlignedBox3d box_m(part.box_world_m.min().array() - source.radius_m,
                                     part.box_world_m.max().array() + source.radius_m);
     const Eigen::Matrix3d end_from_newest = part.newest_from_end.linear().transpose();
-    indices.clear();
-    p_newest_m.clear();
-    for (std::size_t i = 0; i < particles.size(); ++i) {
-      const Vector3d p_m = part.newest_from_end * particles.p_world_m[i];
-      if (!box_m.contains(p_m)) continue;
-      indices.push_back(i);
-      p_newest_m.push_back(p_m);
-    }
-    surfaces.resize(indices.size());
+    std::vector<Vector3d> p_newest_m(particles.size());
+    for (std::size_t i = 0; i < particles.size(); ++i)
+      p_newest_m[i] = part.newest_from_end * particles.p_world_m[i];
+    std::vector<std::optional<hull::SurfaceNearby>> surfaces(particles.size());
     distance_->near(p_newest_m, source.radius_m, surfaces);
-    for (std::size_t k = 0; k < indices.size(); ++k) {
-      if (!surfaces[k]) continue;
-      const std::size_t i = indices[k];
+    for (std::size_t i = 0; i < particles.size(); ++i) {
+      const auto& surface = surfaces[i];
+      if (!surface || !box_m.contains(p_newest_m[i])) continue;
       touches += respond(source,
-                         {end_from_newest * surfaces[k]->normal_world, surfaces[k]->distance_m,
+                         {end_from_newest * surface->normal_world, surface->distance_m,
                           part.velocity.at(particles.p_world_m[i])},
                          particles.p_world_m[i], particles.v_world_m_s[i]);
     }
