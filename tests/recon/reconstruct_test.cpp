@@ -318,6 +318,22 @@ struct Colour : ::testing::Test {
       at_y{geometry::pinhole_from_fov(200, 150, 0.8), geometry::look_at({0, -1, 0}, {0, 0, 0})};
   geometry::Camera at_z{geometry::pinhole_from_fov(200, 150, 0.8),
                         geometry::look_at({0, 0, 1}, {0, 0, 0}, Vector3d::UnitX())};
+
+  // Those of the three cameras with a ball between the object and the blue camera, and of a fourth
+  // camera that looks away.
+  std::vector<hull::Silhouette> occluded_silhouettes() {
+    object.push_back({{0.15, 0, 0}, {0.15, 0, 0}, 0.04});
+    auto silhouettes = test::silhouettes_of(object, {at_x, at_y, at_z});
+    geometry::Camera away = at_z;
+    away.camera_from_world = geometry::look_at({0, 0, 1}, {0, 0, 2}, Vector3d::UnitY());
+    silhouettes.push_back(
+        {away, hull::ObjectPixels(away.pinhole.width_px, away.pinhole.height_px)});
+    return silhouettes;
+  }
+  std::vector<hull::ColourRegion> blue_and_red() const {
+    return {plain(at_x, test::whole_image(at_x), kBlue),
+            plain(at_y, test::whole_image(at_y), kRed)};
+  }
 };
 
 TEST_F(Colour, WeightsTheCameraClosestToTheEyeDirection) {
@@ -422,13 +438,8 @@ TEST_F(Colour, OccludedCamerasAreUsedLast) {
 
 // A camera that looks away limits nothing, so the ball in front of the blue camera still occludes.
 TEST_F(Colour, TheCamerasThatSeeAPointDecideWhetherItOccludes) {
-  object.push_back({{0.15, 0, 0}, {0.15, 0, 0}, 0.04});
-  auto silhouettes = test::silhouettes_of(object, {at_x, at_y, at_z});
-  geometry::Camera away = at_z;
-  away.camera_from_world = geometry::look_at({0, 0, 1}, {0, 0, 2}, Vector3d::UnitY());
-  silhouettes.push_back({away, hull::ObjectPixels(away.pinhole.width_px, away.pinhole.height_px)});
-  const std::vector<hull::ColourRegion> regions{plain(at_x, test::whole_image(at_x), kBlue),
-                                                plain(at_y, test::whole_image(at_y), kRed)};
+  auto silhouettes = occluded_silhouettes();
+  const std::vector<hull::ColourRegion> regions = blue_and_red();
   const Vector3d p = 0.05 * Vector3d(1, -0.2, 0).normalized(), eye(1, -0.3, 0);
   EXPECT_EQ(HullColour(silhouettes, regions, {hull::Limits::seen, 3}).at(p, eye), kRed);
   EXPECT_EQ(HullColour(silhouettes, regions, {hull::Limits::seen, 4}).at(p, eye), kBlue)
@@ -440,13 +451,8 @@ TEST_F(Colour, TheCamerasThatSeeAPointDecideWhetherItOccludes) {
 
 // Without the rule, the camera that looks away would leave no hull that occludes.
 TEST_F(Colour, OfAReconstructionIsOccludedByTheHullOfItsRule) {
-  object.push_back({{0.15, 0, 0}, {0.15, 0, 0}, 0.04});
-  auto silhouettes = test::silhouettes_of(object, {at_x, at_y, at_z});
-  geometry::Camera away = at_z;
-  away.camera_from_world = geometry::look_at({0, 0, 1}, {0, 0, 2}, Vector3d::UnitY());
-  silhouettes.push_back({away, hull::ObjectPixels(away.pinhole.width_px, away.pinhole.height_px)});
-  const std::vector<hull::ColourRegion> regions{plain(at_x, test::whole_image(at_x), kBlue),
-                                                plain(at_y, test::whole_image(at_y), kRed)};
+  const auto silhouettes = occluded_silhouettes();
+  const std::vector<hull::ColourRegion> regions = blue_and_red();
   const hull::View view{{geometry::pinhole_from_fov(61, 45, 0.4),
                          geometry::look_at({0.6, -0.6, 0}, {0.049, -0.01, 0})},
                         0.05,

@@ -142,7 +142,8 @@ struct SegmentationConfig {
   // Every pixel that differs is object: skips all steps that can drop one; see
   // capture_node/segmentation/segmentation.h.
   bool conservative = false;
-  // Time constant with which the background follows slow changes away from objects; 0: never.
+  // Time constant [s] with which the background follows slow changes: of the whole image's
+  // brightness everywhere, others away from objects; 0: never.
   double adaptation_s = 0;
   // Object pixels are only searched where the camera sees this world box; without it, everywhere.
   std::optional<Eigen::AlignedBox3d> volume_m;
