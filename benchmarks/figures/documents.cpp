@@ -31,6 +31,7 @@ const std::map<std::string, Block>& blocks() {
     std::map<std::string, Block> of_all{{"machine", machine},
                                         {"hull output", text_of("hull")},
                                         {"collision output", text_of("collision")},
+                                        {"capture output", text_of("capture")},
                                         {"render output", text_of("render")},
                                         {"sim output", text_of("sim")},
                                         {"features output", text_of("features")},
