@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <exception>
 #include <mutex>
 #include <opencv2/core/utility.hpp>
 #include <thread>
@@ -29,23 +28,6 @@ constexpr std::size_t kMinCameras = 2;
 // Leaves the other cores to the other nodes.
 constexpr std::size_t kMaxThreads = 2;
 
-// Calls work(i) for each i < count on the pool's threads. Rethrows the first exception after all
-// calls have returned, because the pool's own work must not throw.
-template <class Work>
-void in_parallel(base::WorkerPool& pool, std::size_t count, const Work& work) {
-  std::mutex mutex;
-  std::exception_ptr failure;
-  pool.run(int(count), [&](int i, int) {
-    try {
-      work(std::size_t(i));
-    } catch (...) {
-      const std::lock_guard lock(mutex);
-      if (!failure) failure = std::current_exception();
-    }
-  });
-  if (failure) std::rethrow_exception(failure);
-}
-
 // Returns the image without its alpha channel. Returns an empty image if it is not 8-bit BGR or
 // BGRA.
 cv::Mat bgr_of(const cv::Mat& image) {
@@ -71,7 +53,7 @@ struct Capture::Channel {
   std::unique_ptr<ObjectFinder> finder;
   FrozenCamera frozen;
   hull::ObjectPixels outside_published;
-  bool is_silent = false;  // its image of the last frame was missing, and may still come
+  bool is_silent = false;  // no image of it arrived for the last frame
   // Only the other cameras have it: the published pixels that the captured image sees.
   hull::ObjectPixels seen;
 };
@@ -103,7 +85,7 @@ void Capture::open_channels(const Progress& progress) {
   std::mutex mutex;
   std::size_t done = 0;
   std::vector<SourceProblem> problems;
-  in_parallel(pool_, channels_.size(), [&](std::size_t i) {
+  base::in_parallel(pool_, channels_.size(), [&](std::size_t i) {
     Channel& channel = *channels_[i];
     const std::string& name = channel.camera->name;
     std::vector<SourceProblem> of_camera;
@@ -166,7 +148,9 @@ void Capture::prepare(Channel& channel) const {
 // One camera's image of a frame.
 struct Capture::RawCapture {
   CapturedCamera result;
-  cv::Mat image;  // empty if there is none, or if nothing is computed from it
+  std::optional<ReadStatus> status;  // nullopt: nobody reads the camera
+  std::int64_t taken_ns = 0;         // 0: the source has no clock
+  cv::Mat image;                     // empty if there is none, or if nothing is computed from it
   geometry::Camera published;
   bool is_lost = false;  // the camera gives shape and may deliver again
 };
@@ -227,37 +211,60 @@ bool Capture::waited_for_lost(const std::vector<RawCapture>& raw_captures, std::
   return has_waited;
 }
 
-// Waits for the cameras together, so that their newest images are of one time. A camera that was
-// missing before does not delay the others again.
+bool Capture::is_read(const Channel& channel, bool want_colour) {
+  return channel.finder || (want_colour && channel.camera->gives_colour);
+}
+
+// Waits for the cameras together. A camera that was silent before does not delay the others again.
 void Capture::wait_for_images(bool want_colour) const {
   const auto now = std::chrono::steady_clock::now();
   for (const std::unique_ptr<Channel>& channel : channels_)
-    if (channel->finder || (want_colour && channel->camera->gives_colour))
-      channel->source->wait_for_image(channel->is_silent ? now : now + kImageTimeout);
+    if (is_read(*channel, want_colour))
+      channel->is_silent =
+          !channel->source->wait_for_image(channel->is_silent ? now : now + kImageTimeout);
 }
 
-Capture::RawCapture Capture::raw_capture(Channel& channel, std::int64_t frame, std::int64_t index,
-                                         std::int64_t now_ns, bool want_colour) const {
+void Capture::read_image(Channel& channel, std::int64_t index, RawCapture& raw_capture) {
+  const auto start = std::chrono::steady_clock::now();
+  raw_capture.status = channel.source->read(index, raw_capture.image);
+  if (raw_capture.status == ReadStatus::image) raw_capture.taken_ns = channel.source->stamp_ns();
+  raw_capture.result.read_s = base::seconds_since(start);
+}
+
+// Reads the newest image of each device, which takes no time, one after the other, so that they are
+// of one time. Decodes files and segments in parallel.
+std::vector<Capture::RawCapture> Capture::capture_all(std::int64_t frame, std::int64_t index,
+                                                      std::int64_t stamp_ns, bool want_colour) {
+  wait_for_images(want_colour);
+  const std::int64_t now_ns = stamp_ns ? stamp_ns : base::now_realtime_ns();
+  std::vector<RawCapture> raw_captures(channels_.size());
+  for (std::size_t i = 0; i < channels_.size(); ++i)
+    if (is_read(*channels_[i], want_colour) && channels_[i]->source->is_live())
+      read_image(*channels_[i], index, raw_captures[i]);
+  base::in_parallel(pool_, channels_.size(), [&](std::size_t i) {
+    if (is_read(*channels_[i], want_colour) && !raw_captures[i].status)
+      read_image(*channels_[i], index, raw_captures[i]);
+    segment(*channels_[i], frame, index, now_ns, raw_captures[i]);
+  });
+  return raw_captures;
+}
+
+void Capture::segment(Channel& channel, std::int64_t frame, std::int64_t index, std::int64_t now_ns,
+                      RawCapture& raw_capture) const {
   const config::RigCamera& camera = *channel.camera;
-  RawCapture raw_capture;
   CapturedCamera& result = raw_capture.result;
   result.camera = camera.name;
   raw_capture.published = config::published_camera(
       camera, config::eye_from_world_at(viewer_, double(frame) / frame_rate_hz_));
-  if (!channel.finder && !(want_colour && camera.gives_colour)) return raw_capture;
-  const auto start = std::chrono::steady_clock::now();
-  const ReadStatus status = channel.source->read(index, raw_capture.image);
-  result.read_s = base::seconds_since(start);
-  const std::int64_t taken_ns = status == ReadStatus::image ? channel.source->stamp_ns() : 0;
-  result.image_stamp_ns = taken_ns ? taken_ns : now_ns;
-  result.has_clock = taken_ns != 0;
-  channel.is_silent = status == ReadStatus::missing && channel.source->is_live();
-  if (status != ReadStatus::image) {
-    result.status = status == ReadStatus::end ? CaptureStatus::ended : CaptureStatus::missing;
-    result.reason =
-        status == ReadStatus::end ? "its images have ended" : channel.source->last_error();
-    raw_capture.is_lost = channel.finder && channel.is_silent;
-    return raw_capture;
+  if (!raw_capture.status) return;
+  result.image_stamp_ns = raw_capture.taken_ns ? raw_capture.taken_ns : now_ns;
+  result.has_clock = raw_capture.taken_ns != 0;
+  if (raw_capture.status != ReadStatus::image) {
+    const bool has_ended = raw_capture.status == ReadStatus::end;
+    result.status = has_ended ? CaptureStatus::ended : CaptureStatus::missing;
+    result.reason = has_ended ? "its images have ended" : channel.source->last_error();
+    raw_capture.is_lost = channel.finder && !has_ended && channel.source->is_live();
+    return;
   }
   if (channel.source->is_live())
     if (const double s = channel.frozen.frozen_s(raw_capture.image, base::now_realtime_ns());
@@ -269,7 +276,7 @@ Capture::RawCapture Capture::raw_capture(Channel& channel, std::int64_t frame, s
       result.status = CaptureStatus::missing;
       result.reason = "the image is not 8-bit BGR";
     }
-    return raw_capture;
+    return;
   }
   const auto segment_start = std::chrono::steady_clock::now();
   const double cpu_before_s = base::thread_cpu_s();
@@ -286,7 +293,7 @@ Capture::RawCapture Capture::raw_capture(Channel& channel, std::int64_t frame, s
     result.status = found.ended ? CaptureStatus::ended : CaptureStatus::missing;
     result.reason = found.reason;
     raw_capture.image.release();
-    return raw_capture;
+    return;
   }
   raw_capture.image = bgr_of(raw_capture.image);
   const hull::ObjectPixels& captured = found.segmentation->object;
@@ -295,7 +302,6 @@ Capture::RawCapture Capture::raw_capture(Channel& channel, std::int64_t frame, s
        segmentation_diagnostics(*result.pixels, captured.count_common(channel.outside_published),
                                 config_.hull_rule.limits))
     result.diagnostics.push_back(std::move(text));
-  return raw_capture;
 }
 
 void Capture::add_colours(std::int64_t frame, std::vector<RawCapture>& raw_captures) {
@@ -315,7 +321,7 @@ void Capture::add_colours(std::int64_t frame, std::vector<RawCapture>& raw_captu
   for (const double x_m : config::eye_positions_m(viewer_))
     eyes.push_back(
         visible_region(viewer_, config::eye_at(x_m, head), config_.hull_rule.within_world_m));
-  in_parallel(pool_, raw_captures.size(), [&](std::size_t i) {
+  base::in_parallel(pool_, raw_captures.size(), [&](std::size_t i) {
     RawCapture& raw_capture = raw_captures[i];
     const Channel& channel = *channels_[i];
     if (!channel.camera->gives_colour || raw_capture.image.empty()) return;
@@ -334,12 +340,14 @@ void Capture::add_colours(std::int64_t frame, std::vector<RawCapture>& raw_captu
   });
 }
 
-// The number of frames of the shortest file, among those whose length is known.
-std::optional<std::int64_t> Capture::shortest_length() const {
+// The number of frames of the shortest file, if it is at most `up_to`. Also of files that are not
+// read now, so that all nodes of a deployment find the same number.
+std::optional<std::int64_t> Capture::shortest_length(std::int64_t up_to) {
   std::optional<std::int64_t> shortest;
   for (const std::unique_ptr<Channel>& channel : channels_)
     for (const std::optional<std::int64_t>& length :
-         {channel->source->length(), channel->finder ? channel->finder->length() : std::nullopt})
+         {channel->source->length(up_to),
+          channel->finder ? channel->finder->length(up_to) : std::nullopt})
       if (length && *length > 0 && (!shortest || *length < *shortest)) shortest = length;
   return shortest;
 }
@@ -347,28 +355,22 @@ std::optional<std::int64_t> Capture::shortest_length() const {
 // stamp_ns: as in capture().
 std::vector<CapturedCamera> Capture::capture_live(std::int64_t frame, bool want_colour,
                                                   std::int64_t stamp_ns) {
-  std::vector<RawCapture> raw_captures(channels_.size());
+  std::vector<RawCapture> raw_captures;
   const auto index = [&] { return loop_length_ ? frame % *loop_length_ : frame; };
-  const auto capture_all = [&] {
-    wait_for_images(want_colour);
-    const std::int64_t now_ns = stamp_ns ? stamp_ns : base::now_realtime_ns();
-    in_parallel(pool_, channels_.size(), [&](std::size_t i) {
-      raw_captures[i] = raw_capture(*channels_[i], frame, index(), now_ns, want_colour);
-    });
-    return std::any_of(raw_captures.begin(), raw_captures.end(), [](const RawCapture& raw_capture) {
-      return raw_capture.result.status == CaptureStatus::ended;
-    });
+  const auto capture_again = [&] {
+    raw_captures = capture_all(frame, index(), stamp_ns, want_colour);
+    ended_ =
+        std::any_of(raw_captures.begin(), raw_captures.end(), [](const RawCapture& raw_capture) {
+          return raw_capture.result.status == CaptureStatus::ended;
+        });
   };
-  ended_ = capture_all();
+  capture_again();
   // All files begin again together after the shortest one, so that one set never combines frames of
   // different times. The frame number alone decides which images a set has, also in a node that
   // skips frames or starts later than others.
-  if (const auto length = shortest_length();
-      ended_ && config_.loop && length && index() >= *length) {
-    loop_length_ = length;
-    ended_ = capture_all();
-  }
-  while (!ended_ && waited_for_lost(raw_captures, index())) ended_ = capture_all();
+  if (ended_ && config_.loop && !loop_length_ && (loop_length_ = shortest_length(frame)))
+    capture_again();
+  while (!ended_ && waited_for_lost(raw_captures, index())) capture_again();
   go_on_without_lost(raw_captures);
   if (want_colour) add_colours(frame, raw_captures);
   std::vector<CapturedCamera> result;

@@ -33,18 +33,19 @@ class Capture {
           double frame_rate_hz, const Progress& progress = {});
   ~Capture();
 
-  // Returns the cameras of `frame` >= 0, in the rig's order. An increasing `frame` is cheap; any
-  // other reopens the files. Synthetic images and the head pose are those at frame / frame_rate_hz
-  // [s]. With precomputed frames, returns the stored set `frame` modulo their number. With
-  // config.loop, all files begin again together after the shortest one: frame n shows the images n
-  // modulo its length. stamp_ns: time of images whose source has no clock (CLOCK_REALTIME); 0: the
-  // time at which they are read.
+  // Returns the cameras of `frame` >= 0, in the rig's order. A video decodes all frames up to this
+  // one, a smaller `frame` opens the files again. Synthetic images and the head pose are those at
+  // frame / frame_rate_hz [s]. With precomputed frames, returns the stored set `frame` modulo their
+  // number. With config.loop, all files begin again together after the shortest one: frame n shows
+  // the images n modulo its length. stamp_ns: time of images whose source has no clock
+  // (CLOCK_REALTIME); 0: the time at which they are read.
   std::vector<CapturedCamera> capture(std::int64_t frame, bool want_colour,
                                       std::int64_t stamp_ns = 0);
 
   // Receives the captured image of a camera that gives shape, and what segmentation found in it.
   // Each capture() that does not return precomputed frames calls it, from several threads, once for
-  // each camera; again if a file ends and all sources restart.
+  // each camera; again if it captures the frame again, because a file has ended or it has waited
+  // for a lost camera.
   using Observer =
       std::function<void(const config::RigCamera&, const cv::Mat& image_bgr, const Segmentation&)>;
   void set_observer(Observer observer) { observer_ = std::move(observer); }
@@ -54,18 +55,22 @@ class Capture {
   using GoOnWaiting = std::function<bool(const std::string& camera, const std::string& reason)>;
   void set_go_on_waiting(GoOnWaiting go_on) { go_on_waiting_ = std::move(go_on); }
 
-  // Returns true if the file of a camera has ended: no complete set follows.
+  // Returns true if the file or stream of a camera has ended: no complete set follows.
   bool ended() const { return ended_; }
 
  private:
   struct Channel;
   struct RawCapture;
   // `index` selects the image in its source, `frame` the time of the head pose. now_ns: stamp of
-  // images whose source has no clock.
-  RawCapture raw_capture(Channel& channel, std::int64_t frame, std::int64_t index,
-                         std::int64_t now_ns, bool want_colour) const;
+  // images whose source has no clock; stamp_ns: as in capture().
+  std::vector<RawCapture> capture_all(std::int64_t frame, std::int64_t index, std::int64_t stamp_ns,
+                                      bool want_colour);
+  static bool is_read(const Channel& channel, bool want_colour);
   void wait_for_images(bool want_colour) const;
-  std::optional<std::int64_t> shortest_length() const;
+  static void read_image(Channel& channel, std::int64_t index, RawCapture& raw_capture);
+  void segment(Channel& channel, std::int64_t frame, std::int64_t index, std::int64_t now_ns,
+               RawCapture& raw_capture) const;
+  std::optional<std::int64_t> shortest_length(std::int64_t up_to);
   std::size_t cameras_of_others() const;
   void go_on_without_lost(std::vector<RawCapture>& raw_captures) const;
   bool waited_for_lost(const std::vector<RawCapture>& raw_captures, std::int64_t index);

@@ -92,10 +92,14 @@ class FollowingPipe {
 
   // Also while nothing waits for them: the bus wakes the node as long as samples are not taken.
   void take_composited() {
-    for (const auto& sample : composited_.take())
-      if (sample.valid() && node_.deployment.viewer.name == sample->viewer &&
-          !messages::why_implausible(sample->frame, sample->composited_stamp_ns))
+    for (const auto& sample : composited_.take()) {
+      if (!sample.valid() || node_.deployment.viewer.name != sample->viewer) continue;
+      if (const auto why = messages::why_implausible(sample->frame, sample->composited_stamp_ns))
+        node_.status.drop_from(composited_.process(sample),
+                               {"bad_composited", sample->viewer, *why});
+      else
         last_composited_ = sample->frame;
+    }
   }
   // This node's end ends the deployment, so it waits for the frames in flight.
   void wait_until_composited() {

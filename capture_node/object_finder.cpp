@@ -113,8 +113,8 @@ class MatteFinder final : public ObjectFinder {
     }
     return {{}, "the file of its masks has ended", true};
   }
-  std::optional<std::int64_t> length() const override {
-    const std::optional<std::int64_t> masks = masks_->length();
+  std::optional<std::int64_t> length(std::int64_t up_to) override {
+    const std::optional<std::int64_t> masks = masks_->length(up_to + offset_);
     return masks ? std::optional(*masks - offset_) : std::nullopt;
   }
 

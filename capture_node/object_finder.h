@@ -27,8 +27,11 @@ class ObjectFinder {
     bool ended = false;
   };
   virtual Found find(const cv::Mat& image, std::int64_t index) = 0;
-  // Returns the number of images that can have object pixels, if it is known and bounded.
-  virtual std::optional<std::int64_t> length() const { return std::nullopt; }
+  // Returns the number of images that can have object pixels, if it is at most `up_to`; see
+  // ImageSource::length().
+  virtual std::optional<std::int64_t> length([[maybe_unused]] std::int64_t up_to) {
+    return std::nullopt;
+  }
 };
 
 // Opens what the camera's configuration names, and learns the background if it has one; the first

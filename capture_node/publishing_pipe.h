@@ -26,13 +26,14 @@ class FramePublisher {
     node::FrameSteps steps;
     double cpu_before_publish_s = 0;  // of the calling thread
   };
-  // stamp_ns: as in Capture::capture(). Returns nullopt if the file of a camera has ended.
+  // stamp_ns: as in Capture::capture(). Returns nullopt if the file or stream of a camera has
+  // ended.
   std::optional<Set> capture(std::int64_t frame, std::int64_t stamp_ns);
   // Publishes the colours and the coverage before the maps, so that a reader that has all maps of a
   // frame also has these. The caller publishes the pose before.
   void publish(Set set);
 
-  // Returns true if the file of a camera has ended: no complete set follows.
+  // Returns true if the file or stream of a camera has ended: no complete set follows.
   bool ended() const { return capture_.ended(); }
   // Returns true if the calls before have published this frame a short time ago. Frame numbers
   // restart with each process, so that others are of an earlier process of this node.

@@ -74,10 +74,8 @@ void write_picture(const fs::path& file, const cv::Mat& picture) {
     throw std::runtime_error(file.string() + ": cannot be written");
 }
 
-// Creates the folders of the pictures. Removes the pictures of an earlier run, which its settings
-// show.
-void prepare_output(const fs::path& out) {
-  const bool is_used = fs::exists(out / kSettingsFile);
+// Creates the folders of the pictures. Removes those of an earlier run (is_used).
+void prepare_output(const fs::path& out, bool is_used) {
   for (const char* const name : {"masks", "overlays"}) {
     fs::create_directories(out / name);
     if (!is_used) continue;
@@ -95,7 +93,8 @@ int run(const Options& options) {
                                             : parse_frame_range(options.frames);
   if (!range)
     throw CLI::ValidationError("--frames", "expected N, A:B or A:B:STEP, got " + options.frames);
-  prepare_output(options.out);
+  const bool is_used = fs::exists(options.out / kSettingsFile);
+  fs::create_directories(options.out);
   const config::SegmentationConfig config = read_settings(options);
   config::RigCamera camera;
   camera.name = "clip";
@@ -115,6 +114,7 @@ int run(const Options& options) {
   Segmenter segmenter(learn_background(learned, learning_settings(config)), config,
                       std::move(within));
   segmenter.set_period_s(double(range->step) / kClipRate_hz);
+  prepare_output(options.out, is_used);
   double least = 1, most = 0;
   std::int64_t count = 0, missing = 0;
   for (std::int64_t frame = range->first; frame <= range->last; frame += range->step) {

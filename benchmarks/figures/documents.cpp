@@ -37,7 +37,7 @@ const std::map<std::string, Block>& blocks() {
                                         {"features output", text_of("features")},
                                         {"test output", text_of("tests")}};
     for (std::map<std::string, Block> of_suite :
-         {hull_blocks(), collision_blocks(), pipeline_blocks()})
+         {capture_blocks(), hull_blocks(), collision_blocks(), pipeline_blocks()})
       of_all.merge(of_suite);
     return of_all;
   }();

@@ -20,6 +20,7 @@ const std::map<std::string, Block>& blocks();
 std::string with_figures(const std::string& document, const Results& results);
 
 // Blocks by the suite that measures them.
+std::map<std::string, Block> capture_blocks();
 std::map<std::string, Block> hull_blocks();
 std::map<std::string, Block> collision_blocks();
 std::map<std::string, Block> pipeline_blocks();

@@ -73,9 +73,9 @@ std::vector<GainTables> gains_of(std::span<const cv::Mat> frames, bool compensat
     return tables;
   }
   const std::vector<cv::Point> grid = gain_grid(frames[0].cols, frames[0].rows);
-  std::vector<Bgr> median;
+  std::vector<Levels> median;
   for (const cv::Point& at : grid) {
-    Bgr of_pixel{};
+    Levels of_pixel{};
     for (std::size_t c = 0; c < 3; ++c) {
       std::vector<std::uint8_t> levels;
       for (const cv::Mat& frame : frames) levels.push_back(frame.ptr(at.y)[3 * at.x + int(c)]);
@@ -86,7 +86,8 @@ std::vector<GainTables> gains_of(std::span<const cv::Mat> frames, bool compensat
     median.push_back(of_pixel);
   }
   const GainEstimator estimator(grid, median);
-  for (const cv::Mat& frame : frames) tables.push_back(compensating_tables(estimator.gain(frame)));
+  for (const cv::Mat& frame : frames)
+    tables.push_back(compensating_tables(visible(estimator.gain(frame))));
   return tables;
 }
 

@@ -59,10 +59,11 @@ struct DifferenceTables {
   std::vector<MovingWord> moving;  // by word
 };
 DifferenceTables difference_tables(const Background& background, const Tolerances& tolerances);
-// Computes the tables of row v again, after the background has changed there. The gradients of the
-// rows above and below also depend on it; they stay as they are.
+// Computes the tables of row v again, after the background has changed there. brighter: by how much
+// since it was learned, with its moving pixels' boxes, b, g, r. The gradients of the rows above and
+// below also depend on the row; they stay as they are.
 void refill_row(DifferenceTables& tables, const Background& background,
-                const Tolerances& tolerances, int v);
+                const Tolerances& tolerances, int v, const Gain& brighter);
 
 // Shadow preserves a surface's colour and reduces its brightness. With the pixel x and the
 // background r, s = x.r / r.r is the brightness ratio and |x - s r| the colour distortion, both in

@@ -52,6 +52,32 @@ void fill(DifferenceTables& tables, const Background& background, const Toleranc
       std::uint8_t(std::clamp(std::floor((tolerances.strong_factor - 1) * widest), 0.0, 255.0));
 }
 
+int word_of(const DifferenceTables& tables, const MovingPixel& pixel) {
+  return pixel.index / tables.width_px * tables.words_per_row + pixel.index % tables.width_px / 64;
+}
+
+// Fills the boxes of the moving pixels of row v. brighter: as in refill_row().
+void fill_boxes(DifferenceTables& tables, const Background& background, int v,
+                const Gain& brighter) {
+  const auto is_before = [](const MovingPixel& pixel, int index) { return pixel.index < index; };
+  auto pixel = std::lower_bound(background.moving.begin(), background.moving.end(),
+                                v * tables.width_px, is_before);
+  auto moving = std::lower_bound(
+      tables.moving.begin(), tables.moving.end(), v * tables.words_per_row,
+      [](const DifferenceTables::MovingWord& of, int word) { return of.word < word; });
+  for (; pixel != background.moving.end() && pixel->index / tables.width_px == v; ++pixel) {
+    while (moving->word != word_of(tables, *pixel)) ++moving;
+    const auto lane = std::size_t(pixel->index % tables.width_px % 64);
+    for (std::size_t i = 0; i < pixel->boxes.size(); ++i)
+      for (std::size_t c = 0; c < 3; ++c) {
+        const double low = std::floor(pixel->boxes[i].low[c] * brighter[c]),
+                     high = std::ceil(pixel->boxes[i].high[c] * brighter[c]);
+        moving->boxes[i].low[c][lane] = std::uint8_t(std::min(255.0, low));
+        moving->boxes[i].high[c][lane] = std::uint8_t(std::min(255.0, high));
+      }
+  }
+}
+
 }  // namespace
 
 DifferenceTables difference_tables(const Background& background, const Tolerances& tolerances) {
@@ -68,30 +94,26 @@ DifferenceTables difference_tables(const Background& background, const Tolerance
   any.fill(255);
   tables.tolerances.assign(words, any);  // pixels beyond the row
   tables.details.assign(words, beyond_row);
-  for (int v = 0; v < tables.height_px; ++v) refill_row(tables, background, tolerances, v);
   LevelPlanes never{};
   for (auto& plane : never) plane.fill(255);
   for (const MovingPixel& pixel : background.moving) {
-    const int u = pixel.index % background.width_px, v = pixel.index / background.width_px;
-    const int word = v * tables.words_per_row + u / 64;
+    const int word = word_of(tables, pixel);
     if (tables.moving.empty() || tables.moving.back().word != word)
       tables.moving.push_back({word, {}});
     auto& boxes = tables.moving.back().boxes;
     while (boxes.size() < pixel.boxes.size()) boxes.push_back({never, LevelPlanes{}});
-    for (std::size_t i = 0; i < pixel.boxes.size(); ++i)
-      for (std::size_t c = 0; c < 3; ++c) {
-        boxes[i].low[c][u % 64] = pixel.boxes[i].low[c];
-        boxes[i].high[c][u % 64] = pixel.boxes[i].high[c];
-      }
   }
+  for (int v = 0; v < tables.height_px; ++v)
+    refill_row(tables, background, tolerances, v, {1, 1, 1});
   return tables;
 }
 
 void refill_row(DifferenceTables& tables, const Background& background,
-                const Tolerances& tolerances, int v) {
+                const Tolerances& tolerances, int v, const Gain& brighter) {
   std::fill_n(tables.tolerance.begin() + std::ptrdiff_t(v) * tables.words_per_row,
               tables.words_per_row, std::uint8_t(255));
   for (int u = 0; u < tables.width_px; ++u) fill(tables, background, tolerances, u, v);
+  fill_boxes(tables, background, v, brighter);
 }
 
 }  // namespace fivepipe::capture

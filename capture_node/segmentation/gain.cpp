@@ -37,14 +37,16 @@ std::vector<cv::Point> gain_grid(int width_px, int height_px) {
 }
 
 GainEstimator::GainEstimator(std::span<const cv::Point> positions,
-                             std::span<const Bgr> background) {
+                             std::span<const Levels> background) {
   assert(positions.size() == background.size());
   for (std::size_t i = 0; i < positions.size(); ++i)
     for (std::size_t c = 0; c < 3; ++c) {
       if (background[i][c] >= kMinLevel && background[i][c] <= kMaxLevel) {
         samples_[c].positions.push_back(positions[i]);
-        samples_[c].levels.push_back(std::uint16_t(kBackgroundLevel * background[i][c]));
-        samples_[c].bins_per_level.push_back((kBinsPerUnit << kReciprocalBits) / background[i][c]);
+        samples_[c].levels.push_back(
+            std::uint16_t(std::lround(kBackgroundLevel * background[i][c])));
+        samples_[c].bins_per_level.push_back(
+            int(float(kBinsPerUnit << kReciprocalBits) / background[i][c]));
       }
     }
 }
@@ -101,9 +103,16 @@ Gain GainEstimator::gain(const cv::Mat& image_bgr) const {
     }
     if (agreeing < kMinSamples || agreeing < kMinAgreeing * double(count)) continue;
     const double gain = double(kBackgroundLevel) * sum / background_sum;
-    if (gain > kMaxGain || gain * kMaxGain < 1 || std::abs(gain - 1) < kInvisible) continue;
+    if (gain > kMaxGain || gain * kMaxGain < 1) continue;
     result[c] = gain;
   }
+  return result;
+}
+
+Gain visible(const Gain& gain) {
+  Gain result = gain;
+  for (double& channel : result)
+    if (std::abs(channel - 1) < kInvisible) channel = 1;
   return result;
 }
 

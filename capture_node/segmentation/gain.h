@@ -10,7 +10,8 @@
 namespace fivepipe::capture {
 
 using Bgr = std::array<std::uint8_t, 3>;
-using Gain = std::array<double, 3>;  // of the channels b, g, r; 1: as learned
+using Levels = std::array<float, 3>;  // b, g, r
+using Gain = std::array<double, 3>;   // of the channels b, g, r; 1: as learned
 
 // About kGainSamples positions, spread evenly over the image, inside it.
 std::vector<cv::Point> gain_grid(int width_px, int height_px);
@@ -23,10 +24,10 @@ class GainEstimator {
  public:
   // background: levels at `positions`. Ignores levels that are too dark for a ratio, or so bright
   // that they saturate.
-  GainEstimator(std::span<const cv::Point> positions, std::span<const Bgr> background);
+  GainEstimator(std::span<const cv::Point> positions, std::span<const Levels> background);
 
   // image_bgr: 8-bit BGR. Returns 1 for a channel unless at least a fifth of its samples, and
-  // kMinSamples of them, agree on a ratio from 1/kMaxGain to kMaxGain that changes some level.
+  // kMinSamples of them, agree on a ratio from 1/kMaxGain to kMaxGain.
   Gain gain(const cv::Mat& image_bgr) const;
 
   static constexpr double kMaxGain = 1.5;
@@ -42,6 +43,9 @@ class GainEstimator {
 
   std::array<Samples, 3> samples_;  // by channel
 };
+
+// Returns the gain with 1 for each channel in which it moves no level by more than half of one.
+Gain visible(const Gain& gain);
 
 // Fixed-point factors 1 / gain of the channels, in units of 1 / kInverseOne.
 using InverseGain = std::array<std::uint16_t, 3>;

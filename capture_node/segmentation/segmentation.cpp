@@ -24,14 +24,11 @@ GainEstimator gain_estimator(const Background& background) {
         background.moving.begin(), background.moving.end(), MovingPixel{index, {}},
         [](const MovingPixel& a, const MovingPixel& b) { return a.index < b.index; });
   });
-  std::vector<Bgr> levels;
+  std::vector<Levels> levels;
   for (const cv::Point& at : positions) {
-    Bgr& level = levels.emplace_back();
-    for (std::size_t c = 0; c < 3; ++c)
-      level[c] = std::uint8_t(std::clamp(
-          std::lround(
-              background.mean_levels[3 * (std::size_t(at.y) * background.width_px + at.x) + c]),
-          0L, 255L));
+    const float* level =
+        &background.mean_levels[3 * (std::size_t(at.y) * background.width_px + at.x)];
+    levels.push_back({level[0], level[1], level[2]});
   }
   return GainEstimator(positions, levels);
 }
@@ -58,6 +55,7 @@ Segmenter::Segmenter(Background background, const config::SegmentationConfig& co
                       within_->height_px() == background_.height_px));
   if (config.gain_compensation && !config.conservative)
     gain_estimator_ = gain_estimator(background_);
+  brighter_.assign(std::size_t(background_.height_px), {1, 1, 1});
 }
 
 std::optional<Segmentation> Segmenter::segment(const cv::Mat& image_bgr) {
@@ -65,7 +63,8 @@ std::optional<Segmentation> Segmenter::segment(const cv::Mat& image_bgr) {
       image_bgr.rows != tables_.height_px)
     return std::nullopt;
   Segmentation result;
-  if (gain_estimator_) result.gain = gain_estimator_->gain(image_bgr);
+  const Gain gain = gain_estimator_ ? gain_estimator_->gain(image_bgr) : Gain{1, 1, 1};
+  result.gain = visible(gain);
   const InverseGain inverse_gain = inverse_of(result.gain);
   result.difference =
       difference(image_bgr, tables_,
@@ -77,8 +76,7 @@ std::optional<Segmentation> Segmenter::segment(const cv::Mat& image_bgr) {
   if (config_.max_hole_px > 0)
     result.object = with_holes_filled(result.object, config_.max_hole_px);
   if (within_) result.object.keep(*within_);
-  if (config_.adaptation_s > 0 && !config_.conservative)
-    adapt(image_bgr, result.gain, result.object);
+  if (config_.adaptation_s > 0 && !config_.conservative) adapt(image_bgr, gain, result.object);
   return result;
 }
 
@@ -113,7 +111,7 @@ void Segmenter::adapt(const cv::Mat& image_bgr, const Gain& gain,
   const hull::ObjectPixels near = dilated(object, kAdaptationMargin_px);
   const InverseGain inverse_gain = inverse_of(gain);
   const double rate = -std::expm1(-kAdaptationRows * period_s_ / config_.adaptation_s);
-  std::array<double, 3> brighter;
+  Gain brighter;
   for (std::size_t c = 0; c < 3; ++c)
     brighter[c] = 1 + std::clamp(rate * (gain[c] - 1), -kMaxGainStep, kMaxGainStep);
   for (int v = next_row_; v < tables_.height_px; v += kAdaptationRows) {
@@ -127,7 +125,9 @@ void Segmenter::adapt(const cv::Mat& image_bgr, const Gain& gain,
         mean = float(std::min(255.0, mean * brighter[c]));
       }
     }
-    refill_row(tables_, background_, tolerances(config_), v);
+    Gain& of_row = brighter_[std::size_t(v)];
+    for (std::size_t c = 0; c < 3; ++c) of_row[c] *= brighter[c];
+    refill_row(tables_, background_, tolerances(config_), v, of_row);
   }
   next_row_ = (next_row_ + 1) % kAdaptationRows;
   if (next_row_ == 0 && gain_estimator_) gain_estimator_ = gain_estimator(background_);

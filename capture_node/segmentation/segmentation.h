@@ -51,7 +51,8 @@ class Segmenter {
             std::optional<hull::ObjectPixels> within = {});
 
   // Returns nullopt unless the image is 8-bit BGR of the background's size. With adaptation, each
-  // call changes the background: everywhere by the gain, and away from objects by what remains.
+  // call changes the background: everywhere by the gain, with its moving pixels' colours, and away
+  // from objects by what remains.
   std::optional<Segmentation> segment(const cv::Mat& image_bgr);
   // Returns the coverage of the object pixels that segment() found in this image.
   hull::CoverageMap coverage(const cv::Mat& image_bgr, const Segmentation& of) const;
@@ -63,13 +64,14 @@ class Segmenter {
 
  private:
   hull::ObjectPixels object_pixels(const Difference& difference) const;
-  // gain: of the image.
+  // gain: of the image, exact.
   void adapt(const cv::Mat& image_bgr, const Gain& gain, const hull::ObjectPixels& object);
 
   config::SegmentationConfig config_;
   Background background_;
   DifferenceTables tables_;
   std::optional<GainEstimator> gain_estimator_;  // nullopt: no compensation
+  std::vector<Gain> brighter_;                   // since the background was learned, by row
   std::optional<hull::ObjectPixels> within_;
   double period_s_ = 1.0 / 30;
   int next_row_ = 0;  // to be adapted

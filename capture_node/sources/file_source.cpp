@@ -51,7 +51,7 @@ class VideoFrames final : public Frames {
   // frames.
   std::optional<cv::Mat> at(std::int64_t index) override {
     if (count_ && index >= *count_) return std::nullopt;
-    if (index == next_ - 1 && !image_.empty()) return image_;  // again, after a wait
+    if (index == image_index_) return image_;
     if (index < next_) {
       video_.open(file_, cv::CAP_FFMPEG);
       next_ = 0;
@@ -65,7 +65,9 @@ class VideoFrames final : public Frames {
     // unless the caller still holds it.
     if (image_.u != nullptr && image_.u->refcount > 1) image_.release();
     if (!video_.retrieve(image_)) image_.release();
+    image_index_.reset();
     if (image_.empty()) return std::nullopt;
+    image_index_ = index;
     return image_;
   }
   std::optional<std::int64_t> count() const override { return count_; }
@@ -77,6 +79,7 @@ class VideoFrames final : public Frames {
   std::string file_;
   cv::VideoCapture video_;
   cv::Mat image_;
+  std::optional<std::int64_t> image_index_;  // nullopt: image_ is empty
   std::int64_t next_ = 0;
   std::optional<std::int64_t> count_;
 };
@@ -119,12 +122,12 @@ std::unique_ptr<Frames> open_frames(const config::RigCamera& camera, const std::
   };
   std::unique_ptr<Frames> frames;
   if (config::is_sequence(file)) {
-    std::map<std::int64_t, fs::path> files = config::pictures_of(file);
-    if (files.empty()) fail(SourceFault::not_found, "no picture has such a name");
-    for (const auto& [index, path] : files)
+    config::Pictures pictures = config::pictures_of(file);
+    if (!pictures.problem.empty()) fail(SourceFault::not_found, pictures.problem);
+    for (const auto& [index, path] : pictures.files)
       if (const auto why = base::why_unreadable(path))
         fail(SourceFault::not_found, path.filename().string() + ": " + *why);
-    frames = std::make_unique<SequenceFrames>(std::move(files), has_alpha);
+    frames = std::make_unique<SequenceFrames>(std::move(pictures.files), has_alpha);
   } else if (const auto why = base::why_unreadable(file)) {
     fail(SourceFault::not_found, *why);
   } else if (config::is_single_picture(file)) {
@@ -185,9 +188,10 @@ class FileSource final : public ImageSource {
   }
   std::string last_error() const override { return last_error_; }
   std::optional<std::int64_t> first_number() const override { return frames_->first_number(); }
-  std::optional<std::int64_t> length() const override {
+  std::optional<std::int64_t> length(std::int64_t up_to) override {
+    if (!frames_->count()) frames_->at(first_ + up_to);
     const std::optional<std::int64_t> count = frames_->count();
-    return count ? std::optional(*count - first_) : std::nullopt;
+    return count && *count - first_ <= up_to ? std::optional(*count - first_) : std::nullopt;
   }
 
  private:

@@ -27,8 +27,8 @@ enum class ReadStatus {
   end,      // no frame follows
 };
 
-// The image of a device is missing if it comes later than this after the frame is due: ten periods
-// of a slow camera (20 Hz).
+// The image of a device is missing if it arrives later than this after the frame is due: ten
+// periods of a slow camera (20 Hz).
 inline constexpr std::chrono::milliseconds kImageTimeout{500};
 
 // One source per camera. At most one thread at a time may call it.
@@ -38,15 +38,18 @@ class ImageSource {
   // Sets `bgr` to the image of `frame` >= 0: 8-bit BGR of the rig camera's captured size; pictures
   // that were opened for their alpha channel as the file has them, BGRA. Leaves
   // `bgr` unchanged unless the status is `image`. Files: `frame` counts from the first frame to be
-  // read; increasing frames are cheap, the same one costs nothing, a smaller one reopens the file.
-  // Devices: the newest image not yet read, without waiting for one; `frame` is ignored.
+  // read. A video decodes all frames up to this one, the last one again costs nothing, a smaller
+  // one opens the file again. Devices: the newest image not yet read, without waiting for one;
+  // `frame` is ignored.
   virtual ReadStatus read(std::int64_t frame, cv::Mat& bgr) = 0;
   // Waits until `until` for a device's image that is not yet read, and less if it is known that
-  // none comes. Files do not wait.
-  virtual void wait_for_image(std::chrono::steady_clock::time_point) {}
-  // Returns the number of frames, counted like those of read(); nullopt if it is not known, as that
-  // of a video that was not yet read to its end, and of a device.
-  virtual std::optional<std::int64_t> length() const { return std::nullopt; }
+  // none follows. Returns whether there is one; true for files, which do not wait.
+  virtual bool wait_for_image(std::chrono::steady_clock::time_point) { return true; }
+  // Returns the number of frames, counted like those of read(), if it is at most `up_to`. A video
+  // decodes the frames up to there unless it knows its number.
+  virtual std::optional<std::int64_t> length([[maybe_unused]] std::int64_t up_to) {
+    return std::nullopt;
+  }
   // Returns the time at which the camera took the last image (CLOCK_REALTIME) [ns]; 0 if the source
   // does not know it, as a file.
   virtual std::int64_t stamp_ns() const { return 0; }

@@ -186,8 +186,8 @@ class LiveSource final : public ImageSource {
   }
   ~LiveSource() override { close(); }
 
-  void wait_for_image(Clock::time_point until) override {
-    mailbox_->wait_for_image(images_read_, until);
+  bool wait_for_image(Clock::time_point until) override {
+    return mailbox_->wait_for_image(images_read_, until);
   }
   ReadStatus read(std::int64_t, cv::Mat& bgr) override {
     if (mailbox_->newest().number == images_read_) {

@@ -1,7 +1,10 @@
 // A thread pool for parallel loops: the pool's threads and the caller share the iterations.
 #pragma once
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
+#include <exception>
+#include <mutex>
 #include <thread>
 #include <type_traits>
 #include <vector>
@@ -53,5 +56,22 @@ class WorkerPool {
   alignas(64) std::atomic<std::uint32_t> run_ = 0;  // number of runs; the threads wait on it
   std::atomic<bool> stop_ = false;
 };
+
+// Calls work(i) for each i < count on the pool's threads; count < 2^24. `work` may throw: rethrows
+// the first exception after all calls have returned.
+template <class Work>
+void in_parallel(WorkerPool& pool, std::size_t count, const Work& work) {
+  std::mutex mutex;
+  std::exception_ptr failure;
+  pool.run(int(count), [&](int i, int) {
+    try {
+      work(std::size_t(i));
+    } catch (...) {
+      const std::lock_guard lock(mutex);
+      if (!failure) failure = std::current_exception();
+    }
+  });
+  if (failure) std::rethrow_exception(failure);
+}
 
 }  // namespace fivepipe::base

@@ -196,6 +196,28 @@ TEST(Figures, ABlockWithoutARowIsRefused) {
               HasSubstr("collision.json has no result with ms_per_1000"));
 }
 
+TEST(Figures, StepsOfSegmentationNameTheirWorstSequence) {
+  const auto step = [](const std::string& name, const json& error) {
+    return json{{"name", "capture/" + name}, {"error", error}};
+  };
+  ResultFolder folder;
+  const auto block = [&] { return block_text("segmentation steps", folder.results()); };
+  const json method = step("fivepipe", json::object());
+  folder.add("capture", json::array({method,
+                                     step("steps/the defaults", {{"missed_noise", 0.0},
+                                                                 {"missed_waving", 0.02},
+                                                                 {"false_px_noise", 10},
+                                                                 {"false_px_waving", 20}}),
+                                     step("steps/max_hole_px: 0", {{"missed_passers_by", 0.5},
+                                                                   {"false_px_passers_by", 0}})}));
+  EXPECT_THAT(block(), HasSubstr("| the defaults | 1.00 %; 2.00 % (waving) | 15; 20 (waving) |\n"
+                                 "| `max_hole_px: 0` | 50.00 %; 50.00 % (passers-by) | 0 |\n"));
+  folder.add("capture", json::array({method}));
+  EXPECT_THAT(error_of_call(block), HasSubstr("capture.json has no result capture/steps/"));
+  folder.add("capture", json::array({step("steps/a: 0", {{"missed_noise", 0}})}));
+  EXPECT_THAT(error_of_call(block), HasSubstr("capture/steps/a: 0 has no error false_px_"));
+}
+
 // The table of scenes omits none, and marks those where a baseline is faster than cpu.
 TEST(Figures, ScenesWithFasterBaselinesAreListedInBold) {
   ResultFolder folder;

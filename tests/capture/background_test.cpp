@@ -239,14 +239,14 @@ TEST(Background, FlickerIsNoNoise) {
 
 TEST(Gain, FindsTheBrightnessOfEachChannelBesideAnObjectAndAShadow) {
   const cv::Mat plate = random_image(90, 60, 3);
-  std::vector<Bgr> levels;
+  std::vector<Levels> levels;
   const std::vector<cv::Point> grid = gain_grid(90, 60);
   EXPECT_GT(grid.size(), 900u);
   EXPECT_LE(grid.size(), 1200u);
   for (const cv::Point& at : grid) {
     ASSERT_TRUE(cv::Rect(0, 0, 90, 60).contains(at));
     const auto* pixel = plate.ptr(at.y) + 3 * at.x;
-    levels.push_back({pixel[0], pixel[1], pixel[2]});
+    levels.push_back({float(pixel[0]), float(pixel[1]), float(pixel[2])});
   }
   const GainEstimator estimator(grid, levels);
   std::mt19937 random(5);
@@ -274,6 +274,11 @@ TEST(Gain, FindsTheBrightnessOfEachChannelBesideAnObjectAndAShadow) {
   }
   const GainEstimator none({}, {});
   EXPECT_EQ(none.gain(plate), (Gain{1, 1, 1}));
+}
+
+TEST(Gain, InvisibleChangesAreNoneWhereTheyAreCompensated) {
+  EXPECT_EQ(visible({1.0019, 0.9981, 1}), (Gain{1, 1, 1}));
+  EXPECT_EQ(visible({1.003, 0.997, 1.2}), (Gain{1.003, 0.997, 1.2}));
 }
 
 TEST(Gain, CompensationDividesAndRounds) {

@@ -392,6 +392,66 @@ TEST(Segmentation, AdaptationFollowsTheLight) {
   EXPECT_EQ(segmenter.segment(image)->object.count(), 0u);
 }
 
+// A room with another level at each pixel, so that a small change of the light moves some.
+cv::Mat varied_room() {
+  cv::Mat room(80, 150, CV_8UC3);
+  cv::RNG(3).fill(room, cv::RNG::UNIFORM, 100, 160);
+  return room;
+}
+
+// An hour of light that becomes brighter by a tenth. The background follows within a minute, so
+// that it is never behind by a change that is visible in an image.
+TEST(Segmentation, AdaptationFollowsSlowLightAlsoBehindObjects) {
+  config::SegmentationConfig config;
+  config.adaptation_s = 60;
+  config.jitter_px = 0;
+  const cv::Mat room = varied_room();
+  Segmenter segmenter(learn_background({&room, 1}), config);
+  segmenter.set_period_s(1);
+  constexpr int kSeconds = 3600;
+  cv::Mat image;
+  for (int i = 0; i <= kSeconds; ++i) {
+    room.convertTo(image, -1, 1 + 0.1 * i / kSeconds);
+    image(cv::Rect(40, 30, 10, 10)).setTo(cv::Scalar(250, 10, 10));
+    ASSERT_EQ(segmenter.segment(image)->object.count(), 100u) << i;
+  }
+  room.convertTo(image, -1, 1.1);
+  EXPECT_EQ(segmenter.segment(image)->object.count(), 0u);
+}
+
+// The rows of the background take a change of the light one after the other.
+TEST(Segmentation, AdaptationToASuddenChangeOfTheLightIsInvisible) {
+  config::SegmentationConfig config;
+  config.adaptation_s = 0.1;
+  Plain plain(150, 80);
+  Segmenter segmenter = plain.segmenter(config);
+  segmenter.set_period_s(0.1);
+  plain.image *= 1.4;
+  for (int i = 0; i < 64 * 50; ++i)
+    ASSERT_EQ(segmenter.segment(plain.image)->object.count(), 0u) << i;
+}
+
+// Leaves in a light that becomes brighter by 30 %, and darker again.
+TEST(Segmentation, TheColoursOfAMovingBackgroundFollowTheLight) {
+  config::SegmentationConfig config;
+  config.adaptation_s = 5;
+  const cv::Mat room = varied_room();
+  Background background = learn_background({&room, 1});
+  const cv::Rect leaves(60, 20, 12, 12);
+  for (int v = leaves.y; v < leaves.br().y; ++v)
+    for (int u = leaves.x; u < leaves.br().x; ++u)
+      background.moving.push_back({v * room.cols + u, {{{45, 145, 25}, {55, 155, 35}}}});
+  Segmenter segmenter(background, config);
+  cv::Mat lit = room.clone(), image;
+  lit(leaves).setTo(cv::Scalar(50, 150, 30));
+  constexpr int kImages = 6000;
+  for (int i = 0; i <= 2 * kImages; ++i) {
+    const double light = 1 + 0.3 * (i <= kImages ? i : 2 * kImages - i) / kImages;
+    lit.convertTo(image, -1, light);
+    ASSERT_EQ(segmenter.segment(image)->object.count(), 0u) << i;
+  }
+}
+
 TEST(Segmentation, DiagnosesMapsWithAllAndWithNoPixels) {
   const cv::Mat plate(33, 71, CV_8UC3, cv::Scalar(100, 100, 100)),
       other(33, 71, CV_8UC3, cv::Scalar(10, 220, 100));

@@ -119,11 +119,17 @@ TEST_F(Sources, SequenceIgnoresOtherFiles) {
   EXPECT_EQ(levels, (std::vector<int>{1, 2, -2, -2}));
   write("c_999999999999999.png", 5);
   EXPECT_EQ(shown(*open_file_source(camera(), {(folder_ / "c_%015d.png").string(), {}, 0}), 0), 5);
-  for (const char* pattern : {"a1_%x.png", "a1_%", "a1_%04", "%%d", "b%d.png"}) {
+  const char* const kNone = "no picture has such a name";
+  const char* const kNoNumber = "write %d where the names of the pictures have their number";
+  for (const auto& [pattern, what] : {std::pair{"a1_%x.png", kNoNumber},
+                                      {"a1_%", kNoNumber},
+                                      {"a1_%04", kNoNumber},
+                                      {"%%d", kNoNumber},
+                                      {"b%d.png", kNone}}) {
     const std::string file = (folder_ / pattern).string();
     const SourceProblem problem = problem_of([&] { open_file_source(camera(), {file, {}, 0}); });
     EXPECT_EQ(problem.fault, SourceFault::not_found);
-    EXPECT_EQ(problem.what, file + ": no picture has such a name");
+    EXPECT_EQ(problem.what, file + ": " + what);
   }
 }
 

@@ -695,6 +695,60 @@ TEST_F(V4l2, TheImagesAfterAWaitAreOfOneTime) {
   EXPECT_LT(std::abs(1e-9 * double(set[0].image_stamp_ns - set[1].image_stamp_ns)), 0.5);
 }
 
+// Capture segments two cameras at a time, which takes long here. The images are of one time
+// nevertheless.
+TEST_F(V4l2, TheImagesOfManyCamerasAreOfOneTime) {
+  constexpr auto kSegmentation = 60ms;
+  config::Rig rig;
+  config::CaptureConfig config;
+  for (const char* const device : {"/dev/null", "/dev/zero", "/dev/full", "/dev/random"}) {
+    rig.cameras.push_back(camera());
+    rig.cameras.back().name = device;
+    config.sources[device] = config::V4l2Source{device, config::LearnedBackground{"", 1}};
+  }
+  config::Viewer viewer;
+  viewer.path = {{0, {0, -0.8, 0.8}, {0, 0, 0.2}}};
+  driver().go_on();
+  Capture capture(rig, viewer, config, 30);
+  capture.set_observer([&](const config::RigCamera&, const cv::Mat&, const Segmentation&) {
+    std::this_thread::sleep_for(kSegmentation);
+  });
+  const auto set = capture.capture(0, false);
+  const auto [earliest, latest] = std::minmax_element(
+      set.begin(), set.end(), [](const CapturedCamera& a, const CapturedCamera& b) {
+        return a.image_stamp_ns < b.image_stamp_ns;
+      });
+  EXPECT_LT(std::chrono::nanoseconds(latest->image_stamp_ns - earliest->image_stamp_ns),
+            kSegmentation / 2);
+}
+
+// In each frame, although images arrive.
+TEST_F(V4l2, CaptureNamesAChangedSizeInEachFrame) {
+  const test::TestFolder folder;
+  cv::imwrite((folder.path / "empty.png").string(), picture(50));
+  config::Rig rig;
+  rig.cameras = {camera()};
+  config::CaptureConfig config;
+  config.sources["cam"] = config::V4l2Source{
+      kDevice, config::LearnedBackground{(folder.path / "empty.png").string(), 3}};
+  config::Viewer viewer;
+  viewer.path = {{0, {0, -0.8, 0.8}, {0, 0, 0.2}}};
+  driver().push({picture(50)});
+  Capture capture(rig, viewer, config, 30);
+  driver().wait_until_taken();
+  for (int frame = 0; frame < 4; ++frame) {
+    std::thread later([] {
+      std::this_thread::sleep_for(30ms);
+      driver().push({picture(50, kWidth_px, 2 * kHeight_px)});
+    });
+    EXPECT_EQ(capture.capture(frame, false).at(0).reason,
+              kDevice + ": the size of the images has changed")
+        << frame;
+    later.join();
+  }
+  driver().go_on();
+}
+
 TEST_F(V4l2, ACameraThatSendsTheSameImageIsFrozen) {
   config::Rig rig;
   rig.cameras = {camera()};

@@ -65,10 +65,15 @@ TEST_F(DeploymentFile, ACameraFindsItsObjectsInOneWay) {
   EXPECT_EQ(defaults.min_chroma, 0.3);
   using ::testing::HasSubstr;
   EXPECT_THAT(problems(nodes("alpha: false")), ElementsAre(HasSubstr("background is missing")));
-  EXPECT_THAT(
-      problems(nodes("matte: x%d.png")),
-      ElementsAre(HasSubstr("x%d.png: no picture has such a name; write %d where the name has its "
-                            "number")));
+  EXPECT_THAT(problems(nodes("matte: x%d.png")),
+              ElementsAre(HasSubstr("x%d.png: no picture has such a name")));
+  EXPECT_THAT(problems(nodes("matte: x%s.png")),
+              ElementsAre(HasSubstr("x%s.png: write %d where the names of the pictures have their "
+                                    "number")));
+  EXPECT_THAT(problems(nodes("matte: lost/x%d.png")), ElementsAre(HasSubstr("lost: No such file")));
+  for (const char* name : {"y7.png", "y007.png"}) std::ofstream(folder() / name) << "";
+  EXPECT_THAT(problems(nodes("matte: y%d.png")),
+              ElementsAre(HasSubstr("two pictures have number 7: y007.png and y7.png")));
   EXPECT_THAT(problems(nodes("matte: a.png")),
               ElementsAre(HasSubstr("matte must be a video or a sequence such as mask_%04d.png")));
   EXPECT_TRUE(problems(nodes("background: a.png, alpha: false")).empty());

@@ -111,7 +111,7 @@ TEST_F(Limits, EachNumberOfADeploymentHasItsRange) {
           "far_m must be from 0.001 to 100000, is -1e9",
           "eye_distance_m must be greater than 0 and at most 1, is -1e9",
           "cores[0] must be from 0 to 1023, is -1e9",
-          "exposure_us must be from 1 to 10000000, is -1e9",
+          "exposure_us must be from 1 to 333000, is -1e9",
           "gain_db must be from -100 to 100, is -1e9",
           "background_frames must be from 1 to 128, is -1e9",
           "first_frame must be from 0 to 2147483647, is -1e9",

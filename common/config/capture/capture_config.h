@@ -46,6 +46,10 @@ struct VideoSource {
   int first_frame = 0;  // index in the file of the frame to read first, also in a matte
 };
 
+// A live camera must be at least so fast, because capture_node takes an image for missing if none
+// arrives within 0.5 s (kImageTimeout in capture_node/sources/image_source.h).
+inline constexpr double kMinCameraRate_hz = 3, kMaxExposure_us = 333'000;
+
 // A V4L2 camera.
 struct V4l2Source {
   std::string device;       // index, or path; /dev/v4l/by-id/... keeps its name across reboots
@@ -168,7 +172,7 @@ struct CaptureConfig {
     return own == segmentation_of.end() ? segmentation : own->second;
   }
   LostCamera lost_camera = LostCamera::drop;
-  bool loop = true;              // files restart at their end; frame numbers continue
+  bool loop = true;  // files begin again together after the shortest one; frame numbers continue
   int max_frames_in_flight = 3;  // published and not yet composited; 0: no pacing
   // Captures this many frames before the start and publishes them repeatedly; 0: live.
   int precomputed_frames = 0;

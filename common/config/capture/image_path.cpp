@@ -15,9 +15,8 @@ std::string read_image_path(YamlMap& map, const std::string& key, bool is_here) 
   if (!is_sequence(path)) {
     if (const auto why = base::why_unreadable(path))
       map.problem_at(key, key + ' ' + path + ": " + *why);
-  } else if (pictures_of(path).empty()) {
-    map.problem_at(key, key + ' ' + path +
-                            ": no picture has such a name; write %d where the name has its number");
+  } else if (const Pictures pictures = pictures_of(path); !pictures.problem.empty()) {
+    map.problem_at(key, key + ' ' + path + ": " + pictures.problem);
   }
   return path;
 }
@@ -26,13 +25,16 @@ bool is_sequence(const fs::path& path) {
   return path.filename().string().find('%') != std::string::npos;
 }
 
-std::map<std::int64_t, fs::path> pictures_of(const fs::path& sequence) {
+Pictures pictures_of(const fs::path& sequence) {
   const std::string name = sequence.filename().string();
   const std::size_t percent = name.find('%');
   const std::size_t conversion =
       percent == std::string::npos ? percent : name.find_first_not_of("0123456789", percent + 1);
-  std::map<std::int64_t, fs::path> files;
-  if (conversion == std::string::npos || name[conversion] != 'd') return files;
+  Pictures pictures;
+  if (conversion == std::string::npos || name[conversion] != 'd') {
+    pictures.problem = "write %d where the names of the pictures have their number";
+    return pictures;
+  }
   const std::string before = name.substr(0, percent), after = name.substr(conversion + 1);
   std::error_code error;
   const fs::path folder = sequence.has_parent_path() ? sequence.parent_path() : fs::path(".");
@@ -47,9 +49,17 @@ std::map<std::int64_t, fs::path> pictures_of(const fs::path& sequence) {
     constexpr std::size_t kMaxDigits = 15;
     if (digits.size() > kMaxDigits || digits.find_first_not_of("0123456789") != std::string::npos)
       continue;
-    files.emplace(std::stoll(digits), entry->path());
+    const auto [known, is_new] = pictures.files.emplace(std::stoll(digits), entry->path());
+    if (!is_new)
+      pictures.problem = "two pictures have number " + std::to_string(known->first) + ": " +
+                         std::min(candidate, known->second.filename().string()) + " and " +
+                         std::max(candidate, known->second.filename().string());
   }
-  return files;
+  if (error)
+    pictures.problem = folder.string() + ": " + error.message();
+  else if (pictures.files.empty())
+    pictures.problem = "no picture has such a name";
+  return pictures;
 }
 
 bool is_single_picture(const fs::path& path) {

@@ -18,9 +18,14 @@ std::string read_image_path(YamlMap& map, const std::string& key, bool is_here);
 // frame_%04d.png.
 bool is_sequence(const std::filesystem::path& path);
 
-// Returns the pictures of a sequence by their numbers, which have up to 15 digits. The file name of
-// the path contains one %d or %0Nd; the width N is ignored.
-std::map<std::int64_t, std::filesystem::path> pictures_of(const std::filesystem::path& sequence);
+// The pictures of a sequence, by their numbers.
+struct Pictures {
+  std::map<std::int64_t, std::filesystem::path> files;
+  std::string problem;  // why they cannot be used, for the user; empty: none
+};
+// Finds the pictures of a sequence. The file name of the path contains one %d or %0Nd, in whose
+// place the files have up to 15 digits; the width N is ignored.
+Pictures pictures_of(const std::filesystem::path& sequence);
 
 // Returns true if the path names one picture: a png, jpg, bmp, tif or ppm file, not a sequence.
 bool is_single_picture(const std::filesystem::path& path);

@@ -88,7 +88,7 @@ V4l2Source read_v4l2(YamlMap& map, bool is_here) {
                      "format must have four characters, such as MJPG or YUYV (`fivepipe cameras` "
                      "lists those of the camera)");
   }
-  constexpr Range kRate_hz{3, 1000};  // an image later than 0.5 s after the last counts as missing
+  constexpr Range kRate_hz{kMinCameraRate_hz, 1000};
   if (map.has("rate_hz")) source.rate_hz = map.number("rate_hz", kRate_hz);
   source.key = read_live_key(map, is_here);
   return source;
@@ -121,7 +121,7 @@ RtspSource read_rtsp(YamlMap& map, bool is_here) {
 }
 
 GenicamSource read_genicam(YamlMap& map, bool is_here) {
-  constexpr Range kExposure_us{1, 1e7}, kGain_db{-100, 100};
+  constexpr Range kExposure_us{1, kMaxExposure_us}, kGain_db{-100, 100};
   GenicamSource source;
   source.camera = map.text("genicam");
   if (source.camera.empty())

@@ -109,10 +109,9 @@ void FrameSetReader::report_lost_cameras() {
       lost.empty() ? ""
       : needed.empty()
           ? fmt::format("{}; the hull uses only the other cameras", fmt::join(lost, ", "))
-          : fmt::format(
-                "{}; frames without the object pixels of {} are dropped, because lost_camera "
-                "of its capture_node is not `continue`",
-                fmt::join(lost, ", "), fmt::join(needed, ", ")));
+          : fmt::format("{}; frames without the object pixels of {} are dropped, because their "
+                        "capture_node has no `lost_camera: continue`",
+                        fmt::join(lost, ", "), fmt::join(needed, ", ")));
 }
 
 std::vector<frames::FrameSet> FrameSetReader::take() {

@@ -300,6 +300,7 @@ TEST(Command, SegmentWritesMasksOverlaysAndSettings) {
   const Answer wrong = segment(background + "--set jitter_px=0 --set jitter=1");
   EXPECT_EQ(wrong.exit_code, 2);
   EXPECT_TRUE(test::contains(wrong.text, "segmentation.yaml:2:")) << wrong.text;
+  EXPECT_TRUE(fs::exists(out / "masks/000001.png")) << "kept until new pictures can be made";
   EXPECT_TRUE(test::contains(segment("--set volume_m=rig").text, "volume_m needs a rig")) << "rig";
   // Without a background file, the first images are the background.
   EXPECT_EQ(segment("--background-frames 1 --frames 0").exit_code, 0);

@@ -227,7 +227,7 @@ TEST_F(ThreeCameras, NamesALostCameraWithoutWhichNoSetIsComplete) {
   EXPECT_EQ(final_status().diagnostics,
             (Texts{{"lost cameras",
                     "c1, c2; frames without the object pixels of c2 are dropped, because "
-                    "lost_camera of its capture_node is not `continue`"}}));
+                    "their capture_node has no `lost_camera: continue`"}}));
 }
 
 TEST_F(FrameSetReaderTest, DropsMessagesThatDoNotFitTheRigAndNamesTheirSender) {

@@ -156,6 +156,16 @@ TEST_F(FollowingNode, SleepsBetweenFrames) {
   expect_sleep();
 }
 
+TEST_F(FollowingNode, RefusesCompositesWithAnImpossibleStamp) {
+  auto composited = bus_.writer<bus::topics::FrameComposited>();
+  wait_for_readers(composited);
+  fivepipe_v1_FrameComposited message{};
+  messages::set_text(message.viewer, deployment_.viewer.name);
+  message.composited_stamp_ns = -1;
+  deliver(composited, message);
+  EXPECT_TRUE(holds([&] { return drops_of(report(), "bad_composited") == 1; })) << said();
+}
+
 struct FollowingNodeWithoutClock : FollowingNode {
   FollowingNodeWithoutClock() : FollowingNode({"--every-frame"}) {}
 };
