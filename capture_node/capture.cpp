@@ -298,6 +298,10 @@ void Capture::segment(Channel& channel, std::int64_t frame, std::int64_t index, 
   raw_capture.image = bgr_of(raw_capture.image);
   const hull::ObjectPixels& captured = found.segmentation->object;
   if (observer_) observer_(camera, raw_capture.image, *found.segmentation);
+  if (found.all_outside)
+    result.diagnostics.push_back(
+        "all its object pixels are outside of `volume_m` or `regions` of segmentation: its pose, "
+        "volume_m or the region is wrong");
   for (std::string& text :
        segmentation_diagnostics(*result.pixels, captured.count_common(channel.outside_published),
                                 config_.hull_rule.limits))

@@ -82,7 +82,9 @@ class BackgroundFinder final : public ObjectFinder {
 // Object pixels that are known, without steps of segmentation.
 ObjectFinder::Found known(hull::ObjectPixels pixels, const Within& within,
                           std::optional<hull::CoverageMap> coverage) {
+  bool all_outside = false;
   if (within) {
+    all_outside = pixels.count() > 0 && pixels.count_common(*within) == 0;
     pixels.keep(*within);
     if (coverage) coverage->keep(*within);
   }
@@ -90,7 +92,7 @@ ObjectFinder::Found known(hull::ObjectPixels pixels, const Within& within,
   segmentation.difference = {pixels, pixels, {pixels.width_px(), pixels.height_px()}};
   segmentation.object = std::move(pixels);
   segmentation.coverage = std::move(coverage);
-  return {std::move(segmentation), ""};
+  return {std::move(segmentation), "", false, all_outside};
 }
 
 class MatteFinder final : public ObjectFinder {
@@ -175,6 +177,13 @@ std::unique_ptr<ObjectFinder> open_object_finder(const config::RigCamera& camera
     // Pictures and masks of one number belong together, also if the first ones are missing.
     const auto image_number = source.first_number(), mask_number = masks->first_number();
     const std::int64_t offset = image_number && mask_number ? *image_number - *mask_number : 0;
+    // The images of a video have no numbers. Most programs begin at 0 or 1.
+    if (!image_number && mask_number.value_or(0) > 1)
+      throw_problems({{camera.name, SourceFault::no_frames,
+                       matte->file +
+                           ": the masks of a video must begin at number 0 or 1, for its "
+                           "first image; they begin at " +
+                           std::to_string(*mask_number)}});
     return std::make_unique<MatteFinder>(std::move(masks), offset, std::move(within),
                                          config.coverage);
   }

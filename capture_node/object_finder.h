@@ -25,6 +25,8 @@ class ObjectFinder {
     std::optional<Segmentation> segmentation;
     std::string reason;
     bool ended = false;
+    // All object pixels of the image are outside `volume_m` and `regions` of segmentation.
+    bool all_outside = false;
   };
   virtual Found find(const cv::Mat& image, std::int64_t index) = 0;
   // Returns the number of images that can have object pixels, if it is at most `up_to`; see

@@ -6,13 +6,16 @@
 #include <cstdio>
 #include <fstream>
 #include <iostream>
+#include <map>
 #include <mutex>
 #include <opencv2/imgcodecs.hpp>
+#include <set>
 
 #include "capture_node/capture.h"
 #include "capture_node/frame_range.h"
 #include "capture_node/overlay.h"
 #include "common/config/deployment.h"
+#include "common/hull/cpu/has_hull.h"
 #include "common/hull/pbm.h"
 
 namespace fivepipe::capture {
@@ -52,6 +55,17 @@ void write_text(const std::filesystem::path& file, const std::string& text) {
   if (!out.flush()) throw std::runtime_error(file.string() + ": cannot be written");
 }
 
+// ", camera at (1.20, -0.55, 2.05) m".
+std::string position_text(const config::Deployment& deployment, const std::string& name) {
+  for (const config::RigCamera& camera : deployment.rig.cameras)
+    if (camera.name == name) {
+      const Eigen::Vector3d at_m =
+          geometry::camera_center_world_m(config::published_camera(camera));
+      return fmt::format(", camera at ({:.2f}, {:.2f}, {:.2f}) m", at_m.x(), at_m.y(), at_m.z());
+    }
+  return "";
+}
+
 // Writes the maps of one frame, the cameras and the volume. Prints the fraction of object pixels of
 // each camera, after `prefix`.
 void write_frame(const config::Deployment& deployment, const std::vector<CapturedCamera>& captured,
@@ -75,8 +89,8 @@ void write_frame(const config::Deployment& deployment, const std::vector<Capture
     }
     const double fraction =
         double(pixels.count()) / (double(pixels.width_px()) * pixels.height_px());
-    std::cout << fmt::format("{}{}: {:.1f} % object pixels\n", prefix, of_camera.camera,
-                             100 * fraction);
+    std::cout << fmt::format("{}{}: {:.1f} % object pixels{}\n", prefix, of_camera.camera,
+                             100 * fraction, position_text(deployment, of_camera.camera));
   }
   if (written == 0) throw std::runtime_error("no capture_node has a camera that gives shape");
   write_text(folder / "cameras.txt", cameras);
@@ -85,6 +99,44 @@ void write_frame(const config::Deployment& deployment, const std::vector<Capture
              fmt::format("# volume_m of the rig: min, max [m]\n{:.17g} {:.17g}\n",
                          fmt::join(volume_m.min().data(), volume_m.min().data() + 3, " "),
                          fmt::join(volume_m.max().data(), volume_m.max().data() + 3, " ")));
+}
+
+// Says whether the silhouettes have a common point, and if not, without which cameras they have
+// one.
+std::string common_point_text(const config::Deployment& deployment,
+                              const std::vector<CapturedCamera>& captured) {
+  std::vector<hull::Silhouette> all;
+  std::vector<std::string> names;
+  for (const CapturedCamera& of_camera : captured)
+    for (const config::RigCamera& camera : deployment.rig.cameras)
+      if (camera.name == of_camera.camera && of_camera.pixels && of_camera.pixels->count() > 0) {
+        all.push_back({config::published_camera(camera), *of_camera.pixels});
+        names.push_back(camera.name);
+      }
+  // Another message names a camera without object pixels.
+  if (all.size() < config::shape_cameras(deployment.rig).size()) return "";
+  base::WorkerPool pool(1);
+  hull::CpuHull hull(pool);
+  const auto has_hull_without = [&](const std::set<std::size_t>& left_out) {
+    std::vector<hull::Silhouette> some;
+    for (std::size_t i = 0; i < all.size(); ++i)
+      if (!left_out.contains(i)) some.push_back(all[i]);
+    hull.assign(some, deployment.hull_rule);
+    return hull::has_hull(hull, some);
+  };
+  if (has_hull_without({})) return "";
+  std::string text = std::string("no hull: ") + hull::kNoCommonPoint + '\n';
+  // Two cameras nearly always have a common point.
+  constexpr std::size_t kMinCameras = 3;
+  const std::size_t before = text.size();
+  for (std::size_t i = 0; i < all.size() && all.size() > kMinCameras - 1; ++i)
+    if (all.size() - 1 >= kMinCameras && has_hull_without({i}))
+      text += "there is a hull without " + names[i] + '\n';
+  for (std::size_t i = 0; i < all.size() && text.size() == before; ++i)
+    for (std::size_t j = i + 1; j < all.size() && all.size() - 2 >= kMinCameras; ++j)
+      if (has_hull_without({i, j}))
+        text += "there is a hull without " + names[i] + " and " + names[j] + '\n';
+  return text;
 }
 
 int run(const Options& options) {
@@ -106,6 +158,8 @@ int run(const Options& options) {
     capture.set_observer([&](const config::RigCamera& camera, const cv::Mat& image,
                              const Segmentation& segmentation) {
       cv::Mat picture = overlay(image, segmentation);
+      if (camera.mount == config::Mount::world)
+        draw_volume(picture, camera, deployment.rig.volume_m);
       const std::lock_guard lock(mutex);
       overlays[camera.name] = std::move(picture);
     });
@@ -121,6 +175,7 @@ int run(const Options& options) {
     std::filesystem::create_directories(folder);
     write_frame(deployment, captured, frame, folder,
                 is_single ? "" : fmt::format("frame {}, ", frame));
+    std::cout << common_point_text(deployment, captured);
     for (const auto& [camera, picture] : overlays)
       if (const auto file = folder / (camera + "_overlay.png");
           !cv::imwrite(file.string(), picture))

@@ -1,10 +1,12 @@
 #include "recon_node/reconstruction_pipe.h"
 
 #include <algorithm>
+#include <chrono>
 #include <deque>
 
 #include "common/base/realtime.h"
 #include "common/config/views.h"
+#include "common/hull/cpu/has_hull.h"
 #include "common/pipeline/frames/tile_balancer.h"
 #include "common/pipeline/messages/view_messages.h"
 #include "common/pipeline/node/frame_set_reader.h"
@@ -18,6 +20,9 @@ namespace {
 
 // At most this many frame sets wait for their head poses.
 constexpr std::size_t kMaxWaiting = 4;
+// Of the checks for a common point of the silhouettes, once per second: a hand may leave the
+// volume.
+constexpr int kMinChecks = 3;
 
 class ReconstructionPipe {
  public:
@@ -175,6 +180,7 @@ class ReconstructionPipe {
     std::vector<Reconstructor::ViewTiles> views = own_views(pose);
     node::FrameSteps steps;
     const node::InputTimes times{set.first_received_ns, set.last_received_ns};
+    check_common_point(set);
     if (views.front().tiles.empty())
       return traces_.handled(set.frame, set.capture_stamp_ns, times, std::move(steps));
     const std::vector<hull::ColourRegion> colours = inputs_.take_colours(set.frame);
@@ -209,6 +215,21 @@ class ReconstructionPipe {
     inputs_.drop_colours_up_to(set.frame);
   }
 
+  // Poses that do not fit leave a picture without objects and without any other message.
+  void check_common_point(const frames::FrameSet& set) {
+    const auto now = std::chrono::steady_clock::now();
+    if (config_.worker_index != 0 || now < next_check_) return;
+    next_check_ = now + std::chrono::seconds(1);
+    bool is_common = true;
+    if (set.empty_cameras.empty()) {
+      checked_.assign(set.silhouettes, node_.deployment.hull_rule);
+      is_common = hull::has_hull(checked_, set.silhouettes);
+    }
+    checks_without_ = is_common ? 0 : checks_without_ + 1;
+    node_.status.diagnostic("silhouettes",
+                            checks_without_ >= kMinChecks ? hull::kNoCommonPoint : "");
+  }
+
   TileFrame frame_of(const frames::FrameSet& set, const std::string& name,
                      const hull::View& view) const {
     return {name,
@@ -233,6 +254,10 @@ class ReconstructionPipe {
   node::FrameTracer traces_;
   bus::Writer<bus::topics::HullTile> tiles_;
   bus::Writer<bus::topics::TileCosts> costs_;
+  base::WorkerPool check_pool_{1};
+  hull::CpuHull checked_{check_pool_};
+  std::chrono::steady_clock::time_point next_check_;
+  int checks_without_ = 0;                // one after the other
   std::deque<frames::FrameSet> waiting_;  // frame sets that wait for their poses
   FrameInputs inputs_;
 };

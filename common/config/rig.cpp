@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <limits>
 #include <map>
 
 #include "common/config/read_files.h"
@@ -112,6 +113,21 @@ geometry::Pinhole whole_published(const YamlMap& map, const RigCamera& camera) {
   return camera.source;
 }
 
+// The width or height of the box in the image [px], whichever is larger; infinite if a corner of
+// the box is not in front of the camera.
+double size_px(const geometry::Camera& camera, const Eigen::AlignedBox3d& box_m) {
+  Eigen::AlignedBox2d bounds;
+  for (int corner = 0; corner < 8; ++corner) {
+    const auto seen =
+        geometry::project(camera, box_m.corner(Eigen::AlignedBox3d::CornerType(corner)));
+    if (!seen) return std::numeric_limits<double>::infinity();
+    bounds.extend(*seen);
+  }
+  return bounds.sizes().maxCoeff();
+}
+// Poses in millimetres, with a volume in metres, are a thousand times too far away.
+constexpr int kMinVolume_px = 4;
+
 RigCamera read_camera(YamlMap map, const Eigen::AlignedBox3d& volume_m) {
   const std::size_t problems_before = map.problem_count();
   RigCamera camera;
@@ -139,7 +155,15 @@ RigCamera read_camera(YamlMap map, const Eigen::AlignedBox3d& volume_m) {
   check_usable(map, camera);
   if (map.problem_count() == problems_before && camera.gives_shape && !volume_m.isEmpty() &&
       !geometry::is_box_visible(published_camera(camera), volume_m))
-    map.problem("camera " + camera.name + " sees no part of volume_m: check its pose and volume_m");
+    map.problem("camera " + camera.name +
+                " sees no part of volume_m: check its pose (is it that from world to camera, with "
+                "translation_m in metres?) and volume_m");
+  else if (map.problem_count() == problems_before && camera.gives_shape && !volume_m.isEmpty() &&
+           size_px(published_camera(camera), volume_m) < kMinVolume_px)
+    map.problem(
+        fmt::format("camera {} sees volume_m as less than {} px: check its pose (is "
+                    "translation_m in metres?) and volume_m",
+                    camera.name, kMinVolume_px));
   return camera;
 }
 

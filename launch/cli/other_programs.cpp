@@ -30,7 +30,8 @@ std::vector<std::string> suites() {
 // Replaces this process by the program that words.front() names.
 [[noreturn]] void exec_program(std::vector<std::string> words) {
   if (!std::filesystem::exists(words.front()))
-    throw base::UsageError(words.front() + " is not built; run launch/build");
+    throw base::UsageError(words.front() + " is not built; run launch/build --target " +
+                           std::filesystem::path(words.front()).filename().string());
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);

@@ -88,5 +88,46 @@ TEST_F(FilesThatLoop, AShorterVideoOfACameraThatOnlyGivesColourCounts) {
     expect_length(3, frames);
 }
 
+// The images of a video have no numbers: its masks begin at 0 or 1.
+TEST_F(FilesThatLoop, MasksOfAVideoBeginAt0Or1) {
+  for (const int first : {0, 1, 2}) {
+    const std::string name = "m" + std::to_string(first) + "_%d.png";
+    for (int n = 0; n < 3; ++n)
+      cv::imwrite(path("m" + std::to_string(first) + "_" + std::to_string(first + n) + ".png"),
+                  image_of(n, cv::Scalar::all(0), cv::Scalar::all(255)));
+    rig_.cameras.clear();
+    add_camera("cam", video("video.avi", 3), config::MatteFile{path(name)});
+    if (first < 2) {
+      expect_length(3, {0, 1, 2, 3});
+      continue;
+    }
+    try {
+      Capture(rig_, viewer_, config_, 30);
+      FAIL() << "no error";
+    } catch (const SourceError& error) {
+      EXPECT_EQ(std::string(error.what()),
+                "cam: " + path(name) +
+                    ": the masks of a video must begin at number 0 or 1, for its "
+                    "first image; they begin at 2");
+    }
+  }
+}
+
+// All pixels of the mask are outside of the searched volume.
+TEST_F(FilesThatLoop, AMaskOutsideOfTheVolumeIsNamed) {
+  add_camera("cam", video("video.avi", 3),
+             config::MatteFile{video("matte.avi", 3, cv::Scalar::all(0), cv::Scalar::all(255))});
+  const auto diagnostics = [&](double x_m) {
+    config_.segmentation.volume_m =
+        Eigen::AlignedBox3d(Eigen::Vector3d(x_m - 5, -5, -5), Eigen::Vector3d(x_m + 5, 5, 5));
+    return Capture(rig_, viewer_, config_, 30).capture(0, false).at(0).diagnostics;
+  };
+  EXPECT_TRUE(diagnostics(0).empty());
+  const std::vector<std::string> found = diagnostics(-8);
+  ASSERT_FALSE(found.empty());
+  EXPECT_TRUE(found[0].starts_with("all its object pixels are outside of `volume_m` or `regions`"))
+      << found[0];
+}
+
 }  // namespace
 }  // namespace fivepipe::capture

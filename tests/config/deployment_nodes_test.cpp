@@ -64,7 +64,8 @@ TEST_F(DeploymentFile, ACameraFindsItsObjectsInOneWay) {
   EXPECT_EQ(defaults.max_angle_deg, 30);
   EXPECT_EQ(defaults.min_chroma, 0.3);
   using ::testing::HasSubstr;
-  EXPECT_THAT(problems(nodes("alpha: false")), ElementsAre(HasSubstr("background is missing")));
+  EXPECT_THAT(problems(nodes("alpha: false")),
+              ElementsAre(HasSubstr("set one of background, matte, alpha and chroma_key")));
   EXPECT_THAT(problems(nodes("matte: x%d.png")),
               ElementsAre(HasSubstr("x%d.png: no picture has such a name")));
   EXPECT_THAT(problems(nodes("matte: x%s.png")),
@@ -209,7 +210,9 @@ TEST_F(DeploymentFile, ReportsEveryProblemOfNodesWithItsLocation) {
       ElementsAre(
           "deployment.yaml:9:12: cores contains core 0 twice",
           "deployment.yaml:9:16: cores[1] must be from 0 to 1023, is -1",
-          "deployment.yaml:11:13: background is missing in left",
+          "deployment.yaml:11:13: set one of background, matte, alpha and chroma_key: how to find "
+          "the "
+          "objects in the images",
           "deployment.yaml:11:21: video " + (folder() / "absent.avi").string() +
               ": there is no such file",
           "deployment.yaml:12:43: background_frames must be from 1 to 128, is 0",

@@ -289,10 +289,23 @@ TEST_F(RigFile, PoseMustMatchMount) {
 }
 
 TEST_F(RigFile, CameraThatMissesVolumeIsReported) {
+  EXPECT_THAT(problems(rig_with("    look_at: {eye_m: [3, 0, 0.5], target_m: [6, 0, 0.5]}\n")),
+              ElementsAre("rig.yaml:4:5: camera cam sees no part of volume_m: check its pose (is "
+                          "it that from world "
+                          "to camera, with translation_m in metres?) and volume_m"));
+}
+
+TEST_F(RigFile, APoseInMillimetresIsReported) {
+  const auto pose = [](const char* z) {
+    return "    camera_from_world: {rotation: [[1, 0, 0], [0, 0, -1], [0, 1, 0]], translation_m: "
+           "[0, 0, " +
+           std::string(z) + "]}\n";
+  };
+  EXPECT_TRUE(problems(rig_with(pose("3"))).empty());
   EXPECT_THAT(
-      problems(rig_with("    look_at: {eye_m: [3, 0, 0.5], target_m: [6, 0, 0.5]}\n")),
-      ElementsAre(
-          "rig.yaml:4:5: camera cam sees no part of volume_m: check its pose and volume_m"));
+      problems(rig_with(pose("3000"))),
+      ElementsAre("rig.yaml:4:5: camera cam sees volume_m as less than 4 px: check its pose "
+                  "(is translation_m in metres?) and volume_m"));
 }
 
 // One fault is one problem: the volume is unknown then.

@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <thread>
 
 #include "common/base/realtime.h"
 #include "common/config/deployment.h"
 #include "common/config/views.h"
+#include "common/hull/cpu/has_hull.h"
 #include "common/hull/oracle/reference.h"
 #include "common/pipeline/frames/frame_set_assembler.h"
 #include "common/pipeline/messages/camera_messages.h"
@@ -563,6 +565,34 @@ TEST_F(ReconNode, NamesTheCamerasThatEmptyTheHull) {
   EXPECT_FALSE(report.diagnostics.contains("hull"));
   // An empty hull has no colour to miss: frames 0 and 2.
   EXPECT_EQ(report.counts.at("frames_without_colour"), 2u);
+}
+
+// The ball is elsewhere for each camera, as if their poses were exchanged.
+TEST_F(ReconNode, SaysThatSilhouettesHaveNoCommonPoint) {
+  start_with(kTwoWorkers);
+  hull::ObjectPixels top(40, 30), bottom(40, 30);
+  for (int v = 0; v < 4; ++v) {
+    top.set_run(15, 25, v);
+    bottom.set_run(15, 25, 29 - v);
+  }
+  std::uint64_t frame = 0;
+  EXPECT_TRUE(holds([&] {
+    send_pose(++frame, {0, 0, 0, 0});
+    for (const config::RigCamera& camera : deployment_.rig.cameras)
+      deliver(maps_, messages::map_message(camera.name, frame, stamp_of(frame),
+                                           camera.name == "side" ? bottom : top)
+                         .message());
+    std::this_thread::sleep_for(100ms);
+    const auto& diagnostics = report().diagnostics;
+    return diagnostics.contains("silhouettes") &&
+           diagnostics.at("silhouettes") == hull::kNoCommonPoint;
+  })) << said();
+  EXPECT_GE(frame, 10u) << "not after the first check";
+  EXPECT_TRUE(holds([&] {
+    send_frame(++frame, {});
+    std::this_thread::sleep_for(100ms);
+    return !report().diagnostics.contains("silhouettes");
+  })) << said();
 }
 
 // Camera `side` sends nothing. Its capture_node decides whether frames go on without it.

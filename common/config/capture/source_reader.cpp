@@ -56,6 +56,12 @@ ObjectKey read_object_key(YamlMap& map, bool is_video, bool is_here) {
     return matte;
   }
   if (is_video && map.has(kAlpha) && map.flag(kAlpha)) return AlphaChannel{};
+  if (is_video && present.empty()) {
+    map.problem(std::string("set one of ") + kBackground + ", " + kMatte + ", " + kAlpha + " and " +
+                kChroma + ": how to find the objects in the images");
+    map.has(kBackground);
+    return LearnedBackground{};
+  }
   LearnedBackground background;
   if (is_video || map.has(kBackground))
     background.file = read_image_path(map, kBackground, is_here);
