@@ -263,7 +263,7 @@ TEST(Command, MapsOfARangeHaveAFolderEachAndOverlays) {
     ASSERT_EQ(picture.size(), cv::Size(50, 40)) << name;
     const int top = name == "frame_000000" ? 8 : 10;
     EXPECT_EQ(picture.at<cv::Vec3b>(top, 20), cv::Vec3b(255, 255, 255)) << "the outline";
-    EXPECT_EQ(picture.at<cv::Vec3b>(top + 2, 22), cv::Vec3b(81, 81, 188)) << "half red";
+    EXPECT_EQ(picture.at<cv::Vec3b>(top + 1, 22), cv::Vec3b(81, 81, 188)) << "half red";
     EXPECT_EQ(picture.at<cv::Vec3b>(top + 9, 22), cv::Vec3b(36, 36, 36)) << "darkened";
     // The z axis of the world, which the camera sees in the middle of its image.
     const cv::Vec3b axis = picture.at<cv::Vec3b>(top + 9, 25);
