@@ -66,11 +66,10 @@ std::vector<double> ddsperf_medians(std::uint32_t domain, std::size_t size_bytes
   return medians_us;
 }
 
-void ping(std::uint32_t domain, const std::string& profile, BusTimes& times) {
+void ping(std::uint32_t domain, BusTimes& times) {
   launch::ChildProcess echo(
-      {launch::program_folder() / "fivepipe_measure", "bus-echo", std::to_string(domain), profile},
-      {});
-  bus::Bus bus({domain, profile, "ping"});
+      {launch::program_folder() / "fivepipe_measure", "bus-echo", std::to_string(domain)}, {});
+  bus::Bus bus({.domain = domain, .participant = "ping"});
   auto maps = bus.writer<bus::topics::ObjectPixelMap>();
   auto colours = bus.reader<bus::topics::ObjectColour>();
   for (const auto until = Clock::now() + kMatchTimeout;
@@ -105,9 +104,9 @@ void ping(std::uint32_t domain, const std::string& profile, BusTimes& times) {
 
 }  // namespace
 
-int echo_on_bus(std::uint32_t domain, const std::string& profile) {
+int echo_on_bus(std::uint32_t domain) {
   launch::catch_signals();
-  bus::Bus bus({domain, profile, "echo"});
+  bus::Bus bus({.domain = domain, .participant = "echo"});
   auto maps = bus.reader<bus::topics::ObjectPixelMap>();
   auto colours = bus.writer<bus::topics::ObjectColour>();
   while (launch::signals_received() == 0) {
@@ -125,18 +124,17 @@ int echo_on_bus(std::uint32_t domain, const std::string& profile) {
   return 0;
 }
 
-std::vector<BusTimes> time_bus(const std::vector<std::size_t>& sizes_bytes, int rounds,
-                               const std::string& profile) {
+std::vector<BusTimes> time_bus(const std::vector<std::size_t>& sizes_bytes, int rounds) {
   // ddsperf inherits the same network settings.
   const std::string xml =
-      bus::fitted_to_kernel(bus::profile_xml(profile), bus::kernel_rmem_max_bytes()).xml;
+      bus::fitted_to_kernel(bus::profile_xml({}), bus::kernel_rmem_max_bytes()).xml;
   setenv("CYCLONEDDS_URI", xml.c_str(), 1);
   std::vector<BusTimes> all;
   for (const std::size_t size_bytes : sizes_bytes) all.push_back({size_bytes, {}, {}, {}});
-  const std::uint32_t domain = free_domain(profile);
+  const std::uint32_t domain = free_domain();
   for (int round = 0; round < rounds; ++round)
     for (BusTimes& times : all) {
-      ping(domain, profile, times);
+      ping(domain, times);
       for (const double us : ddsperf_medians(domain, times.size_bytes, "waitset"))
         times.ddsperf_us.push_back(us);
       for (const double us : ddsperf_medians(domain, times.size_bytes, "listener"))

@@ -3,7 +3,6 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
-#include <string>
 #include <vector>
 
 namespace fivepipe::node_bench {
@@ -19,10 +18,9 @@ struct BusTimes {
 // Measures the sizes and methods alternately, in `rounds` rounds of a few seconds per size. Throws
 // std::runtime_error if ddsperf is missing or prints no times, if a message does not return, or
 // after a signal.
-std::vector<BusTimes> time_bus(const std::vector<std::size_t>& sizes_bytes, int rounds,
-                               const std::string& profile);
+std::vector<BusTimes> time_bus(const std::vector<std::size_t>& sizes_bytes, int rounds);
 
 // The other end: answers until SIGTERM. time_bus() starts it in its own process.
-int echo_on_bus(std::uint32_t domain, const std::string& profile);
+int echo_on_bus(std::uint32_t domain);
 
 }  // namespace fivepipe::node_bench

@@ -20,10 +20,10 @@ constexpr auto kDiscoveryTime = 400ms;
 
 }  // namespace
 
-std::uint32_t free_domain(const std::string& profile) {
+std::uint32_t free_domain() {
   for (std::uint32_t i = 0; i < kDomainCount; ++i) {
     const std::uint32_t domain = kFirstDomain + (std::uint32_t(getpid()) + i) % kDomainCount;
-    bus::Bus bus({domain, profile, "bench"});
+    bus::Bus bus({.domain = domain, .participant = "bench"});
     for (const auto until = std::chrono::steady_clock::now() + kDiscoveryTime;
          std::chrono::steady_clock::now() < until;)
       bus.wait(20ms);

@@ -51,8 +51,8 @@ Libraries loaded_libraries(pid_t pid) {
 std::map<std::string, Libraries> libraries_of_nodes(const std::filesystem::path& deployment,
                                                     const std::filesystem::path& out) {
   const config::Deployment loaded = config::load_deployment(deployment);
-  const std::uint32_t domain = free_domain(loaded.network_profile);
-  bus::Bus bus({domain, loaded.network_profile, "bench"});
+  const std::uint32_t domain = free_domain();
+  bus::Bus bus({.domain = domain, .participant = "bench"});
   auto composited = bus.reader<bus::topics::FrameComposited>();
   NodesToStart to_start{
       .deployment = &loaded, .file = deployment, .settings = {}, .nodes = {}, .out = out};

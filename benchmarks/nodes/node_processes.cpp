@@ -53,7 +53,8 @@ NodeProcesses::NodeProcesses(const NodesToStart& options, std::uint32_t domain) 
                                    "--domain",
                                    std::to_string(domain),
                                    "--out",
-                                   options.out};
+                                   options.out,
+                                   "--local"};
     for (const auto& [key, value] : options.settings)
       words.insert(words.end(), {"--set", key + "=" + value});
     children_.emplace(name, std::make_unique<launch::ChildProcess>(words, node->cores));

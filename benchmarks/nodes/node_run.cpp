@@ -119,12 +119,11 @@ bool is_valid_run(const NodeRun& run) {
 }
 
 NodeRun run_nodes(const recording::Recording& recording, const NodeRunOptions& options) {
-  const std::string& profile = options.deployment->network_profile;
-  const std::uint32_t domain = free_domain(profile);
+  const std::uint32_t domain = free_domain();
   const replay::ReplayPlan plan = plan_of(recording, options);
   NodeProcesses nodes(options, domain);
-  bus::Bus bus({domain, profile, "replay", true});
-  RunObserver observer(bus, domain, profile, {options.nodes.begin(), options.nodes.end()});
+  bus::Bus bus({.domain = domain, .participant = "replay", .frequent_heartbeats = true});
+  RunObserver observer(bus, domain, {options.nodes.begin(), options.nodes.end()});
   if (std::any_of(plan.nodes.begin(), plan.nodes.end(), [&](const replay::ReplayedNode& node) {
         return replay::outputs_of(node.program, options.deployment->scene)
             .contains(bus::topics::FrameComposited::name);

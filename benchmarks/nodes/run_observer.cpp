@@ -19,8 +19,8 @@ class RunObserver::CompositeListener {
   struct ReceivedComposite {
     std::int64_t composited_ns = 0, received_ns = 0;
   };
-  CompositeListener(std::uint32_t domain, const std::string& profile)
-      : bus_({domain, profile, "bench_composites"}),
+  explicit CompositeListener(std::uint32_t domain)
+      : bus_({.domain = domain, .participant = "bench_composites"}),
         composited_(bus_.reader<bus::topics::FrameComposited>()),
         thread_([this](std::stop_token stop) {
           for (bool last = false; !last; take()) {
@@ -49,17 +49,15 @@ class RunObserver::CompositeListener {
   std::jthread thread_;
 };
 
-RunObserver::RunObserver(bus::Bus& bus, std::uint32_t domain, const std::string& profile,
-                         std::set<std::string> nodes)
+RunObserver::RunObserver(bus::Bus& bus, std::uint32_t domain, std::set<std::string> nodes)
     : domain_(domain),
-      profile_(profile),
       bus_(bus),
       nodes_(std::move(nodes)),
       statuses_in_(bus.reader<bus::topics::NodeStatus>()) {}
 RunObserver::~RunObserver() = default;
 
 void RunObserver::listen_to_composites() {
-  composites_ = std::make_unique<CompositeListener>(domain_, profile_);
+  composites_ = std::make_unique<CompositeListener>(domain_);
 }
 
 void RunObserver::trace_bus() {

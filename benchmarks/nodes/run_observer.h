@@ -28,8 +28,7 @@ struct RunObservations {
 class RunObserver {
  public:
   // `nodes` are the observed nodes. `bus` must outlive this object.
-  RunObserver(bus::Bus& bus, std::uint32_t domain, const std::string& profile,
-              std::set<std::string> nodes);
+  RunObserver(bus::Bus& bus, std::uint32_t domain, std::set<std::string> nodes);
   ~RunObserver();
 
   void listen_to_composites();
@@ -43,7 +42,6 @@ class RunObserver {
  private:
   class CompositeListener;
   const std::uint32_t domain_;
-  const std::string profile_;
   bus::Bus& bus_;
   const std::set<std::string> nodes_;
   bus::Reader<bus::topics::NodeStatus> statuses_in_;

@@ -151,6 +151,7 @@ void read_nodes(YamlMap& map, Deployment& deployment, bool rig_is_valid, bool vi
   for (YamlMap& node : map.maps("nodes")) nodes.push_back(read_node(node, deployment.rig));
   const SourceLocation location = map.location_of("nodes");
   check_names_and_counts(nodes, map.file(), map.problems());
+  check_hosts(nodes, deployment.hosts, map.file(), map.problems());
   const bool nodes_are_good = map.problem_count() == problems_before;
   if (rig_is_valid) check_sources(nodes, deployment.rig, map.file(), location, map.problems());
   if (deployment.coverage) check_coverage(nodes, map.file(), map.problems());
@@ -218,7 +219,13 @@ Deployment read_deployment(const std::filesystem::path& file,
   map.use_settings(settings);
   deployment.name = map.name("name");
   deployment.domain = std::uint32_t(map.integer("domain", kDomains, 0));
-  deployment.network_profile = map.name("network_profile", deployment.network_profile);
+  deployment.hosts = read_hosts(map);
+  deployment.network_profile =
+      map.name("network_profile", deployment.hosts.size() > 1 ? "lan" : deployment.network_profile);
+  if (deployment.hosts.size() > 1 && deployment.network_profile == "loopback")
+    map.problem_at("network_profile",
+                   "network_profile loopback reaches no other machine: with several hosts, use lan "
+                   "or lossy");
   deployment.frame_rate_hz = map.number("frame_rate_hz", {0, 1000, true}, deployment.frame_rate_hz);
   const std::size_t problems_before_rig = problems.count();
   deployment.rig = read_named_file(map, "rig", read_rig);

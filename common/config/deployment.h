@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "common/config/capture/capture_config.h"
+#include "common/config/hosts.h"
 #include "common/config/recon_config.h"
 #include "common/config/render_config.h"
 #include "common/config/rig.h"
@@ -29,7 +30,7 @@ using NodeConfig = std::variant<CaptureConfig, ReconConfig, SimConfig, RenderCon
 
 struct Node {
   std::string name;        // unique
-  std::string host;        // empty: any host
+  std::string host;        // empty: any host; else one of Deployment::hosts, if there are any
   std::vector<int> cores;  // CPU cores to which the process is pinned; empty: not pinned
   NodeConfig config;
   int line = 0;  // in the deployment file
@@ -43,8 +44,9 @@ struct Deployment {
   // All files that were read: the deployment file first, then rig, scene, meshes with the
   // textures beside them, and head path. Excludes videos and pictures.
   std::vector<std::filesystem::path> files;
-  std::uint32_t domain = 0;  // DDS domain
-  std::string network_profile = "loopback";
+  std::uint32_t domain = 0;                  // DDS domain
+  std::vector<Host> hosts;                   // empty: the nodes' `host` are names of machines
+  std::string network_profile = "loopback";  // with several hosts by default "lan"
   double frame_rate_hz = 30;
   Rig rig;
   Scene scene;

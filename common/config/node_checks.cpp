@@ -1,6 +1,7 @@
 #include "common/config/node_checks.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <tuple>
@@ -93,6 +94,23 @@ void check_names_and_counts(const std::vector<ParsedNode>& nodes, const std::fil
       problems.add(file, parsed.location,
                    fmt::format("a deployment has at most one {}, the first is in line {}",
                                single->first, single->second));
+  }
+}
+
+void check_hosts(const std::vector<ParsedNode>& nodes, const std::vector<Host>& hosts,
+                 const std::filesystem::path& file, Problems& problems) {
+  if (hosts.empty()) return;
+  std::vector<std::string> names;
+  for (const Host& host : hosts) names.push_back(host.name);
+  for (const ParsedNode& parsed : nodes) {
+    const std::string& host = parsed.node.host;
+    if (std::find(names.begin(), names.end(), host) != names.end()) continue;
+    const auto nearest = nearest_word(host, names);
+    problems.add(file, parsed.location,
+                 host.empty() ? parsed.node.name + " names no host: add host: NAME, one of " +
+                                    fmt::format("{}", fmt::join(names, ", "))
+                              : "hosts has no " + host +
+                                    (nearest ? ": did you mean " + *nearest + '?' : ""));
   }
 }
 

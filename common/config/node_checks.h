@@ -15,6 +15,9 @@ void check_sources(const std::vector<ParsedNode>& nodes, const Rig& rig,
 // Checks that node names are unique, and that there is at most one sim_node and one render_node.
 void check_names_and_counts(const std::vector<ParsedNode>& nodes, const std::filesystem::path& file,
                             Problems& problems);
+// Checks that each node names one of the hosts, unless the deployment names none.
+void check_hosts(const std::vector<ParsedNode>& nodes, const std::vector<Host>& hosts,
+                 const std::filesystem::path& file, Problems& problems);
 // Checks that no reconstruction node of a deployment with coverage uses a backend without it.
 void check_coverage(const std::vector<ParsedNode>& nodes, const std::filesystem::path& file,
                     Problems& problems);

@@ -49,9 +49,9 @@ Finding check_gl() {
   }
 }
 
-Finding check_receive_buffer(const std::string& profile) {
+Finding check_receive_buffer(const bus::Network& network) {
   const std::size_t granted_bytes = bus::kernel_rmem_max_bytes();
-  const bus::FittedProfile fitted = bus::fitted_to_kernel(bus::profile_xml(profile), granted_bytes);
+  const bus::FittedProfile fitted = bus::fitted_to_kernel(bus::profile_xml(network), granted_bytes);
   const std::string what =
       "kernel receive buffers: up to " + std::to_string(granted_bytes) + " bytes";
   if (fitted.warning.empty()) return {Verdict::ok, what, ""};
@@ -69,12 +69,12 @@ Finding check_loopback() {
   return {Verdict::fail, "loopback interface: down", "enable it: ip link set lo up"};
 }
 
-Finding check_dds(const NetworkOptions& options) {
+Finding check_dds(const JoinedNetwork& options) {
   try {
-    const bus::Bus bus({options.domain, options.profile});
+    const bus::Bus bus({options.domain, options.network});
     return {Verdict::ok,
             "DDS: participant in domain " + std::to_string(options.domain) + " with profile " +
-                options.profile,
+                options.network.profile,
             ""};
   } catch (const bus::BusError& error) {
     return {Verdict::fail, std::string("DDS: ") + error.what(),
@@ -119,9 +119,10 @@ Finding check_disk() {
           "composites and recordings need space: delete files or choose another --out"};
 }
 
-int run_doctor(const NetworkOptions& options) {
+int run_doctor(const NetworkOptions& given) {
+  const JoinedNetwork options = network_from(given);
   std::vector<Finding> findings = {
-      check_build(),    check_gl(),         check_receive_buffer(options.profile),
+      check_build(),    check_gl(),         check_receive_buffer(options.network),
       check_loopback(), check_dds(options), check_cores(),
       check_disk()};
   for (Finding& camera : check_cameras()) findings.push_back(std::move(camera));
@@ -150,6 +151,7 @@ void add_doctor(CLI::App& app, Command& command) {
       "Example:\n  fivepipe doctor\n\n"
       "Exit codes: 0 ready, possibly with warnings; 3 something required is missing.");
   add_network_options(doctor, *options);
+  add_deployment_options(doctor, *options);
   doctor->callback([options, &command] { command = [options] { return run_doctor(*options); }; });
 }
 

@@ -17,8 +17,11 @@ struct EchoOptions {
 int run_echo(const EchoOptions& options) {
   EchoRequest request = options.request;
   if (!options.field.empty()) request.text.field = FieldPath(options.field);
-  request.domain = options.network.domain;
-  request.profile = options.network.profile;
+  if (request.file.empty()) {
+    const JoinedNetwork joined = network_from(options.network);
+    request.domain = joined.domain;
+    request.network = joined.network;
+  }
   catch_signals();
   return echo(request, [] { return signals_received() > 0; });
 }
@@ -63,8 +66,10 @@ void add_echo(CLI::App& app, Command& command) {
   echo->add_flag("--bare", request.text.bare,
                  "print values only: no writers, no times, no key changes");
   add_network_options(echo, options->network);
+  add_deployment_options(echo, options->network);
   echo->get_option("--domain")->excludes(file);
   echo->get_option("--profile")->excludes(file);
+  echo->get_option("--deployment")->excludes(file);
   echo->callback([options, &command] {
     command = [options] { return base::report_errors([&] { return run_echo(*options); }); };
   });

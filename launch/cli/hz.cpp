@@ -15,8 +15,11 @@ struct HzOptions {
 
 int run_hz(const HzOptions& options) {
   HzRequest request = options.request;
-  request.domain = options.network.domain;
-  request.profile = options.network.profile;
+  if (request.file.empty()) {
+    const JoinedNetwork joined = network_from(options.network);
+    request.domain = joined.domain;
+    request.network = joined.network;
+  }
   catch_signals();
   return measure_rate(request, [] { return signals_received() > 0; });
 }
@@ -44,8 +47,10 @@ void add_hz(CLI::App& app, Command& command) {
       ->check(CLI::Range(0.1, 86400.0))
       ->excludes(file);
   add_network_options(hz, options->network);
+  add_deployment_options(hz, options->network);
   hz->get_option("--domain")->excludes(file);
   hz->get_option("--profile")->excludes(file);
+  hz->get_option("--deployment")->excludes(file);
   hz->callback([options, &command] {
     command = [options] { return base::report_errors([&] { return run_hz(*options); }); };
   });

@@ -24,18 +24,20 @@ struct LsOptions {
 int run_ls(const LsOptions& options) {
   const bool of_recording = !options.file.empty();
   std::vector<ListedTopic> topics;
+  JoinedNetwork joined;
   if (of_recording) {
     topics = topics_of(recording::Recording(options.file));
   } else {
-    bus::Bus bus({options.network.domain, options.network.profile, "ls"});
+    joined = network_from(options.network);
+    bus::Bus bus({joined.domain, joined.network, "ls"});
     for (const auto until = Clock::now() + kDiscoveryTime; Clock::now() < until;) bus.wait(100ms);
     topics = topics_of(bus.endpoints());
   }
   if (topics.empty()) {
     std::cerr << (of_recording
                       ? options.file.string() + " contains no topic\n"
-                      : "no participant in domain " + std::to_string(options.network.domain) +
-                            " (profile " + options.network.profile +
+                      : "no participant in domain " + std::to_string(joined.domain) + " (profile " +
+                            joined.network.profile +
                             "); start nodes by `fivepipe up`, or choose another --domain\n");
     return of_recording ? 0 : 3;
   }
@@ -62,8 +64,10 @@ void add_ls(CLI::App& app, Command& command) {
                           ->check(CLI::ExistingFile);
   ls->add_flag("--nodes", options->nodes, "list nodes instead of topics");
   add_network_options(ls, options->network);
+  add_deployment_options(ls, options->network);
   ls->get_option("--domain")->excludes(file);
   ls->get_option("--profile")->excludes(file);
+  ls->get_option("--deployment")->excludes(file);
   ls->callback([options, &command] {
     command = [options] { return base::report_errors([&] { return run_ls(*options); }); };
   });

@@ -4,7 +4,7 @@
 
 #include "common/base/regex.h"
 #include "common/config/deployment.h"
-#include "common/pipeline/bus/profile.h"
+#include "common/pipeline/node/deployment_network.h"
 
 namespace fivepipe::launch {
 namespace {
@@ -87,10 +87,35 @@ CLI::Option* add_domain_option(CLI::App* app, std::uint32_t& domain) {
 }
 
 void add_network_options(CLI::App* app, NetworkOptions& options) {
-  add_domain_option(app, options.domain);
+  options.domain_option = add_domain_option(app, options.domain);
   app->add_option("--profile", options.profile, "network profile")
       ->check(CLI::IsMember(bus::profile_names()))
       ->capture_default_str();
+}
+
+void add_host_options(CLI::App* app, NetworkOptions& options) {
+  app->add_option("--host", options.host,
+                  "name of this machine in the deployment (default: the host with its name or one "
+                  "of its addresses)");
+  app->add_flag("--local", options.local,
+                "use the loopback interface instead of the deployment's network");
+}
+
+void add_deployment_options(CLI::App* app, NetworkOptions& options) {
+  app->add_option("--deployment", options.deployment,
+                  "join the network of this deployment: its domain, profile and hosts")
+      ->excludes(app->get_option("--profile"));
+  if (!app->get_option_no_throw("--set")) add_set_option(app, options.settings);
+  add_host_options(app, options);
+}
+
+JoinedNetwork network_from(const NetworkOptions& options) {
+  if (options.deployment.empty()) return {options.domain, options.profile};
+  const config::Deployment deployment =
+      config::load_deployment(options.deployment, settings_from(options.settings));
+  const bool has_domain = options.domain_option && options.domain_option->count() > 0;
+  return {has_domain ? options.domain : deployment.domain,
+          node::network_of(deployment, options.host, options.local)};
 }
 
 }  // namespace fivepipe::launch

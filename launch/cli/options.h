@@ -2,10 +2,13 @@
 #pragma once
 #include <CLI/CLI.hpp>
 #include <cstdint>
+#include <filesystem>
 #include <map>
 #include <optional>
 #include <string>
 #include <vector>
+
+#include "common/pipeline/bus/profile.h"
 
 namespace fivepipe::launch {
 
@@ -30,11 +33,29 @@ RangeOptions add_range_options(CLI::App* app, double& start_s, std::optional<dou
 // --domain of a command that joins the network with the default profile.
 CLI::Option* add_domain_option(CLI::App* app, std::uint32_t& domain);
 
-// --domain and --profile of a command that joins the network without a deployment.
+// How a command joins the network: by --domain and --profile, or as a deployment does.
 struct NetworkOptions {
   std::uint32_t domain = 0;
   std::string profile = "loopback";
+  std::filesystem::path deployment;
+  std::vector<std::string> settings;  // KEY=VALUE for the deployment
+  std::string host;                   // name of this machine in the deployment; empty: find it
+  bool local = false;                 // the loopback interface, whatever the deployment's network
+  CLI::Option* domain_option = nullptr;
 };
+// --domain and --profile.
 void add_network_options(CLI::App* app, NetworkOptions& options);
+// --host and --local, for a command that has the deployment.
+void add_host_options(CLI::App* app, NetworkOptions& options);
+// --deployment, --set, --host and --local, for a command that only joins the network. A command
+// with a --set of its own copies it to NetworkOptions::settings.
+void add_deployment_options(CLI::App* app, NetworkOptions& options);
+
+struct JoinedNetwork {
+  std::uint32_t domain = 0;
+  bus::Network network;
+};
+// Throws config::ConfigError.
+JoinedNetwork network_from(const NetworkOptions& options);
 
 }  // namespace fivepipe::launch

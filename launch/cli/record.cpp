@@ -1,5 +1,6 @@
 #include <iostream>
 
+#include "common/pipeline/node/deployment_network.h"
 #include "common/recording/replay/recorder.h"
 #include "launch/cli/commands.h"
 #include "launch/cli/options.h"
@@ -30,7 +31,7 @@ int run_record(const RecordOptions& options) {
                  .sync = !options.without_sync},
       .settings = settings_from(options.settings),
       .domain = options.network.domain,
-      .profile = options.network.profile,
+      .network = options.network.profile,
       .name = options.name,
       .duration_s = options.duration_s};
   std::optional<config::Deployment> deployment;
@@ -38,7 +39,7 @@ int run_record(const RecordOptions& options) {
     deployment = config::load_deployment(options.deployment, request.settings);
     request.deployment = &*deployment;
     if (!options.domain_given) request.domain = deployment->domain;
-    request.profile = deployment->network_profile;
+    request.network = node::network_of(*deployment, options.network.host, options.network.local);
   }
   std::string refusal = options.force ? "" : replay::refusal_to_overwrite(options.file);
   if (request.topics.empty())
@@ -93,6 +94,7 @@ void add_record(CLI::App& app, Command& command) {
   record->add_option("--name", options->name, "name of the recorder on the bus")
       ->capture_default_str();
   add_network_options(record, options->network);
+  add_host_options(record, options->network);
   record->get_option("--domain")
       ->description("DDS domain (default: that of --deployment, otherwise 0)")
       ->default_str("");

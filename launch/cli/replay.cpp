@@ -42,8 +42,11 @@ int run_replay(const ReplayOptions& options) {
   replay::ReplayRequest request = options.request;
   request.rate = rate_from(options.rate);
   request.settings = settings_from(options.settings);
-  request.domain = options.network.domain;
-  request.profile = options.network.profile;
+  NetworkOptions network = options.network;
+  network.settings = options.settings;
+  const JoinedNetwork joined = network_from(network);
+  request.domain = joined.domain;
+  request.network = joined.network;
   request.wait_s = options.no_wait ? std::nullopt : std::optional(options.wait_s);
   catch_signals();
   std::optional<ReplayKeys> keys;  // created when sending starts, because it changes the terminal
@@ -110,6 +113,7 @@ void add_replay(CLI::App& app, Command& command) {
   replay->add_flag("--force", request.ignore_conflicts,
                    "replay even if nodes of the domain write the same topics");
   add_network_options(replay, options->network);
+  add_deployment_options(replay, options->network);
   replay->get_option("--domain")->description("DDS domain, not that of the recording");
   replay->callback([options, &command] { command = [options] { return run_replay(*options); }; });
 }

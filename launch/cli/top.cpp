@@ -27,7 +27,8 @@ struct TopOptions {
 
 int run_top(const TopOptions& options) {
   ignore_closed_pipes();
-  bus::Bus bus({options.network.domain, options.network.profile});
+  const JoinedNetwork joined = network_from(options.network);
+  bus::Bus bus({joined.domain, joined.network});
   auto statuses_in = bus.reader<bus::topics::NodeStatus>();
   auto metrics_in = bus.reader<bus::topics::SimulationMetrics>();
   StatusRegistry registry;
@@ -44,7 +45,7 @@ int run_top(const TopOptions& options) {
     const bool is_silent = registry.processes().empty();
     if (on_terminal) std::cout << "\x1b[H\x1b[2J";  // cursor to the top left corner, clear
     if (is_silent)
-      std::cout << "no node publishes a status in domain " << options.network.domain
+      std::cout << "no node publishes a status in domain " << joined.domain
                 << "; --domain selects another one\n";
     else
       std::cout << nodes_table(registry, arrival_clock_ns()) << node_messages(registry)
@@ -70,9 +71,11 @@ void add_top(CLI::App& app, Command& command) {
       "the\n"
       "start of `top`, and as resets the objects respawned, cloths reset, and particles removed\n"
       "because they were stuck in the hull or not finite.\n\n"
-      "Examples:\n  fivepipe top\n  fivepipe top --domain 7 --once\n\n"
+      "Examples:\n  fivepipe top\n  fivepipe top --domain 7 --once\n"
+      "  fivepipe top --deployment launch/deployments/two_hosts.yaml\n\n"
       "Exit codes with --once: 0 done, 3 no node publishes a status.");
   add_network_options(top, options->network);
+  add_deployment_options(top, options->network);
   top->add_flag("--once", options->once, "print one table and end");
   top->callback([options, &command] { command = [options] { return run_top(*options); }; });
 }

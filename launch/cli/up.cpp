@@ -12,6 +12,7 @@
 #include "launch/cli/options.h"
 #include "launch/supervise/claims.h"
 #include "launch/supervise/deployment_run.h"
+#include "launch/supervise/hosts.h"
 #include "launch/supervise/interrupt.h"
 
 namespace fivepipe::launch {
@@ -19,7 +20,6 @@ namespace {
 
 struct UpOptions {
   RunSettings run;
-  std::string host;  // empty: this machine
   std::optional<std::uint32_t> domain;
 };
 
@@ -48,7 +48,8 @@ int run_up(UpOptions options) {
   }
   const config::Deployment deployment =
       config::load_deployment(run.deployment, settings_from(run.settings));
-  const std::vector<config::Node> nodes = nodes_of_host(deployment, options.host);
+  const std::vector<config::Node> nodes =
+      run.local ? deployment.nodes : nodes_of_host(deployment, run.host);
   run.domain = options.domain.value_or(deployment.domain);
   if (run.out.empty()) run.out = std::filesystem::path("out") / deployment.name;
   if (std::string(base::build_type()) != "Release")
@@ -99,9 +100,12 @@ void add_up(CLI::App& app, Command& command) {
       "recording is incomplete; 2 usage or configuration, or another deployment runs these\n"
       "nodes in this domain or writes to this folder; 3 hardware missing; 130 interrupted.");
   up->add_option("DEPLOYMENT", run.deployment, "deployment file (YAML)")->required();
-  up->add_option("--host", options->host,
-                 "start the nodes of this host (default: this machine's name and the nodes without "
-                 "a host)");
+  up->add_option("--host", run.host,
+                 "start the nodes of this host (default: the host with this machine's name or one "
+                 "of its addresses; without `hosts` in the deployment, also the nodes without a "
+                 "host)");
+  up->add_flag("--local", run.local,
+               "start the nodes of all hosts on this machine, over the loopback interface");
   up->add_option("--duration", run.duration_s,
                  "seconds from the first composited frame, or from 20 s after the start if none is "
                  "composited until then; from the start without a render_node (default: until "

@@ -58,7 +58,7 @@ int echo_recording(const EchoRequest& request, const std::function<bool()>& inte
 int echo_bus(const EchoRequest& request, const std::function<bool()>& interrupted) {
   const bus::topics::Topic topic = live_topic(request.topic);
   const MessageFormatter formatter(schema::fivepipe_idl(), topic.type, request.text);
-  bus::Bus bus({request.domain, request.profile, "echo"});
+  bus::Bus bus({request.domain, request.network, "echo"});
   bus::SerializedReader reader(bus, topic);
   WriterNames names(bus, reader);
   base::OutputQueue output(STDOUT_FILENO);

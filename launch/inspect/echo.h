@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "common/pipeline/bus/profile.h"
 #include "launch/inspect/message_formatter.h"
 
 namespace fivepipe::launch {
@@ -17,7 +18,7 @@ struct EchoRequest {
   std::optional<double> end_s;
   TextOptions text;
   std::uint32_t domain = 0;
-  std::string profile = "loopback";  // network profile
+  bus::Network network = {};
 };
 
 // Returns the exit code: 0 if all messages were printed, 1 if the recording is damaged, 130 if

@@ -76,7 +76,7 @@ class LiveFrame {
 int measure_bus(const HzRequest& request, const std::function<bool()>& interrupted) {
   const bus::topics::Topic topic = live_topic(request.topic);
   const LiveFrame frame_of(topic);
-  bus::Bus bus({request.domain, request.profile, "hz"});
+  bus::Bus bus({request.domain, request.network, "hz"});
   bus::SerializedReader reader(bus, topic);
   WriterNames names(bus, reader);
   ArrivalStatistics statistics;

@@ -4,6 +4,8 @@
 #include <functional>
 #include <string>
 
+#include "common/pipeline/bus/profile.h"
+
 namespace fivepipe::launch {
 
 struct HzRequest {
@@ -11,7 +13,7 @@ struct HzRequest {
   std::filesystem::path file;  // a recording; empty: the bus
   double once_s = 0;           // one table over this time; 0: a table per second until interrupted
   std::uint32_t domain = 0;
-  std::string profile = "loopback";  // network profile
+  bus::Network network = {};
 };
 
 // Prints tables to stdout. Returns the exit code: 0 done, 1 the recording is damaged or stdout

@@ -20,6 +20,8 @@
 #include "common/base/version.h"
 #include "common/pipeline/messages/bad_message.h"
 #include "common/pipeline/messages/wire_conversions.h"
+#include "common/pipeline/node/deployment_network.h"
+#include "launch/supervise/hosts.h"
 #include "launch/supervise/interrupt.h"
 #include "launch/supervise/program_folder.h"
 #include "launch/supervise/recorder_process.h"
@@ -58,6 +60,10 @@ std::vector<Program> programs_of(const std::vector<config::Node>& nodes,
                          settings.out, "--domain", std::to_string(settings.domain)});
     for (const std::string& setting : settings.settings)
       program.argv.insert(program.argv.end(), {"--set", setting});
+    if (settings.local)
+      program.argv.push_back("--local");
+    else if (!node.host.empty())
+      program.argv.insert(program.argv.end(), {"--host", node.host});
     if (settings.every_frame && config::program_of(node) == "capture_node")
       program.argv.push_back("--every-frame");
     programs.push_back(std::move(program));
@@ -83,6 +89,8 @@ std::unique_ptr<RecorderProcess> started_recorder(bus::Bus& bus, const RunSettin
                                      "--domain",     std::to_string(settings.domain)};
   for (const std::string& setting : settings.settings)
     arguments.insert(arguments.end(), {"--set", setting});
+  if (settings.local) arguments.push_back("--local");
+  if (!settings.host.empty()) arguments.insert(arguments.end(), {"--host", settings.host});
   arguments.insert(arguments.end(), settings.record_options.begin(), settings.record_options.end());
   return std::make_unique<RecorderProcess>(bus, arguments);
 }
@@ -95,12 +103,13 @@ class DeploymentRun {
         deployment_(deployment),
         nodes_(nodes),
         programs_(programs_of(nodes, settings)),
-        bus_({settings.domain, deployment.network_profile}),
+        bus_({settings.domain, node::network_of(deployment, settings.host, settings.local)}),
         statuses_in_(bus_.reader<bus::topics::NodeStatus>()),
         metrics_in_(bus_.reader<bus::topics::SimulationMetrics>()),
         composited_in_(bus_.reader<bus::topics::FrameComposited>()),
         recorder_(started_recorder(bus_, settings)),
         start_stamp_ns_(base::now_realtime_ns()),
+        other_hosts_(deployment, nodes),
         supervisor_(programs_, RestartSettings{}, console_output(programs_)) {
     for (const config::Node& node : deployment.nodes) names_.insert(node.name);
     if (recorder_) names_.insert(own_recorder_name());
@@ -244,10 +253,13 @@ class DeploymentRun {
     progress.composited = frames_composited(statuses_);
     for (const config::Node& node : deployment_.nodes) {
       if (config::program_of(node) == "render_node") progress.render_nodes.push_back(node.name);
-      if (!supervisor_.exited_cleanly(node.name)) progress.expected.push_back(node.name);
+      if (!supervisor_.exited_cleanly(node.name) &&
+          !other_hosts_.is_on_missing_host(node, statuses_))
+        progress.expected.push_back(node.name);
     }
     if (recorder_ && !(recorder_end_ && is_recording_complete()))
       progress.expected.push_back(own_recorder_name());
+    progress.missing_hosts = other_hosts_.missing(statuses_);
     if (newest_composited_seen_)
       progress.newest_frame_age_s = base::seconds_since(*newest_composited_seen_);
     spdlog::info("{}", progress_line(progress, statuses_, arrival_clock_ns()));
@@ -355,26 +367,11 @@ class DeploymentRun {
   Clock::time_point started_ = Clock::now(), next_progress_ = started_ + kProgressPeriod;
   std::optional<Clock::time_point> input_ended_, first_composited_seen_, newest_composited_seen_;
   bool rendering_stalled_ = false;
+  OtherHosts other_hosts_;
   Supervisor supervisor_;
 };
 
 }  // namespace
-
-std::vector<config::Node> nodes_of_host(const config::Deployment& deployment,
-                                        const std::string& requested_host) {
-  const std::string host = requested_host.empty() ? base::host_name() : requested_host;
-  std::vector<config::Node> here;
-  std::set<std::string> hosts;
-  for (const config::Node& node : deployment.nodes) {
-    if (!node.host.empty()) hosts.insert(node.host);
-    if (node.host.empty() ? requested_host.empty() : node.host == host) here.push_back(node);
-  }
-  if (!here.empty()) return here;
-  throw config::ConfigError(
-      {{deployment.file, 0, 0,
-        fmt::format("no node for host '{}'; choose one of the deployment's hosts with --host: {}",
-                    host, hosts.empty() ? "none" : fmt::format("{}", fmt::join(hosts, ", ")))}});
-}
 
 int run_deployment(const RunSettings& settings, const config::Deployment& deployment,
                    const std::vector<config::Node>& nodes) {

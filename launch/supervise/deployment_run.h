@@ -19,12 +19,9 @@ struct RunSettings {
   std::filesystem::path record;       // recording to write; empty: none
   std::vector<std::string> record_options;  // further arguments for `fivepipe record`
   bool every_frame = false;                 // capture_nodes process files without a clock
+  std::string host;    // name of this machine in the deployment; empty: find it
+  bool local = false;  // all hosts' nodes run on this machine, over the loopback interface
 };
-
-// Returns the nodes that run on `host`. An empty host means this machine: its nodes are those
-// that name it and those that name no host. Throws config::ConfigError if there is none.
-std::vector<config::Node> nodes_of_host(const config::Deployment& deployment,
-                                        const std::string& host);
 
 // Starts the nodes, supervises them until the duration is over, the input ends, a node cannot start
 // or a signal arrives (interrupt.h), then writes OUT/report.json and prints a table. Returns the

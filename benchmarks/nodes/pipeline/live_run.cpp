@@ -36,10 +36,9 @@ std::string missing_endpoint(bus::Bus& bus, const NodesToStart& options) {
 }  // namespace
 
 LiveRun run_live(const NodesToStart& options, double duration_s) {
-  const std::string& profile = options.deployment->network_profile;
-  const std::uint32_t domain = free_domain(profile);
-  bus::Bus bus({domain, profile, "bench"});
-  RunObserver observer(bus, domain, profile, {options.nodes.begin(), options.nodes.end()});
+  const std::uint32_t domain = free_domain();
+  bus::Bus bus({.domain = domain, .participant = "bench"});
+  RunObserver observer(bus, domain, {options.nodes.begin(), options.nodes.end()});
   observer.listen_to_composites();
   auto traces = bus.reader<bus::topics::FrameTrace>();
   auto composited = bus.reader<bus::topics::FrameComposited>();

@@ -128,7 +128,7 @@ int bench_replayed_pipeline(const FromRecordingOptions& options, int bus_rounds)
                    {{"in_flight", options.frames_in_flight},
                     {"replay_cpu_percent", 100 * all.replay_cpu_s / all.seconds}});
   if (bus_rounds > 0) {
-    const auto bus = time_bus(median_sizes(recording), bus_rounds, deployment.network_profile);
+    const auto bus = time_bus(median_sizes(recording), bus_rounds);
     print_bus(bus);
     for (const ordered_json& entry : bus_json(bus)) entries.push_back(entry);
   }

@@ -31,8 +31,8 @@ int run(const std::vector<std::string>& words) {
   const std::vector<std::string> rest(words.begin() + 1, words.end());
   if (name == "compare") return bench_compare(rest);
   // `bench pipeline` starts this process.
-  if (name == "bus-echo" && rest.size() == 2)
-    return node_bench::echo_on_bus(std::uint32_t(std::stoul(rest[0])), rest[1]);
+  if (name == "bus-echo" && rest.size() == 1)
+    return node_bench::echo_on_bus(std::uint32_t(std::stoul(rest[0])));
   return interruptible(
       [&] { return name == "pipeline" ? bench_pipeline(rest) : bench_node(name, rest); });
 }

@@ -158,7 +158,7 @@ struct Bus::Impl {
 };
 
 Bus::Bus(const BusOptions& options) : impl_(std::make_unique<Impl>()) {
-  FittedProfile profile = fitted_to_kernel(profile_xml(options.profile), kernel_rmem_max_bytes());
+  FittedProfile profile = fitted_to_kernel(profile_xml(options.network), kernel_rmem_max_bytes());
   if (options.frequent_heartbeats) profile.xml += kFrequentHeartbeats;
   if (!profile.warning.empty()) warnings_.push_back(profile.warning);
   // A process configures a domain once. A second Bus in the same domain (tests, tools) uses the
@@ -168,8 +168,8 @@ Bus::Bus(const BusOptions& options) : impl_(std::make_unique<Impl>()) {
     impl_->domain = std::make_unique<detail::Entity>(domain);
   else if (domain != DDS_RETCODE_PRECONDITION_NOT_MET)
     throw BusError("cannot open DDS domain " + std::to_string(options.domain) +
-                   " with network profile '" + options.profile + "': " + dds_strretcode(-domain) +
-                   " (Cyclone DDS logs the reason in the lines above)");
+                   " with network profile '" + options.network.profile + "': " +
+                   dds_strretcode(-domain) + " (Cyclone DDS logs the reason in the lines above)");
   const Qos qos(dds_create_qos(), dds_delete_qos);
   if (!options.participant.empty()) dds_qset_entity_name(qos.get(), options.participant.c_str());
   const std::string identity = to_user_data(this_process());

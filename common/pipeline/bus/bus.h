@@ -15,6 +15,7 @@
 #include "common/pipeline/bus/callback_order.h"
 #include "common/pipeline/bus/key_limit.h"
 #include "common/pipeline/bus/process_id.h"
+#include "common/pipeline/bus/profile.h"
 #include "common/pipeline/bus/topics.h"
 #include "common/pipeline/bus/writer_processes.h"
 
@@ -160,8 +161,7 @@ class Writer {
 
 struct BusOptions {
   std::uint32_t domain = 0;
-  // A file of launch/profiles. The environment variable CYCLONEDDS_URI overrides it.
-  std::string profile = "loopback";
+  Network network = {};          // the environment variable CYCLONEDDS_URI overrides it
   std::string participant = "";  // name that other processes see, such as the node's
   // Requests acknowledgements within milliseconds instead of 100 ms. Makes wait_for_delivery()
   // fast.

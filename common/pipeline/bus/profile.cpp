@@ -3,7 +3,9 @@
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
+#include <string_view>
 
+#include "common/base/network_interfaces.h"
 #include "common/base/readable_file.h"
 #include "common/base/regex.h"
 #include "common/pipeline/bus/bus.h"
@@ -21,6 +23,31 @@ std::string file_text(const std::string& path) {
   return text.str();
 }
 
+// Texts in the profiles that reach other machines.
+constexpr std::string_view kInterface = "<Interfaces>${interface}</Interfaces>",
+                           kPeers = "<Peers>${peers}</Peers>";
+
+// The XML of a shipped profile; nullptr: there is none.
+const char* shipped(const std::string& name) {
+  for (const auto& [known, xml] : kShippedProfiles)
+    if (known == name) return xml;
+  return nullptr;
+}
+
+// The element <NetworkInterface> of this machine's interface with this name or address.
+std::string interface_xml(const std::string& wanted) {
+  const base::FoundInterface found = base::find_interface(wanted);
+  if (found.name.empty()) throw BusError(found.problem);
+  return "<NetworkInterface name=\"" + found.name + "\"/>";
+}
+
+// Replaces the content of an element that occurs once.
+std::string replaced(std::string xml, std::string_view element, const std::string& content) {
+  const std::string_view::size_type begin = element.find('$'), end = element.find("</");
+  const std::size_t at = xml.find(element);
+  return xml.replace(at + begin, end - begin, content);
+}
+
 }  // namespace
 
 std::vector<std::string> profile_names() {
@@ -29,17 +56,29 @@ std::vector<std::string> profile_names() {
   return names;
 }
 
-std::string profile_xml(const std::string& name) {
+bool reaches_other_machines(const std::string& profile) {
+  const char* xml = shipped(profile);
+  return xml && std::string_view(xml).find(kInterface) != std::string_view::npos;
+}
+
+std::string profile_xml(const Network& network) {
   if (const char* uri = std::getenv("CYCLONEDDS_URI"); uri && *uri) {
     const std::string text = uri;
     return text.starts_with("file://") ? file_text(text.substr(7)) : text;
   }
-  std::string known;
-  for (const auto& [shipped, xml] : kShippedProfiles) {
-    if (shipped == name) return xml;
-    known += (known.empty() ? "" : ", ") + std::string(shipped);
+  const char* xml = shipped(network.profile);
+  if (!xml) {
+    std::string known;
+    for (const std::string& name : profile_names()) known += (known.empty() ? "" : ", ") + name;
+    throw BusError("unknown network profile '" + network.profile + "'; choose one of: " + known);
   }
-  throw BusError("unknown network profile '" + name + "'; choose one of: " + known);
+  if (!reaches_other_machines(network.profile)) return xml;
+  if (network.interface.empty() || network.peers.empty())
+    throw BusError("network profile '" + network.profile +
+                   "' needs the machines of a deployment: name a deployment file with `hosts`");
+  std::string peers;
+  for (const std::string& peer : network.peers) peers += "<Peer Address=\"" + peer + "\"/>";
+  return replaced(replaced(xml, kInterface, interface_xml(network.interface)), kPeers, peers);
 }
 
 FittedProfile fitted_to_kernel(const std::string& xml, std::size_t rmem_max_bytes) {

@@ -2,6 +2,7 @@
 #pragma once
 #include <cstddef>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace fivepipe::bus {
@@ -9,9 +10,25 @@ namespace fivepipe::bus {
 // Returns the names of the shipped profiles.
 std::vector<std::string> profile_names();
 
-// Returns the XML of a shipped profile, or of CYCLONEDDS_URI (file://PATH or XML) if that is set.
-// Throws BusError for an unknown name, with the known names, and for an unreadable file.
-std::string profile_xml(const std::string& name);
+// How a process reaches the other processes of its deployment.
+struct Network {
+  Network(std::string profile_name = "loopback") : profile(std::move(profile_name)) {}  // NOLINT
+  Network(const char* profile_name) : profile(profile_name) {}                          // NOLINT
+  std::string profile;  // a file of launch/profiles
+  // For a profile that reaches other machines: the name or an IPv4 address of this machine's
+  // interface, and the addresses of all machines of the deployment, with this one.
+  std::string interface;
+  std::vector<std::string> peers;
+};
+
+// Returns true if the profile needs Network::interface and Network::peers.
+bool reaches_other_machines(const std::string& profile);
+
+// Returns the configuration of Cyclone DDS for the network, or that of CYCLONEDDS_URI (file://PATH
+// or XML) if that is set. Throws BusError for an unknown profile, with the known names, for a
+// profile that lacks interface or peers, for an interface that this machine does not have, with the
+// existing ones, and for an unreadable file.
+std::string profile_xml(const Network& network);
 
 // Lowers the profile's minimum receive buffer to the size that the kernel grants, because Cyclone
 // DDS creates no participant otherwise. `warning` names the setting to change; it is empty if the

@@ -30,6 +30,9 @@ Arguments parse_arguments(const std::string& program, int argc, char** argv) {
   app.add_flag(
       "--every-frame", args.every_frame,
       "capture_node: process every frame of the files, without a clock, and end with them");
+  app.add_option("--host", args.host, "name of this machine in the deployment");
+  app.add_flag("--local", args.local,
+               "use the loopback interface instead of the deployment's network");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -14,6 +14,8 @@ struct Arguments {
   std::optional<std::uint32_t> domain;
   std::map<std::string, std::string> settings;
   bool every_frame = false;
+  std::string host;    // name of this machine in the deployment; empty: find it
+  bool local = false;  // use the loopback interface, whatever the deployment's network is
 };
 
 // The command line requested help or the version (0), or is wrong (2). parse_arguments() has
@@ -23,7 +25,7 @@ struct CommandLineExit {
 };
 
 // Parses --deployment FILE --node NAME [--domain N] [--out DIR] [--set KEY=VALUE]...
-// [--every-frame]. Throws CommandLineExit.
+// [--every-frame] [--host NAME] [--local]. Throws CommandLineExit.
 Arguments parse_arguments(const std::string& program, int argc, char** argv);
 
 }  // namespace fivepipe::node

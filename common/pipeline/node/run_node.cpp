@@ -9,6 +9,7 @@
 
 #include "common/base/version.h"
 #include "common/pipeline/node/arguments.h"
+#include "common/pipeline/node/deployment_network.h"
 
 namespace fivepipe::node {
 namespace {
@@ -36,7 +37,8 @@ int run(const std::string& program, const Arguments& args,
     throw config::ConfigError(
         {{args.deployment, node->line, 0,
           "node '" + args.node + "' is a " + config::program_of(*node) + ", not a " + program}});
-  bus::Bus bus({args.domain.value_or(deployment.domain), deployment.network_profile, node->name});
+  bus::Bus bus({args.domain.value_or(deployment.domain),
+                network_of(deployment, args.host, args.local), node->name});
   for (const std::string& warning : bus.warnings()) spdlog::warn("{}", warning);
   if (std::string(base::build_type()) != "Release")
     spdlog::warn("this is a {} build, which is many times slower than Release", base::build_type());

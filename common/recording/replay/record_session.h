@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/config/deployment.h"
+#include "common/pipeline/bus/profile.h"
 #include "common/pipeline/bus/topics.h"
 #include "common/recording/files/recording_writer.h"
 #include "common/recording/replay/loss_detector.h"
@@ -26,8 +27,9 @@ struct RecordRequest {
   const config::Deployment* deployment = nullptr;  // attached to the recording; may be null
   std::map<std::string, std::string> settings;     // of the deployment
   std::uint32_t domain = 0;
-  std::string profile = "loopback", name;  // network profile; name of the recorder on the bus
-  double duration_s = 0;                   // 0: no limit
+  bus::Network network = {};
+  std::string name;       // of the recorder on the bus
+  double duration_s = 0;  // 0: no limit
 };
 
 // Times from the first signal. After kWriteTime the recorder drops the messages that are not on the

@@ -96,7 +96,7 @@ ReplayResult replay(const recording::Recording& recording, const ReplayRequest& 
   if (plan.channels.empty())
     return {End::refused, "nothing to replay: no topic of " + file +
                               " matches; `fivepipe info` lists its topics"};
-  bus::Bus bus({request.domain, request.profile, "replay", request.lossless});
+  bus::Bus bus({request.domain, request.network, "replay", request.lossless});
   const auto discovery_time = request.wait_s ? kDiscoveryTime : kDiscoveryTimeOfNoWait;
   for (const auto until = Clock::now() + discovery_time; Clock::now() < until;) bus.wait(20ms);
   Replayer replayer(bus, recording, plan);

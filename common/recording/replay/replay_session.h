@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "common/pipeline/bus/profile.h"
 #include "common/recording/replay/replayer.h"
 
 namespace fivepipe::replay {
@@ -20,7 +21,7 @@ struct ReplayRequest {
   bool lossless = false, loop = false;
   int frames_in_flight = 2;
   std::uint32_t domain = 0;
-  std::string profile = "loopback";   // network profile
+  bus::Network network = {};
   bool ignore_conflicts = false;      // replay although other writers publish the same topics
   std::optional<double> wait_s = 20;  // maximum wait for readers; nullopt: do not wait
 };

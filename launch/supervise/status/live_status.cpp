@@ -83,6 +83,7 @@ std::string progress_line(const Progress& progress, const StatusRegistry& regist
                           std::int64_t now_ns) {
   std::string line =
       fmt::format("{:.0f} s: ", progress.elapsed_s) + rendering_text(progress, registry, now_ns);
+  for (const std::string& host : progress.missing_hosts) line += "; " + host;
   for (const std::string& node : progress.expected) {
     const auto activity = registry.activity(node, now_ns);
     if (!activity)

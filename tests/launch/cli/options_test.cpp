@@ -59,12 +59,15 @@ class CommandLine : public testing::Test {
 
 const std::string kHelp = "-h,--help\n",
                   kNetwork =
-                      "--domain UINT:INT in [0 - 230]=0\n--profile TEXT:{loopback}=loopback\n",
+                      "--domain UINT:INT in [0 - 230]=0\n"
+                      "--profile TEXT:{lan,loopback,lossy}=loopback Excludes: --deployment\n"
+                      "--deployment TEXT Excludes: --profile\n--set TEXT:KEY=VALUE ...\n"
+                      "--host TEXT\n--local\n",
                   kRange = "--start FLOAT:FLOAT in [0 - 1e+08]\n--end FLOAT:FLOAT in [0 - 1e+08]\n";
 
 TEST_F(CommandLine, HelpListsEachOptionWithItsLimitsAndDefault) {
   EXPECT_EQ(options_of("up"), "DEPLOYMENT TEXT REQUIRED\n" + kHelp +
-                                  "--host TEXT\n--duration FLOAT:POSITIVE\n--out TEXT\n"
+                                  "--host TEXT\n--local\n--duration FLOAT:POSITIVE\n--out TEXT\n"
                                   "--set TEXT:KEY=VALUE ...\n--every-frame\n--record TEXT\n"
                                   "--record-option TEXT ...\n--domain UINT:INT in [0 - 230]\n");
   EXPECT_EQ(options_of("top"), kHelp + kNetwork + "--once\n");
@@ -74,7 +77,8 @@ TEST_F(CommandLine, HelpListsEachOptionWithItsLimitsAndDefault) {
                                       "--compression TEXT:{lz4,none,zstd}=lz4\n--no-sync\n"
                                       "--duration FLOAT:POSITIVE\n--name TEXT=recorder\n"
                                       "--domain UINT:INT in [0 - 230]\n"
-                                      "--profile TEXT:{loopback}=loopback\n");
+                                      "--profile TEXT:{lan,loopback,lossy}=loopback\n"
+                                      "--host TEXT\n--local\n");
   EXPECT_EQ(options_of("replay"),
             "FILE TEXT:FILE REQUIRED\n" + kHelp + "--rate TEXT:R|max=1\n" + kRange +
                 "--topics TEXT:RE=.*\n--inputs-of TEXT ...\n--set TEXT:KEY=VALUE ...\n"
@@ -89,12 +93,12 @@ TEST_F(CommandLine, HelpListsEachOptionWithItsLimitsAndDefault) {
                 "--json Excludes: --extract\n");
   const std::string live =
       "--domain UINT:INT in [0 - 230]=0 Excludes: FILE\n"
-      "--profile TEXT:{loopback}=loopback Excludes: FILE\n";
+      "--profile TEXT:{lan,loopback,lossy}=loopback Excludes: FILE\n";
   EXPECT_EQ(options_of("ls"),
             "FILE TEXT:FILE Excludes: --domain --profile\n" + kHelp + "--nodes\n" + live);
   const std::string live_or_from =
       "--domain UINT:INT in [0 - 230]=0 Excludes: --from\n"
-      "--profile TEXT:{loopback}=loopback Excludes: --from\n";
+      "--profile TEXT:{lan,loopback,lossy}=loopback Excludes: --from\n";
   EXPECT_EQ(options_of("echo"),
             "TOPIC TEXT REQUIRED\n" + kHelp +
                 "--from TEXT:FILE Excludes: --domain --profile\n--count UINT:POSITIVE\n"

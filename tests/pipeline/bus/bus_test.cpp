@@ -417,6 +417,46 @@ TEST(Profile, UnknownNameListsShippedProfiles) {
   }
 }
 
+Network of_hosts(const std::string& profile, const std::string& interface) {
+  Network network = profile;
+  network.interface = interface;
+  network.peers = {"10.0.0.1", "10.0.0.2"};
+  return network;
+}
+
+TEST(Profile, OtherMachinesAreReachedByInterfaceAndPeers) {
+  unsetenv("CYCLONEDDS_URI");
+  EXPECT_FALSE(reaches_other_machines("loopback"));
+  for (const std::string profile : {"lan", "lossy"}) {
+    EXPECT_TRUE(reaches_other_machines(profile));
+    // The loopback interface stands for any, by its name or its address.
+    for (const std::string interface : {"lo", "127.0.0.1"}) {
+      const std::string xml = profile_xml(of_hosts(profile, interface));
+      EXPECT_TRUE(test::contains(xml, "<Interfaces><NetworkInterface name=\"lo\"/></Interfaces>"));
+      EXPECT_TRUE(test::contains(
+          xml, "<Peers><Peer Address=\"10.0.0.1\"/><Peer Address=\"10.0.0.2\"/></Peers>"));
+    }
+    EXPECT_THROW(profile_xml(profile), BusError) << "without hosts";
+    try {
+      profile_xml(of_hosts(profile, "eth77"));
+      ADD_FAILURE() << "no error";
+    } catch (const BusError& error) {
+      EXPECT_TRUE(test::contains(error.what(),
+                                 "this machine has no network interface 'eth77'; it has lo ("))
+          << error.what();
+    }
+  }
+}
+
+TEST(Profile, ADomainOpensWithEachProfile) {
+  unsetenv("CYCLONEDDS_URI");
+  for (const char* profile : {"lan", "lossy"}) {
+    Network network = of_hosts(profile, "lo");
+    network.peers = {"127.0.0.1"};
+    EXPECT_NO_THROW(Bus({.domain = test::own_domain(), .network = network})) << profile;
+  }
+}
+
 void expect_typed_fields(const fivepipe_v1_NodeStatus& status) {
   EXPECT_STREQ(status.gl_renderer, "test renderer");
   ASSERT_EQ(status.drops._length, 2u);

@@ -1,0 +1,60 @@
+// The hosts of a deployment: the nodes of this one, and the others while none of their nodes has
+// sent a status.
+#pragma once
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/config/deployment.h"
+#include "launch/supervise/status/node_status.h"
+
+namespace fivepipe::launch {
+
+// Returns the nodes that run on `host`. An empty host means this machine: that of
+// config::own_host() if the deployment names hosts; else its nodes are those that name it and those
+// that name no host. Throws config::ConfigError if there is none.
+std::vector<config::Node> nodes_of_host(const config::Deployment& deployment,
+                                        const std::string& host);
+
+// Asks a machine whether it is there, by a datagram to a port that no program uses: the machine
+// answers that the port is closed. Never waits.
+class HostProbe {
+ public:
+  explicit HostProbe(const std::string& address);  // IPv4
+  ~HostProbe();
+  HostProbe(const HostProbe&) = delete;
+  HostProbe& operator=(const HostProbe&) = delete;
+  void ask();
+  enum class Answer { none, answers, no_route };
+  // Returns the answer to the questions since the last call. `none` may mean that a firewall drops
+  // the datagram.
+  Answer take_answer();
+
+ private:
+  int socket_;
+  bool has_route_ = true;
+};
+
+class OtherHosts {
+ public:
+  // own_nodes: those of this host.
+  OtherHosts(const config::Deployment& deployment, const std::vector<config::Node>& own_nodes);
+  // Returns a text for each host of which no node has sent a status, and asks these hosts again.
+  std::vector<std::string> missing(const StatusRegistry& statuses);
+  // Returns whether the node is on a host of which no node has sent a status.
+  bool is_on_missing_host(const config::Node& node, const StatusRegistry& statuses) const;
+
+ private:
+  struct Host {
+    config::Host host;
+    std::vector<std::string> nodes;
+    std::unique_ptr<HostProbe> probe;
+    HostProbe::Answer answer = HostProbe::Answer::none;
+    int unanswered = 0;  // questions, one after the other
+  };
+  static bool is_missing(const Host& host, const StatusRegistry& statuses);
+  std::vector<Host> hosts_;
+};
+
+}  // namespace fivepipe::launch

@@ -1,0 +1,82 @@
+// Hosts on one machine: network namespaces that a switch joins. They end with the test.
+#pragma once
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "tests/support/capture/own_network.h"
+#include "tests/support/process.h"
+
+namespace fivepipe::test {
+
+class TestHosts {
+ public:
+  // Moves the calling thread, and the threads and processes that it starts from then on, into the
+  // network of the switch, whose address is kObserver.
+  TestHosts(int count, const std::filesystem::path& folder) {
+    if (!enter_own_network({"127.0.0.1"})) {
+      why_not_ = "the system allows no network namespaces (CAP_SYS_ADMIN)";
+      return;
+    }
+    run("ip link add switch type bridge");
+    run("ip address add " + kObserver + "/24 dev switch");
+    run("ip link set switch up");
+    for (int i = 0; i < count; ++i) {
+      // `unshare` becomes `sleep`, whose network is that of the host.
+      holders_.push_back(std::make_unique<Program>(
+          std::vector<std::string>{"/usr/bin/unshare", "--net", "sleep", "infinity"},
+          folder / ("host" + std::to_string(i) + ".log")));
+      const std::string pid = std::to_string(holders_.back()->pid()), port = port_of(i);
+      wait_for_own_network(holders_.back()->pid());
+      run("ip link add " + port + " type veth peer name eth0 netns " + pid);
+      run("ip link set " + port + " master switch up");
+      run_in(i, "ip link set lo up");
+      run_in(i, "ip address add " + address(i) + "/24 dev eth0");
+      run_in(i, "ip link set eth0 up");
+    }
+  }
+
+  // Empty if the hosts exist.
+  const std::string& why_not() const { return why_not_; }
+  static std::string address(int host) { return "10.77.0." + std::to_string(host + 1); }
+  static inline const std::string kObserver = "10.77.0.254";
+  // The words of a program that runs on the host.
+  std::vector<std::string> in(int host, std::vector<std::string> words) const {
+    words.insert(words.begin(), {"/usr/bin/nsenter", "--target",
+                                 std::to_string(holders_.at(std::size_t(host))->pid()), "--net"});
+    return words;
+  }
+  void set_link(int host, bool is_up) {
+    run("ip link set " + port_of(host) + (is_up ? " up" : " down"));
+  }
+
+ private:
+  static std::string port_of(int host) { return "port" + std::to_string(host); }
+  void run(const std::string& command) {
+    if (why_not_.empty() && std::system((command + " >/dev/null 2>&1").c_str()) != 0)
+      why_not_ = "failed: " + command;
+  }
+  void run_in(int host, const std::string& command) {
+    run("nsenter --target " + std::to_string(holders_[std::size_t(host)]->pid()) + " --net " +
+        command);
+  }
+  static void wait_for_own_network(pid_t pid) {
+    const auto network = [](const std::string& process) {
+      std::error_code error;
+      return std::filesystem::read_symlink("/proc/" + process + "/ns/net", error);
+    };
+    for (int i = 0; i < 1000; ++i) {
+      const auto theirs = network(std::to_string(pid));
+      if (!theirs.empty() && theirs != network("thread-self")) return;
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+  }
+
+  std::string why_not_;
+  std::vector<std::unique_ptr<Program>> holders_;
+};
+
+}  // namespace fivepipe::test

@@ -1,0 +1,115 @@
+// A deployment on two hosts, each with its own `fivepipe up`.
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "common/pipeline/bus/topics.h"
+#include "tests/support/deployments.h"
+#include "tests/support/process/test_hosts.h"
+#include "tests/support/sanitizer.h"
+#include "tests/support/test_folder.h"
+#include "tests/support/text.h"
+
+namespace fivepipe::test {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr auto kStart = 60s;
+
+// In CI, which may make namespaces, a skipped test would be a hidden failure.
+bool must_run() { return std::getenv("CI") != nullptr; }
+
+class TwoHosts : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (hosts_.why_not().empty()) return;
+    ASSERT_FALSE(must_run()) << hosts_.why_not();
+    GTEST_SKIP() << hosts_.why_not();
+  }
+  // The small deployment with capture_node on alpha and the other nodes on beta.
+  std::string deployment(const std::string& alpha_interface = "") {
+    std::string text = text_of(
+        changed_deployment(folder_.path / "files", "nodes:\n",
+                           "hosts:\n  alpha: {address: " + TestHosts::address(0) + alpha_interface +
+                               "}\n  beta: {address: " + TestHosts::address(1) + "}\nnodes:\n"));
+    for (const std::string& node : kNodes)
+      text = replaced(text, "{name: " + node + ",",
+                      "{name: " + node + ", host: " + (node == "capture" ? "alpha" : "beta") + ",");
+    const std::filesystem::path file = folder_.path / "files" / "lab.yaml";
+    std::ofstream(file) << text;
+    return file.string();
+  }
+  std::unique_ptr<Program> up(int host, const std::string& file,
+                              const std::vector<std::string>& more = {}) {
+    const std::string name = host == 0 ? "alpha" : "beta";
+    std::vector<std::string> words{
+        FIVEPIPE_BINARY_DIR "/fivepipe", "up", file, "--domain", "0", "--out",
+        (folder_.path / name).string()};
+    words.insert(words.end(), more.begin(), more.end());
+    return std::make_unique<Program>(hosts_.in(host, words), folder_.path / (name + ".log"));
+  }
+  static bool holds(std::chrono::seconds timeout, const std::function<bool()>& condition) {
+    const auto until = std::chrono::steady_clock::now() + timeout * kSlowdown;
+    while (!condition()) {
+      if (std::chrono::steady_clock::now() > until) return false;
+      std::this_thread::sleep_for(50ms);
+    }
+    return true;
+  }
+
+  const TestFolder folder_;
+  TestHosts hosts_{2, folder_.path};
+};
+
+// The hosts start in any order; each finds its name by its address.
+TEST_F(TwoHosts, FramesGoThroughBoth) {
+  const std::string file = deployment();
+  const auto beta = up(1, file, {"--duration", "6"});
+  std::this_thread::sleep_for(2s);
+  const auto alpha = up(0, file);
+  EXPECT_EQ(beta->wait_for_end(90s * kSlowdown), 0) << beta->said() << alpha->said();
+  alpha->signal(SIGINT);
+  EXPECT_EQ(alpha->wait_for_end(5s * kSlowdown), 130) << alpha->said();
+  const auto report = nlohmann::json::parse(std::ifstream(folder_.path / "beta/report.json"));
+  EXPECT_GE(report["frames"]["composited"].get<int>(), 60) << beta->said();
+  EXPECT_TRUE(contains(beta->said(), "frames composited")) << beta->said();
+}
+
+TEST_F(TwoHosts, AMissingHostIsNamed) {
+  const auto beta = up(1, deployment());
+  const std::string waits = "waiting for host alpha (10.77.0.1): ";
+  EXPECT_TRUE(holds(kStart, [&] { return contains(beta->said(), waits + "the machine answers"); }))
+      << beta->said();
+  hosts_.set_link(0, false);
+  EXPECT_TRUE(holds(kStart, [&] { return contains(beta->said(), waits + "no answer: it is off"); }))
+      << beta->said();
+}
+
+TEST_F(TwoHosts, AWrongInterfaceIsNamedWithTheExistingOnes) {
+  const auto alpha = up(0, deployment(", interface: eth7"));
+  EXPECT_EQ(alpha->wait_for_end(kStart), 2) << alpha->said();
+  EXPECT_TRUE(contains(alpha->said(),
+                       "this machine has no network interface 'eth7'; it has lo "
+                       "(127.0.0.1), eth0 (10.77.0.1)"))
+      << alpha->said();
+}
+
+TEST_F(TwoHosts, AMachineThatIsNoneOfThemIsToldTheNames) {
+  std::string text = text_of(deployment());
+  const std::filesystem::path file = folder_.path / "files" / "other.yaml";
+  std::ofstream(file) << replaced(text, TestHosts::address(0), "10.77.0.9");
+  const auto alpha = up(0, file.string());
+  EXPECT_EQ(alpha->wait_for_end(kStart), 2) << alpha->said();
+  EXPECT_TRUE(contains(alpha->said(),
+                       "is none of the deployment's hosts; choose one of them with --host: alpha "
+                       "(10.77.0.9), beta (10.77.0.2)"))
+      << alpha->said();
+}
+
+}  // namespace
+}  // namespace fivepipe::test
