@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "common/config/capture/capture_config.h"
-#include "common/config/hosts.h"
+#include "common/config/network/hosts.h"
 #include "common/config/recon_config.h"
 #include "common/config/render_config.h"
 #include "common/config/rig.h"

@@ -1,5 +1,5 @@
 // The machines of a deployment.
-#include "common/config/hosts.h"
+#include "common/config/network/hosts.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -27,11 +27,10 @@ hosts:
 std::string on_hosts(const std::string& hosts, const std::string& first = "alpha",
                      const std::string& second = "beta") {
   std::string text = test::kGoodDeployment;
-  std::size_t at = 0;
-  for (const std::string& host : {first, second}) {
-    at = text.find("- {name: ", at) + 3;
-    if (!host.empty()) text.insert(at, "host: " + host + ", ");
-  }
+  for (const auto& [node, host] : {std::pair("capture", first), {"recon", second}})
+    if (!host.empty())
+      text = test::replaced(text, "name: " + std::string(node) + "\n",
+                            "name: " + std::string(node) + "\n    host: " + host + "\n");
   return text + hosts;
 }
 
@@ -43,9 +42,9 @@ TEST_F(DeploymentFile, HostsHaveAddressesAndInterfaces) {
   EXPECT_EQ(d.hosts[0].interface, "");
   EXPECT_EQ(d.hosts[1].interface, "enp3s0");
   EXPECT_EQ(d.network_profile, "lan") << "by default";
-  EXPECT_EQ(load(on_hosts("hosts: {alpha: {address: 10.0.0.1}}\n", "alpha", "alpha"))
-                .network_profile,
-            "loopback")
+  EXPECT_EQ(
+      load(on_hosts("hosts: {alpha: {address: 10.0.0.1}}\n", "alpha", "alpha")).network_profile,
+      "loopback")
       << "one host needs no network";
   EXPECT_EQ(load(on_hosts(kHosts + "network_profile: lossy\n")).network_profile, "lossy");
 }

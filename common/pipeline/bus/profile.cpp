@@ -5,7 +5,7 @@
 #include <sstream>
 #include <string_view>
 
-#include "common/base/network_interfaces.h"
+#include "common/base/network/network_interfaces.h"
 #include "common/base/readable_file.h"
 #include "common/base/regex.h"
 #include "common/pipeline/bus/bus.h"

@@ -1,6 +1,6 @@
 #include "common/pipeline/node/deployment_network.h"
 
-#include "common/base/network_interfaces.h"
+#include "common/base/network/network_interfaces.h"
 #include "common/config/yaml/config_error.h"
 
 namespace fivepipe::node {

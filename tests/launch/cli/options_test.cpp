@@ -16,6 +16,7 @@
 #include "launch/cli/replay_keys.h"
 #include "tests/support/captured_log.h"
 #include "tests/support/test_folder.h"
+#include "tests/support/text.h"
 
 namespace fivepipe::launch {
 namespace {
@@ -60,7 +61,7 @@ class CommandLine : public testing::Test {
 const std::string kHelp = "-h,--help\n",
                   kNetwork =
                       "--domain UINT:INT in [0 - 230]=0\n"
-                      "--profile TEXT:{lan,loopback,lossy}=loopback Excludes: --deployment\n"
+                      "--profile TEXT:{loopback,lan,lossy}=loopback Excludes: --deployment\n"
                       "--deployment TEXT Excludes: --profile\n--set TEXT:KEY=VALUE ...\n"
                       "--host TEXT\n--local\n",
                   kRange = "--start FLOAT:FLOAT in [0 - 1e+08]\n--end FLOAT:FLOAT in [0 - 1e+08]\n";
@@ -77,14 +78,14 @@ TEST_F(CommandLine, HelpListsEachOptionWithItsLimitsAndDefault) {
                                       "--compression TEXT:{lz4,none,zstd}=lz4\n--no-sync\n"
                                       "--duration FLOAT:POSITIVE\n--name TEXT=recorder\n"
                                       "--domain UINT:INT in [0 - 230]\n"
-                                      "--profile TEXT:{lan,loopback,lossy}=loopback\n"
+                                      "--profile TEXT:{loopback,lan,lossy}=loopback\n"
                                       "--host TEXT\n--local\n");
   EXPECT_EQ(options_of("replay"),
             "FILE TEXT:FILE REQUIRED\n" + kHelp + "--rate TEXT:R|max=1\n" + kRange +
                 "--topics TEXT:RE=.*\n--inputs-of TEXT ...\n--set TEXT:KEY=VALUE ...\n"
                 "--lossless\n--in-flight INT:INT in [1 - 6]=2\n--loop\n--paused\n"
                 "--wait FLOAT:POSITIVE=20\n--no-wait\n--force\n" +
-                kNetwork);
+                test::replaced(kNetwork, "--set TEXT:KEY=VALUE ...\n", ""));
   EXPECT_EQ(options_of("info"),
             "FILE TEXT:FILE REQUIRED\n" + kHelp +
                 "--recover Excludes: --extract\n--output TEXT Needs: --recover\n"
@@ -93,23 +94,29 @@ TEST_F(CommandLine, HelpListsEachOptionWithItsLimitsAndDefault) {
                 "--json Excludes: --extract\n");
   const std::string live =
       "--domain UINT:INT in [0 - 230]=0 Excludes: FILE\n"
-      "--profile TEXT:{lan,loopback,lossy}=loopback Excludes: FILE\n";
-  EXPECT_EQ(options_of("ls"),
-            "FILE TEXT:FILE Excludes: --domain --profile\n" + kHelp + "--nodes\n" + live);
+      "--profile TEXT:{loopback,lan,lossy}=loopback Excludes: FILE --deployment\n"
+      "--deployment TEXT Excludes: FILE --profile\n--set TEXT:KEY=VALUE ...\n--host TEXT\n"
+      "--local\n";
+  EXPECT_EQ(options_of("ls"), "FILE TEXT:FILE Excludes: --domain --profile --deployment\n" + kHelp +
+                                  "--nodes\n" + live);
   const std::string live_or_from =
       "--domain UINT:INT in [0 - 230]=0 Excludes: --from\n"
-      "--profile TEXT:{lan,loopback,lossy}=loopback Excludes: --from\n";
-  EXPECT_EQ(options_of("echo"),
+      "--profile TEXT:{loopback,lan,lossy}=loopback Excludes: --from --deployment\n"
+      "--deployment TEXT Excludes: --from --profile\n--set TEXT:KEY=VALUE ...\n--host TEXT\n"
+      "--local\n";
+  EXPECT_EQ(
+      options_of("echo"),
+      "TOPIC TEXT REQUIRED\n" + kHelp +
+          "--from TEXT:FILE Excludes: --domain --profile --deployment\n--count UINT:POSITIVE\n"
+          "--start FLOAT:FLOAT in [0 - 1e+08] Needs: --from\n"
+          "--end FLOAT:FLOAT in [0 - 1e+08] Needs: --from\n"
+          "--field TEXT\n--full\n--json\n--hex\n--bare\n" +
+          live_or_from);
+  EXPECT_EQ(options_of("hz"),
             "TOPIC TEXT REQUIRED\n" + kHelp +
-                "--from TEXT:FILE Excludes: --domain --profile\n--count UINT:POSITIVE\n"
-                "--start FLOAT:FLOAT in [0 - 1e+08] Needs: --from\n"
-                "--end FLOAT:FLOAT in [0 - 1e+08] Needs: --from\n"
-                "--field TEXT\n--full\n--json\n--hex\n--bare\n" +
+                "--from TEXT:FILE Excludes: --once --domain --profile --deployment\n"
+                "--once FLOAT:FLOAT in [0.1 - 86400] Excludes: --from\n" +
                 live_or_from);
-  EXPECT_EQ(options_of("hz"), "TOPIC TEXT REQUIRED\n" + kHelp +
-                                  "--from TEXT:FILE Excludes: --once --domain --profile\n"
-                                  "--once FLOAT:FLOAT in [0.1 - 86400] Excludes: --from\n" +
-                                  live_or_from);
   EXPECT_EQ(options_of("simulation"), "what TEXT:{pause,reset,resume} REQUIRED\n" + kHelp +
                                           "--node TEXT\n--domain UINT:INT in [0 - 230]=0\n");
   EXPECT_EQ(options_of("doctor"), kHelp + kNetwork);

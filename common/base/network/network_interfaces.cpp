@@ -1,4 +1,4 @@
-#include "common/base/network_interfaces.h"
+#include "common/base/network/network_interfaces.h"
 
 #include <arpa/inet.h>
 #include <ifaddrs.h>

@@ -1,4 +1,4 @@
-#include "common/config/hosts.h"
+#include "common/config/network/hosts.h"
 
 #include <arpa/inet.h>
 
@@ -6,7 +6,7 @@
 #include <cctype>
 
 #include "common/base/machine.h"
-#include "common/base/network_interfaces.h"
+#include "common/base/network/network_interfaces.h"
 #include "common/config/yaml/config_error.h"
 
 namespace fivepipe::config {
