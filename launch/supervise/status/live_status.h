@@ -20,7 +20,7 @@ struct Progress {
   std::uint64_t composited = 0;
   std::optional<double> newest_frame_age_s;  // nullopt: no frame is composited yet
   // Nodes whose statuses should arrive.
-  std::vector<std::string> missing_hosts;  // texts; their nodes are not `expected`
+  std::vector<std::string> missing_hosts = {};  // texts; their nodes are not `expected`
   std::vector<std::string> expected;
 };
 

@@ -172,6 +172,16 @@ TEST(ProgressLine, ANodeIsSilentAndRenderingHasStoppedOnlyAfterTheLimit) {
             "13 s: 1 frame composited, no frame for 6 s");
 }
 
+TEST(ProgressLine, NamesMissingHostsBeforeNodes) {
+  launch::Progress progress{.elapsed_s = 5,
+                            .render_nodes = {"render"},
+                            .missing_hosts = {"waiting for host a (10.0.0.1): no answer"},
+                            .expected = {"render"}};
+  EXPECT_EQ(launch::progress_line(progress, {}, 0),
+            "5 s: no frame composited yet; waiting for host a (10.0.0.1): no answer; render: no "
+            "status yet");
+}
+
 TEST(ProgressLine, StartsWithoutTimeAndFrames) {
   launch::Progress progress;
   EXPECT_EQ(launch::progress_line(progress, {}, 0), "0 s: no render_node");
