@@ -175,6 +175,7 @@ TEST(ProgressLine, ANodeIsSilentAndRenderingHasStoppedOnlyAfterTheLimit) {
 TEST(ProgressLine, NamesMissingHostsBeforeNodes) {
   launch::Progress progress{.elapsed_s = 5,
                             .render_nodes = {"render"},
+                            .newest_frame_age_s = {},
                             .missing_hosts = {"waiting for host a (10.0.0.1): no answer"},
                             .expected = {"render"}};
   EXPECT_EQ(launch::progress_line(progress, {}, 0),
