@@ -370,8 +370,8 @@ std::vector<CapturedCamera> Capture::capture_live(std::int64_t frame, bool want_
   };
   capture_again();
   // All files begin again together after the shortest one, so that one set never combines frames of
-  // different times. The frame number alone decides which images a set has, also in a node that
-  // skips frames or starts later than others.
+  // different times. From the end of a file that is read on, the frame number alone decides which
+  // images a set has, also in a node that skips frames or starts later than others.
   if (ended_ && config_.loop && !loop_length_ && (loop_length_ = shortest_length(frame)))
     capture_again();
   while (!ended_ && waited_for_lost(raw_captures, index())) capture_again();

@@ -6,6 +6,7 @@
 #include "capture_node/segmentation/image_mask.h"
 #include "capture_node/segmentation/matte.h"
 #include "capture_node/sources/synthetic_source.h"
+#include "common/config/capture/image_path.h"
 
 namespace fivepipe::capture {
 namespace {
@@ -178,7 +179,7 @@ std::unique_ptr<ObjectFinder> open_object_finder(const config::RigCamera& camera
     const auto image_number = source.first_number(), mask_number = masks->first_number();
     const std::int64_t offset = image_number && mask_number ? *image_number - *mask_number : 0;
     // The images of a video have no numbers. Most programs begin at 0 or 1.
-    if (!image_number && mask_number.value_or(0) > 1)
+    if (!config::is_sequence(video->file) && mask_number.value_or(0) > 1)
       throw_problems({{camera.name, SourceFault::no_frames,
                        matte->file +
                            ": the masks of a video must begin at number 0 or 1, for its "

@@ -101,8 +101,9 @@ void write_frame(const config::Deployment& deployment, const std::vector<Capture
                          fmt::join(volume_m.max().data(), volume_m.max().data() + 3, " ")));
 }
 
-// Says whether the silhouettes have a common point, and if not, without which cameras they have
-// one.
+// States that the silhouettes have no common point, and without which cameras they have one; empty
+// if they have one, if a camera has no object pixels, and with hull limits `seen`, for which a
+// common point is not needed.
 std::string common_point_text(const config::Deployment& deployment,
                               const std::vector<CapturedCamera>& captured) {
   std::vector<hull::Silhouette> all;
@@ -113,8 +114,9 @@ std::string common_point_text(const config::Deployment& deployment,
         all.push_back({config::published_camera(camera), *of_camera.pixels});
         names.push_back(camera.name);
       }
-  // Another message names a camera without object pixels.
-  if (all.size() < config::shape_cameras(deployment.rig).size()) return "";
+  if (deployment.hull_rule.limits != hull::Limits::all ||
+      all.size() < config::shape_cameras(deployment.rig).size())
+    return "";
   base::WorkerPool pool(1);
   hull::CpuHull hull(pool);
   const auto has_hull_without = [&](const std::set<std::size_t>& left_out) {
@@ -129,11 +131,10 @@ std::string common_point_text(const config::Deployment& deployment,
   // Two cameras nearly always have a common point.
   constexpr std::size_t kMinCameras = 3;
   const std::size_t before = text.size();
-  for (std::size_t i = 0; i < all.size() && all.size() > kMinCameras - 1; ++i)
-    if (all.size() - 1 >= kMinCameras && has_hull_without({i}))
-      text += "there is a hull without " + names[i] + '\n';
+  for (std::size_t i = 0; i < all.size() && all.size() > kMinCameras; ++i)
+    if (has_hull_without({i})) text += "there is a hull without " + names[i] + '\n';
   for (std::size_t i = 0; i < all.size() && text.size() == before; ++i)
-    for (std::size_t j = i + 1; j < all.size() && all.size() - 2 >= kMinCameras; ++j)
+    for (std::size_t j = i + 1; j < all.size() && all.size() > kMinCameras + 1; ++j)
       if (has_hull_without({i, j}))
         text += "there is a hull without " + names[i] + " and " + names[j] + '\n';
   return text;

@@ -180,9 +180,10 @@ class ReconstructionPipe {
     std::vector<Reconstructor::ViewTiles> views = own_views(pose);
     node::FrameSteps steps;
     const node::InputTimes times{set.first_received_ns, set.last_received_ns};
-    check_common_point(set);
-    if (views.front().tiles.empty())
-      return traces_.handled(set.frame, set.capture_stamp_ns, times, std::move(steps));
+    if (views.front().tiles.empty()) {
+      traces_.handled(set.frame, set.capture_stamp_ns, times, std::move(steps));
+      return check_common_point(set);
+    }
     const std::vector<hull::ColourRegion> colours = inputs_.take_colours(set.frame);
     // Only readers of tiles need colour; skip it if there are none.
     for (Reconstructor::ViewTiles& view : views)
@@ -213,16 +214,18 @@ class ReconstructionPipe {
                            1e-9 * double(base::now_realtime_ns() - set.capture_stamp_ns));
     traces_.handled(set.frame, set.capture_stamp_ns, times, std::move(steps));
     inputs_.drop_colours_up_to(set.frame);
+    check_common_point(set);
   }
 
   // Poses that do not fit leave a picture without objects and without any other message.
   void check_common_point(const frames::FrameSet& set) {
     const auto now = std::chrono::steady_clock::now();
-    if (config_.worker_index != 0 || now < next_check_) return;
+    const hull::HullRule& rule = node_.deployment.hull_rule;
+    if (config_.worker_index != 0 || rule.limits != hull::Limits::all || now < next_check_) return;
     next_check_ = now + std::chrono::seconds(1);
     bool is_common = true;
-    if (set.empty_cameras.empty()) {
-      checked_.assign(set.silhouettes, node_.deployment.hull_rule);
+    if (set.empty_cameras.empty() && !set.silhouettes.empty()) {
+      checked_.assign(set.silhouettes, rule);
       is_common = hull::has_hull(checked_, set.silhouettes);
     }
     checks_without_ = is_common ? 0 : checks_without_ + 1;

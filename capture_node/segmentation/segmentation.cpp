@@ -109,7 +109,6 @@ hull::ObjectPixels Segmenter::object_pixels(const Difference& difference) const 
 void Segmenter::adapt(const cv::Mat& image_bgr, const Gain& gain,
                       const hull::ObjectPixels& object) {
   const hull::ObjectPixels near = dilated(object, kAdaptationMargin_px);
-  const InverseGain inverse_gain = inverse_of(gain);
   const double rate = -std::expm1(-kAdaptationRows * period_s_ / config_.adaptation_s);
   Gain brighter;
   for (std::size_t c = 0; c < 3; ++c)
@@ -119,7 +118,8 @@ void Segmenter::adapt(const cv::Mat& image_bgr, const Gain& gain,
       const bool is_near = near.contains(u, v);
       for (std::size_t c = 0; c < 3; ++c) {
         float& mean = background_.mean_levels[3 * (std::size_t(v) * tables_.width_px + u) + c];
-        const double level = compensated(image_bgr.ptr(v)[3 * u + int(c)], inverse_gain[c]);
+        // Not rounded: a small gain would remain in each level, and count twice.
+        const double level = image_bgr.ptr(v)[3 * u + int(c)] / gain[c];
         if (!is_near) mean += float(rate * (level - mean));
         // The brightness of the whole image also changes what an object hides.
         mean = float(std::min(255.0, mean * brighter[c]));

@@ -222,6 +222,10 @@ Deployment read_deployment(const std::filesystem::path& file,
   deployment.hosts = read_hosts(map);
   deployment.network_profile =
       map.name("network_profile", deployment.hosts.size() > 1 ? "lan" : deployment.network_profile);
+  for (const char* const profile : {"lan", "lossy"})
+    if (deployment.hosts.empty() && deployment.network_profile == profile)
+      map.problem_at("network_profile", std::string("network_profile ") + profile +
+                                            " needs `hosts`: the machines with their addresses");
   if (deployment.hosts.size() > 1 && deployment.network_profile == "loopback")
     map.problem_at("network_profile",
                    "network_profile loopback reaches no other machine: with several hosts, use lan "

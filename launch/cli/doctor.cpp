@@ -7,6 +7,7 @@
 
 #include "common/base/machine.h"
 #include "common/base/version.h"
+#include "common/config/yaml/config_error.h"
 #include "common/gl/context.h"
 #include "common/pipeline/bus/bus.h"
 #include "common/pipeline/bus/profile.h"
@@ -120,11 +121,15 @@ Finding check_disk() {
 }
 
 int run_doctor(const NetworkOptions& given) {
-  const JoinedNetwork options = network_from(given);
-  std::vector<Finding> findings = {
-      check_build(),    check_gl(),         check_receive_buffer(options.network),
-      check_loopback(), check_dds(options), check_cores(),
-      check_disk()};
+  std::vector<Finding> findings = {check_build(), check_gl(), check_loopback(), check_cores(),
+                                   check_disk()};
+  try {
+    const JoinedNetwork joined = network_from(given);
+    findings.push_back(check_receive_buffer(joined.network));
+    findings.push_back(check_dds(joined));
+  } catch (const config::ConfigError& error) {
+    findings.push_back({Verdict::fail, std::string("network: ") + error.what(), ""});
+  }
   for (Finding& camera : check_cameras()) findings.push_back(std::move(camera));
   int failures = 0, warnings = 0;
   for (const Finding& finding : findings) {

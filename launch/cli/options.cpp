@@ -34,6 +34,13 @@ std::string check_regex(const std::string& text) {
   return "";
 }
 
+// The others need a deployment.
+std::vector<std::string> local_profiles() {
+  std::vector<std::string> names = bus::profile_names();
+  std::erase_if(names, bus::reaches_other_machines);
+  return names;
+}
+
 }  // namespace
 
 CLI::Option* add_rate_option(CLI::App* app, std::string& rate) {
@@ -89,16 +96,19 @@ CLI::Option* add_domain_option(CLI::App* app, std::uint32_t& domain) {
 void add_network_options(CLI::App* app, NetworkOptions& options) {
   options.domain_option = add_domain_option(app, options.domain);
   app->add_option("--profile", options.profile, "network profile")
-      ->check(CLI::IsMember(bus::profile_names()))
+      ->check(CLI::IsMember(local_profiles()))
       ->capture_default_str();
 }
 
 void add_host_options(CLI::App* app, NetworkOptions& options) {
+  CLI::Option* const deployment = app->get_option("--deployment");
   app->add_option("--host", options.host,
                   "name of this machine in the deployment (default: the host with its name or one "
-                  "of its addresses)");
+                  "of its addresses)")
+      ->needs(deployment);
   app->add_flag("--local", options.local,
-                "use the loopback interface instead of the deployment's network");
+                "use the loopback interface instead of the deployment's network")
+      ->needs(deployment);
 }
 
 void add_deployment_options(CLI::App* app, NetworkOptions& options) {

@@ -21,17 +21,18 @@ const std::map<std::string, fivepipe_v1_CommandKind> kCommandKinds = {
 
 struct SimulationOptions {
   std::string what, node;
-  std::uint32_t domain = 0;
+  NetworkOptions network;
 };
 
 int run_simulation(const SimulationOptions& options) {
-  bus::Bus bus({.domain = options.domain});
+  const JoinedNetwork joined = network_from(options.network);
+  bus::Bus bus({.domain = joined.domain, .network = joined.network});
   auto commands = bus.writer<bus::topics::Command>();
   const auto deadline = std::chrono::steady_clock::now() + kSimulationTimeout;
   while (commands.readers() == 0) {
     if (std::chrono::steady_clock::now() > deadline) {
-      std::cerr << "no sim_node listens in domain " << options.domain
-                << "; --domain selects another one, and `fivepipe top --domain " << options.domain
+      std::cerr << "no sim_node listens in domain " << joined.domain
+                << "; --domain selects another one, and `fivepipe top --domain " << joined.domain
                 << "` lists the running nodes\n";
       return 3;
     }
@@ -67,7 +68,8 @@ void add_simulation(CLI::App& app, Command& command) {
       ->check(CLI::IsMember(kCommandKinds));
   simulation->add_option("--node", options->node,
                          "node to send the command to (default: every sim_node)");
-  add_domain_option(simulation, options->domain);
+  add_network_options(simulation, options->network);
+  add_deployment_options(simulation, options->network);
   simulation->callback(
       [options, &command] { command = [options] { return run_simulation(*options); }; });
 }

@@ -3,7 +3,6 @@
 #include <arpa/inet.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <netinet/in.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -42,11 +41,9 @@ std::vector<config::Node> nodes_of_host(const config::Deployment& deployment,
 
 HostProbe::HostProbe(const std::string& address)
     : socket_(socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0)) {
-  sockaddr_in to{};
-  to.sin_family = AF_INET;
-  to.sin_port = htons(kUnusedPort);
-  if (socket_ >= 0 && inet_pton(AF_INET, address.c_str(), &to.sin_addr) == 1)
-    connect(socket_, reinterpret_cast<const sockaddr*>(&to), sizeof to);
+  to_.sin_family = AF_INET;
+  to_.sin_port = htons(kUnusedPort);
+  inet_pton(AF_INET, address.c_str(), &to_.sin_addr);
 }
 
 HostProbe::~HostProbe() {
@@ -54,7 +51,10 @@ HostProbe::~HostProbe() {
 }
 
 void HostProbe::ask() {
-  has_route_ = send(socket_, "", 1, MSG_NOSIGNAL) == 1 || errno == ECONNREFUSED;
+  // Again each time, because the route may come later. Only a connected socket gets the answer.
+  has_route_ = connect(socket_, reinterpret_cast<const sockaddr*>(&to_), sizeof to_) == 0 ||
+               (errno != ENETUNREACH && errno != EHOSTUNREACH);
+  if (has_route_) send(socket_, "", 1, MSG_NOSIGNAL);
 }
 
 HostProbe::Answer HostProbe::take_answer() {

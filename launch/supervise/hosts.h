@@ -1,6 +1,8 @@
 // The hosts of a deployment: the nodes of this one, and the others while none of their nodes has
 // sent a status.
 #pragma once
+#include <netinet/in.h>
+
 #include <map>
 #include <memory>
 #include <string>
@@ -33,6 +35,7 @@ class HostProbe {
 
  private:
   int socket_;
+  sockaddr_in to_{};
   bool has_route_ = true;
 };
 

@@ -52,6 +52,9 @@ TEST_F(DeploymentFile, HostsHaveAddressesAndInterfaces) {
 TEST_F(DeploymentFile, ProblemsOfHosts) {
   EXPECT_THAT(problems(on_hosts(kHosts + "network_profile: loopback\n")),
               ElementsAre(HasSubstr("loopback reaches no other machine")));
+  for (const std::string profile : {"lan", "lossy"})
+    EXPECT_THAT(problems(test::kGoodDeployment + "network_profile: " + profile + "\n"),
+                ElementsAre(HasSubstr("network_profile " + profile + " needs `hosts`")));
   EXPECT_THAT(problems(on_hosts(kHosts, "alpha", "")),
               ElementsAre(HasSubstr("names no host: add host: NAME, one of alpha, beta")));
   EXPECT_THAT(problems(on_hosts(kHosts, "alpha", "bata")),
@@ -60,7 +63,8 @@ TEST_F(DeploymentFile, ProblemsOfHosts) {
     return problems(on_hosts("hosts: {alpha: {" + keys + "}, beta: {address: 10.0.0.2}}\n"));
   };
   EXPECT_THAT(of_alpha("interface: eth0"), ElementsAre(HasSubstr("address is missing")));
-  for (const char* address : {"10.0.0", "alpha.lab", "::1", "10.0.0.256"})
+  for (const char* address :
+       {"10.0.0", "alpha.lab", "::1", "10.0.0.256", "0.0.0.0", "239.255.0.1", "255.255.255.255"})
     EXPECT_THAT(of_alpha("address: '" + std::string(address) + "'"),
                 ElementsAre(HasSubstr("address must be an IPv4 address such as 192.168.10.11, is " +
                                       std::string(address))));

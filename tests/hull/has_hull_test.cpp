@@ -48,15 +48,9 @@ TEST(HasHull, IsThatInsideTheVolume) {
   EXPECT_FALSE(has_hull(silhouettes, rule));
 }
 
-// A camera without object pixels limits nothing outside its image.
-TEST(HasHull, FollowsTheRule) {
-  const std::vector<Silhouette> silhouettes{seen_from(0, kMiddle), seen_from(1, kMiddle),
-                                            seen_from(2, {})};
-  EXPECT_FALSE(has_hull(silhouettes));
-  HullRule rule;
-  rule.limits = Limits::seen;
-  rule.within_world_m = {Eigen::Vector3d(-2, -2, -2), Eigen::Vector3d(2, 2, 2)};
-  EXPECT_FALSE(has_hull(silhouettes, rule)) << "the third camera sees the place as empty";
+TEST(HasHull, FindsAHullOfOnePixel) {
+  for (const int u : {70, 71, 72, 73})
+    EXPECT_TRUE(has_hull({seen_from(0, {u, 50, u + 1, 70}), seen_from(1, kMiddle)})) << u;
 }
 
 }  // namespace

@@ -23,9 +23,7 @@ std::vector<NetworkInterface> network_interfaces() {
     auto found = std::find_if(interfaces.begin(), interfaces.end(),
                               [&](const NetworkInterface& known) { return known.name == name; });
     if (found == interfaces.end())
-      found = interfaces.insert(
-          interfaces.end(),
-          {name, {}, (entry->ifa_flags & IFF_UP) != 0, (entry->ifa_flags & IFF_LOOPBACK) != 0});
+      found = interfaces.insert(interfaces.end(), {name, {}, (entry->ifa_flags & IFF_UP) != 0});
     if (!entry->ifa_addr || entry->ifa_addr->sa_family != AF_INET) continue;
     char text[INET_ADDRSTRLEN];
     const auto* const address = reinterpret_cast<const sockaddr_in*>(entry->ifa_addr);

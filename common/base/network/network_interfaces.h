@@ -8,7 +8,7 @@ namespace fivepipe::base {
 struct NetworkInterface {
   std::string name;                    // such as "enp3s0"
   std::vector<std::string> addresses;  // IPv4, such as "192.168.10.11"
-  bool is_up = false, is_loopback = false;
+  bool is_up = false;
 };
 
 // Returns all interfaces in the system's order. Throws std::system_error if they cannot be read.

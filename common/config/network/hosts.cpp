@@ -12,9 +12,13 @@
 namespace fivepipe::config {
 namespace {
 
+// Of one machine: not 0.0.0.0, and neither multicast nor broadcast.
 bool is_ipv4(const std::string& text) {
   in_addr address{};
-  return inet_pton(AF_INET, text.c_str(), &address) == 1;
+  if (inet_pton(AF_INET, text.c_str(), &address) != 1) return false;
+  const std::uint32_t bits = ntohl(address.s_addr);
+  constexpr std::uint32_t kMulticast = 0xe0000000;
+  return bits != 0 && bits < kMulticast;
 }
 
 // The names of Linux's interfaces have at most 15 characters; these are safe in XML.

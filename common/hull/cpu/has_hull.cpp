@@ -1,12 +1,11 @@
 #include "common/hull/cpu/has_hull.h"
 
 #include <algorithm>
-#include <cmath>
+#include <cassert>
 
 namespace fivepipe::hull {
 namespace {
 
-constexpr int kStep_px = 4;
 constexpr double kNear_m = 1e-3;
 // Of a hull without a bounded volume.
 constexpr double kFar_m = 1e3;
@@ -26,25 +25,13 @@ double farthest_m(const geometry::Camera& camera, const HullRule& rule) {
 }  // namespace
 
 bool has_hull(CpuHull& hull, std::span<const Silhouette> silhouettes) {
+  assert(hull.rule().limits == Limits::all);
   if (silhouettes.empty() || hull.empty()) return false;
-  // A camera without object pixels sees nothing; with Limits::seen, the others may have a hull.
-  const Silhouette* from = nullptr;
-  std::size_t fewest = 0;
-  for (const Silhouette& one : silhouettes)
-    if (const std::size_t count = one.pixels.count();
-        count > 0 && (from == nullptr || count < fewest)) {
-      from = &one;
-      fewest = count;
-    }
-  if (from == nullptr) return false;
-  const geometry::Pinhole& whole = from->camera.pinhole;
-  View view{{geometry::resized(whole, std::max(1, whole.width_px / kStep_px),
-                               std::max(1, whole.height_px / kStep_px)),
-             from->camera.camera_from_world},
-            kNear_m,
-            farthest_m(from->camera, hull.rule())};
-  const PixelRect all{0, 0, view.camera.pinhole.width_px, view.camera.pinhole.height_px};
-  const DepthTile depths = hull.depth(view, all);
+  const Silhouette& from = *std::min_element(
+      silhouettes.begin(), silhouettes.end(),
+      [](const Silhouette& a, const Silhouette& b) { return a.pixels.count() < b.pixels.count(); });
+  const View view{from.camera, kNear_m, farthest_m(from.camera, hull.rule())};
+  const DepthTile depths = hull.depth(view, from.pixels.bounds());
   return std::any_of(depths.depth_m.begin(), depths.depth_m.end(),
                      [](float depth_m) { return depth_m != kNoHull; });
 }

@@ -6,10 +6,8 @@
 
 namespace fivepipe::hull {
 
-// Returns true if a ray from the camera with the fewest object pixels meets the hull. Tests the
-// rays through every fourth pixel of its image, in both directions, so that a hull which is
-// narrower there can be missed. `hull` was assigned these silhouettes; returns false if there is
-// none.
+// Returns true if the ray through an object pixel of the camera with the fewest of them meets the
+// hull. `hull` was assigned these silhouettes with Limits::all; returns false if there is none.
 bool has_hull(CpuHull& hull, std::span<const Silhouette> silhouettes);
 
 // What to tell the user if every camera has object pixels and there is no hull.

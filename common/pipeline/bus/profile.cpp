@@ -38,7 +38,9 @@ const char* shipped(const std::string& name) {
 std::string interface_xml(const std::string& wanted) {
   const base::FoundInterface found = base::find_interface(wanted);
   if (found.name.empty()) throw BusError(found.problem);
-  return "<NetworkInterface name=\"" + found.name + "\"/>";
+  // An interface may have several addresses.
+  const char* const key = found.name == wanted ? "name" : "address";
+  return std::string("<NetworkInterface ") + key + "=\"" + wanted + "\"/>";
 }
 
 // Replaces the content of an element that occurs once.

@@ -18,9 +18,9 @@ struct Progress {
   double frame_rate_hz = 30;              // of the deployment
   std::vector<std::string> render_nodes;  // empty: the deployment composites no frames
   std::uint64_t composited = 0;
-  std::optional<double> newest_frame_age_s;  // nullopt: no frame is composited yet
-  // Nodes whose statuses should arrive.
+  std::optional<double> newest_frame_age_s;     // nullopt: no frame is composited yet
   std::vector<std::string> missing_hosts = {};  // texts; their nodes are not `expected`
+  // Nodes whose statuses should arrive.
   std::vector<std::string> expected;
 };
 

@@ -59,11 +59,15 @@ class CommandLine : public testing::Test {
 };
 
 const std::string kHelp = "-h,--help\n",
+                  kLocal =
+                      "--local Needs: --deployment use the loopback interface instead of the "
+                      "deployment's network\n",
                   kNetwork =
                       "--domain UINT:INT in [0 - 230]=0\n"
-                      "--profile TEXT:{loopback,lan,lossy}=loopback Excludes: --deployment\n"
+                      "--profile TEXT:{loopback}=loopback Excludes: --deployment\n"
                       "--deployment TEXT Excludes: --profile\n--set TEXT:KEY=VALUE ...\n"
-                      "--host TEXT\n--local\n",
+                      "--host TEXT Needs: --deployment\n" +
+                      kLocal,
                   kRange = "--start FLOAT:FLOAT in [0 - 1e+08]\n--end FLOAT:FLOAT in [0 - 1e+08]\n";
 
 TEST_F(CommandLine, HelpListsEachOptionWithItsLimitsAndDefault) {
@@ -78,8 +82,9 @@ TEST_F(CommandLine, HelpListsEachOptionWithItsLimitsAndDefault) {
                                       "--compression TEXT:{lz4,none,zstd}=lz4\n--no-sync\n"
                                       "--duration FLOAT:POSITIVE\n--name TEXT=recorder\n"
                                       "--domain UINT:INT in [0 - 230]\n"
-                                      "--profile TEXT:{loopback,lan,lossy}=loopback\n"
-                                      "--host TEXT\n--local\n");
+                                      "--profile TEXT:{loopback}=loopback\n"
+                                      "--host TEXT Needs: --deployment\n" +
+                                      kLocal);
   EXPECT_EQ(options_of("replay"),
             "FILE TEXT:FILE REQUIRED\n" + kHelp + "--rate TEXT:R|max=1\n" + kRange +
                 "--topics TEXT:RE=.*\n--inputs-of TEXT ...\n--set TEXT:KEY=VALUE ...\n"
@@ -94,16 +99,18 @@ TEST_F(CommandLine, HelpListsEachOptionWithItsLimitsAndDefault) {
                 "--json Excludes: --extract\n");
   const std::string live =
       "--domain UINT:INT in [0 - 230]=0 Excludes: FILE\n"
-      "--profile TEXT:{loopback,lan,lossy}=loopback Excludes: FILE --deployment\n"
-      "--deployment TEXT Excludes: FILE --profile\n--set TEXT:KEY=VALUE ...\n--host TEXT\n"
-      "--local\n";
+      "--profile TEXT:{loopback}=loopback Excludes: FILE --deployment\n"
+      "--deployment TEXT Excludes: FILE --profile\n--set TEXT:KEY=VALUE ...\n--host TEXT Needs: "
+      "--deployment\n" +
+      kLocal;
   EXPECT_EQ(options_of("ls"), "FILE TEXT:FILE Excludes: --domain --profile --deployment\n" + kHelp +
                                   "--nodes\n" + live);
   const std::string live_or_from =
       "--domain UINT:INT in [0 - 230]=0 Excludes: --from\n"
-      "--profile TEXT:{loopback,lan,lossy}=loopback Excludes: --from --deployment\n"
-      "--deployment TEXT Excludes: --from --profile\n--set TEXT:KEY=VALUE ...\n--host TEXT\n"
-      "--local\n";
+      "--profile TEXT:{loopback}=loopback Excludes: --from --deployment\n"
+      "--deployment TEXT Excludes: --from --profile\n--set TEXT:KEY=VALUE ...\n--host TEXT Needs: "
+      "--deployment\n" +
+      kLocal;
   EXPECT_EQ(
       options_of("echo"),
       "TOPIC TEXT REQUIRED\n" + kHelp +
@@ -117,8 +124,8 @@ TEST_F(CommandLine, HelpListsEachOptionWithItsLimitsAndDefault) {
                 "--from TEXT:FILE Excludes: --once --domain --profile --deployment\n"
                 "--once FLOAT:FLOAT in [0.1 - 86400] Excludes: --from\n" +
                 live_or_from);
-  EXPECT_EQ(options_of("simulation"), "what TEXT:{pause,reset,resume} REQUIRED\n" + kHelp +
-                                          "--node TEXT\n--domain UINT:INT in [0 - 230]=0\n");
+  EXPECT_EQ(options_of("simulation"),
+            "what TEXT:{pause,reset,resume} REQUIRED\n" + kHelp + "--node TEXT\n" + kNetwork);
   EXPECT_EQ(options_of("doctor"), kHelp + kNetwork);
   EXPECT_EQ(options_of("bench"), kHelp);
   EXPECT_EQ(options_of("maps"), "");

@@ -432,7 +432,9 @@ TEST(Profile, OtherMachinesAreReachedByInterfaceAndPeers) {
     // The loopback interface stands for any, by its name or its address.
     for (const std::string interface : {"lo", "127.0.0.1"}) {
       const std::string xml = profile_xml(of_hosts(profile, interface));
-      EXPECT_TRUE(test::contains(xml, "<Interfaces><NetworkInterface name=\"lo\"/></Interfaces>"));
+      EXPECT_TRUE(test::contains(xml, "<Interfaces><NetworkInterface " +
+                                          std::string(interface == "lo" ? "name" : "address") +
+                                          "=\"" + interface + "\"/></Interfaces>"));
       EXPECT_TRUE(test::contains(
           xml, "<Peers><Peer Address=\"10.0.0.1\"/><Peer Address=\"10.0.0.2\"/></Peers>"));
     }

@@ -70,7 +70,8 @@ class TwoHosts : public testing::Test {
 TEST_F(TwoHosts, FramesGoThroughBoth) {
   const std::string file = deployment();
   const auto beta = up(1, file, {"--duration", "6"});
-  std::this_thread::sleep_for(2s);
+  ASSERT_TRUE(holds(kStart, [&] { return contains(beta->said(), "waiting for host alpha"); }))
+      << beta->said();
   const auto alpha = up(0, file);
   EXPECT_EQ(beta->wait_for_end(90s * kSlowdown), 0) << beta->said() << alpha->said();
   alpha->signal(SIGINT);
