@@ -25,7 +25,8 @@ class TestHosts {
     run("ip address add " + kObserver + "/24 dev switch");
     run("ip link set switch up");
     for (int i = 0; i < count; ++i) {
-      // `unshare` becomes `sleep`, whose network is that of the host, for longer than any test runs.
+      // `unshare` becomes `sleep`, whose network is that of the host, for longer than any test
+      // runs.
       holders_.push_back(std::make_unique<Program>(
           std::vector<std::string>{"/usr/bin/unshare", "--net", "sleep", "600"},
           folder / ("host" + std::to_string(i) + ".log")));
