@@ -148,7 +148,7 @@ void Capture::prepare(Channel& channel) const {
 // One camera's image of a frame.
 struct Capture::RawCapture {
   CapturedCamera result;
-  std::optional<ReadStatus> status;  // nullopt: nobody reads the camera
+  std::optional<ReadStatus> status;  // nullopt: the camera is not read
   std::int64_t taken_ns = 0;         // 0: the source has no clock
   cv::Mat image;                     // empty if there is none, or if nothing is computed from it
   geometry::Camera published;

@@ -80,7 +80,7 @@ TEST_F(FilesThatLoop, AMatteThatIsShorterThanItsVideoCounts) {
   for (const std::vector<int>& frames : kOrders) expect_length(3, frames);
 }
 
-// Also while nobody wants the colour.
+// Also while the node does not read the colour.
 TEST_F(FilesThatLoop, AShorterVideoOfACameraThatOnlyGivesColourCounts) {
   add_camera("cam", video("video.avi", 5), learned());
   add_camera("colour", video("colour.avi", 3), {}, false);

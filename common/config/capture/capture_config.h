@@ -46,7 +46,7 @@ struct VideoSource {
   int first_frame = 0;  // index in the file of the frame to read first, also in a matte
 };
 
-// A live camera must be at least so fast, because capture_node takes an image for missing if none
+// The least rate of a live camera, because capture_node reports an image as missing if none
 // arrives within 0.5 s (kImageTimeout in capture_node/sources/image_source.h).
 inline constexpr double kMinCameraRate_hz = 3, kMaxExposure_us = 333'000;
 
