@@ -15,7 +15,7 @@ namespace fivepipe::capture {
 
 // What a level must exceed to differ, grey levels of 255.
 struct Tolerances {
-  // A pixel differs if a channel is farther from the mean than
+  // A pixel differs if a channel is farther from the rounded mean than
   //   max(floor, min(ceiling, sigmas * measured sigma)) + jitter * gradient.
   double sigmas = 4, floor_levels = 8, ceiling_levels = 16;
   // The camera's movement against the background. The gradient is half the range of the levels in
@@ -34,12 +34,6 @@ using LevelPlanes = std::array<std::array<std::uint8_t, 64>, 3>;
 
 // The tables of one camera, by word, row-major as ObjectPixels.
 struct DifferenceTables {
-  // What only words need that have a level farther from its mean than its own tolerance.
-  struct Details {
-    LevelPlanes low, high;                       // inclusive bounds of the background's levels
-    LevelPlanes mean;                            // rounded
-    std::array<std::uint8_t, 64> strong_excess;  // beyond the bounds by more: differs strongly
-  };
   struct Boxes {  // one for each pixel; an empty one has low 255 and high 0
     LevelPlanes low, high;
   };
@@ -52,10 +46,10 @@ struct DifferenceTables {
   // is within the word's tolerance of its mean.
   std::vector<WordLevels> mean;         // rounded
   std::vector<std::uint8_t> tolerance;  // the least of the word's
-  // Only for words with a level beyond `tolerance`, as noise makes many: the tolerance of each
-  // level. A pixel that is within it does not differ.
-  std::vector<WordLevels> tolerances;
-  std::vector<Details> details;
+  // Only for words with a level beyond `tolerance`, as noise makes many.
+  std::vector<WordLevels> tolerances;  // of each level, rounded down
+  // A pixel differs strongly if a channel is farther than its tolerance by more than this.
+  std::vector<std::array<std::uint8_t, 64>> strong_excess;
   std::vector<MovingWord> moving;  // by word
 };
 DifferenceTables difference_tables(const Background& background, const Tolerances& tolerances);

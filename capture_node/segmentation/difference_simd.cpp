@@ -21,10 +21,11 @@ namespace hn = hwy::HWY_NAMESPACE;
 struct Bits {
   std::uint64_t differs = 0, above = 0;
 };
-// What compare() finds of 64 pixels.
+// The levels of 64 pixels, and by how much each is farther from its mean than its tolerance: in
+// either direction, and brighter.
 struct Compared {
-  LevelPlanes levels;                   // compensated
-  std::array<std::uint8_t, 64> excess;  // beyond the bounds, of the channel farthest from them
+  alignas(64) WordLevels levels;  // compensated
+  alignas(64) WordLevels excess, above;
 };
 
 // As compensated() in gain.h, for the even and the odd bytes, each with its own factor.
@@ -54,27 +55,55 @@ Factors factors_of(const InverseGain& inverse_gain) {
   return factors;
 }
 
-// Whether a level of the word is farther from its mean than tolerance_at(d, i), the tolerances of
-// the levels from i on. Saturated levels count too, so a word without any has no pixel that
-// differs.
-template <bool kCompensates, class ToleranceAt>
+// The level, brought to the brightness of the background. i: of its first byte in the word.
+template <bool kCompensates, class D>
+HWY_INLINE hn::Vec<D> compensated_at(D d, hn::Vec<D> level, const Factors& factors, std::size_t i) {
+  if (!kCompensates) return level;
+  const hn::Repartition<std::uint16_t, D> wide;
+  return compensate(d, level, hn::LoadU(wide, factors.even.data() + i / 2),
+                    hn::LoadU(wide, factors.odd.data() + i / 2));
+}
+
+// Whether a level of the word is farther from its mean than `tolerance`. Saturated levels count
+// too, so a word without any has no pixel that differs.
+template <bool kCompensates>
 HWY_INLINE bool any_beyond(const std::uint8_t* bgr, const WordLevels& mean, const Factors& factors,
-                           const ToleranceAt& tolerance_at) {
+                           std::uint8_t tolerance) {
   const hn::CappedTag<std::uint8_t, 64> d;
-  const hn::Repartition<std::uint16_t, decltype(d)> wide;
+  const auto within = hn::Set(d, tolerance);
   auto beyond = hn::Zero(d);
   for (std::size_t i = 0; i < 192; i += hn::Lanes(d)) {
-    auto level = hn::LoadU(d, bgr + i);
-    if (kCompensates)
-      level = compensate(d, level, hn::LoadU(wide, factors.even.data() + i / 2),
-                         hn::LoadU(wide, factors.odd.data() + i / 2));
+    const auto level = compensated_at<kCompensates>(d, hn::LoadU(d, bgr + i), factors, i);
     const auto of_background = hn::LoadU(d, mean.data() + i);
     // One of the saturating subtractions is zero.
     const auto distance =
         hn::Or(hn::SaturatedSub(level, of_background), hn::SaturatedSub(of_background, level));
-    beyond = hn::Or(beyond, hn::SaturatedSub(distance, tolerance_at(d, i)));
+    beyond = hn::Or(beyond, hn::SaturatedSub(distance, within));
   }
   return !hn::AllTrue(d, hn::Eq(beyond, hn::Zero(d)));
+}
+
+// Compares each level of the word with its own tolerance. Returns whether one is beyond it.
+template <bool kCompensates>
+HWY_INLINE bool compare(const std::uint8_t* bgr, const WordLevels& mean,
+                        const WordLevels& tolerances, const Factors& factors, Compared& compared) {
+  const hn::CappedTag<std::uint8_t, 64> d;
+  auto any = hn::Zero(d);
+  for (std::size_t i = 0; i < 192; i += hn::Lanes(d)) {
+    const auto raw = hn::LoadU(d, bgr + i);
+    const auto level = compensated_at<kCompensates>(d, raw, factors, i);
+    const auto of_background = hn::LoadU(d, mean.data() + i),
+               tolerance = hn::LoadU(d, tolerances.data() + i);
+    const auto above = hn::SaturatedSub(hn::SaturatedSub(level, of_background), tolerance),
+               below = hn::SaturatedSub(hn::SaturatedSub(of_background, level), tolerance);
+    const auto is_saturated = hn::Eq(raw, hn::Set(d, 255));
+    const auto excess = hn::Or(above, hn::IfThenZeroElse(is_saturated, below));
+    hn::Store(level, d, compared.levels.data() + i);
+    hn::Store(above, d, compared.above.data() + i);
+    hn::Store(excess, d, compared.excess.data() + i);
+    any = hn::Or(any, excess);
+  }
+  return !hn::AllTrue(d, hn::Eq(any, hn::Zero(d)));
 }
 
 template <class D>
@@ -84,31 +113,30 @@ HWY_INLINE std::uint64_t bits_of(D d, hn::Mask<D> mask) {
   return bits;
 }
 
-// Compares 64 pixels with their bounds.
-HWY_INLINE Bits compare(const std::uint8_t* bgr, const DifferenceTables::Details& table,
-                        const InverseGain& inverse_gain, Compared& compared) {
+HWY_INLINE LevelPlanes planes_of(const WordLevels& levels) {
   const hn::CappedTag<std::uint8_t, 64> d;
-  const hn::Repartition<std::uint16_t, decltype(d)> wide;
+  LevelPlanes planes;
+  for (std::size_t i = 0; i < 64; i += hn::Lanes(d)) {
+    hn::Vec<decltype(d)> channel[3];
+    hn::LoadInterleaved3(d, levels.data() + 3 * i, channel[0], channel[1], channel[2]);
+    for (std::size_t c = 0; c < 3; ++c) hn::StoreU(channel[c], d, planes[c].data() + i);
+  }
+  return planes;
+}
+
+// Combines the channels of each pixel. excess: of the channel farthest from its mean.
+HWY_INLINE Bits pixels_of(const Compared& compared, std::array<std::uint8_t, 64>& excess) {
+  const hn::CappedTag<std::uint8_t, 64> d;
   const auto zero = hn::Zero(d);
   Bits bits;
   for (std::size_t i = 0; i < 64; i += hn::Lanes(d)) {
-    hn::Vec<decltype(d)> channel[3];
-    hn::LoadInterleaved3(d, bgr + 3 * i, channel[0], channel[1], channel[2]);
-    auto above = zero, excess = zero;
-    for (std::size_t c = 0; c < 3; ++c) {
-      const auto is_saturated = hn::Eq(channel[c], hn::Set(d, 255));
-      const auto factor = hn::Set(wide, inverse_gain[c]);
-      const auto level = compensate(d, channel[c], factor, factor);
-      hn::StoreU(level, d, compared.levels[c].data() + i);
-      // Saturating subtraction: zero unless the level is out of bounds.
-      const auto over = hn::SaturatedSub(level, hn::LoadU(d, table.high[c].data() + i));
-      const auto under = hn::SaturatedSub(hn::LoadU(d, table.low[c].data() + i), level);
-      above = hn::Or(above, over);
-      excess = hn::Max(excess, hn::Max(over, hn::IfThenZeroElse(is_saturated, under)));
-    }
-    hn::StoreU(excess, d, compared.excess.data() + i);
-    bits.differs |= bits_of(d, hn::Ne(excess, zero)) << i;
-    bits.above |= bits_of(d, hn::Ne(above, zero)) << i;
+    hn::Vec<decltype(d)> b, g, r;
+    hn::LoadInterleaved3(d, compared.excess.data() + 3 * i, b, g, r);
+    const auto most = hn::Max(hn::Max(b, g), r);
+    hn::StoreU(most, d, excess.data() + i);
+    bits.differs |= bits_of(d, hn::Ne(most, zero)) << i;
+    hn::LoadInterleaved3(d, compared.above.data() + 3 * i, b, g, r);
+    bits.above |= bits_of(d, hn::Ne(hn::Or(hn::Or(b, g), r), zero)) << i;
   }
   return bits;
 }
@@ -185,6 +213,7 @@ void classify(const cv::Mat& image, const DifferenceTables& tables,
   const Factors factors = factors_of(request.inverse_gain);
   const auto max_tint = float(std::tan(request.shadow_tint_degrees * std::numbers::pi / 180));
   Compared compared;
+  std::array<std::uint8_t, 64> excess;
   auto moving = tables.moving.begin();
   for (int v = 0; v < tables.height_px; ++v)
     for (int w = 0; w < words; ++w) {
@@ -198,24 +227,19 @@ void classify(const cv::Mat& image, const DifferenceTables& tables,
         std::memcpy(padded.data(), bgr, std::size_t(3 * pixels));
         bgr = padded.data();
       }
-      if (!any_beyond<kCompensates>(bgr, tables.mean[at], factors, [&](auto d, std::size_t) {
-            return hn::Set(d, tables.tolerance[at]);
-          }))
+      if (!any_beyond<kCompensates>(bgr, tables.mean[at], factors, tables.tolerance[at]) ||
+          !compare<kCompensates>(bgr, tables.mean[at], tables.tolerances[at], factors, compared))
         continue;
-      if (!any_beyond<kCompensates>(bgr, tables.mean[at], factors, [&](auto d, std::size_t i) {
-            return hn::LoadU(d, tables.tolerances[at].data() + i);
-          }))
-        continue;
-      Bits bits = compare(bgr, tables.details[at], request.inverse_gain, compared);
+      Bits bits = pixels_of(compared, excess);
       bits.differs &= within;
       if (bits.differs == 0) continue;
       if (moving != tables.moving.end() && moving->word == word)
-        bits.differs = not_held(bits.differs, compared.levels, moving->boxes);
+        bits.differs = not_held(bits.differs, planes_of(compared.levels), moving->boxes);
       differs[at] = bits.differs;
-      strongly[at] = bits.differs & strong_bits(compared.excess, tables.details[at].strong_excess);
+      strongly[at] = bits.differs & strong_bits(excess, tables.strong_excess[at]);
       const std::uint64_t darker = bits.differs & ~bits.above;
       if (darker != 0 && request.shadow_min_brightness < 1)
-        shadow[at] = darker & shadow_bits(compared.levels, tables.details[at].mean,
+        shadow[at] = darker & shadow_bits(planes_of(compared.levels), planes_of(tables.mean[at]),
                                           float(request.shadow_min_brightness), max_tint);
     }
 }

@@ -33,22 +33,13 @@ void fill(DifferenceTables& tables, const Background& background, const Toleranc
                                          tolerances.sigmas * double(background.sigma_levels[k])));
     if (tolerances.jitter_px > 0) tolerance += tolerances.jitter_px * gradient(background, u, v, c);
     widest = std::max(widest, tolerance);
-    const auto level = [](double x) { return std::uint8_t(std::clamp(x, 0.0, 255.0)); };
-    // The level nearest to the mean never differs.
-    const std::uint8_t rounded = level(std::floor(mean + 0.5)),
-                       low = std::min(rounded, level(std::ceil(mean - tolerance))),
-                       high = std::max(rounded, level(std::floor(mean + tolerance)));
-    tables.details[word].low[c][lane] = low;
-    tables.details[word].high[c][lane] = high;
-    tables.details[word].mean[c][lane] = tables.mean[word][3 * lane + c] = rounded;
-    // Bounds at the end of the range exclude no level.
-    std::uint8_t& of_level = tables.tolerances[word][3 * lane + c];
-    of_level = 255;
-    if (low > 0) of_level = std::min(of_level, std::uint8_t(rounded - low));
-    if (high < 255) of_level = std::min(of_level, std::uint8_t(high - rounded));
+    const auto level = [](double x) { return std::uint8_t(std::clamp(std::floor(x), 0.0, 255.0)); };
+    tables.mean[word][3 * lane + c] = level(mean + 0.5);
+    const std::uint8_t of_level = level(tolerance);
+    tables.tolerances[word][3 * lane + c] = of_level;
     tables.tolerance[word] = std::min(tables.tolerance[word], of_level);
   }
-  tables.details[word].strong_excess[lane] =
+  tables.strong_excess[word][lane] =
       std::uint8_t(std::clamp(std::floor((tolerances.strong_factor - 1) * widest), 0.0, 255.0));
 }
 
@@ -85,15 +76,13 @@ DifferenceTables difference_tables(const Background& background, const Tolerance
   tables.width_px = background.width_px;
   tables.height_px = background.height_px;
   tables.words_per_row = (background.width_px + 63) / 64;
-  DifferenceTables::Details beyond_row{};
-  for (auto& plane : beyond_row.high) plane.fill(255);
   const std::size_t words = std::size_t(tables.words_per_row) * tables.height_px;
   tables.mean.assign(words, {});
   tables.tolerance.assign(words, 255);
   WordLevels any{};
   any.fill(255);
   tables.tolerances.assign(words, any);  // pixels beyond the row
-  tables.details.assign(words, beyond_row);
+  tables.strong_excess.assign(words, {});
   LevelPlanes never{};
   for (auto& plane : never) plane.fill(255);
   for (const MovingPixel& pixel : background.moving) {

@@ -4,6 +4,12 @@
 #include <cassert>
 
 namespace fivepipe::hull {
+namespace {
+
+// Most words of a map are zero. Without the instruction for it, std::popcount is a function call.
+std::size_t ones(std::uint64_t word) { return word == 0 ? 0 : std::size_t(std::popcount(word)); }
+
+}  // namespace
 
 PixelRect intersection(const PixelRect& a, const PixelRect& b) {
   return {std::max(a.u0_px, b.u0_px), std::max(a.v0_px, b.v0_px), std::min(a.u1_px, b.u1_px),
@@ -30,9 +36,9 @@ void ObjectPixels::set_run(int u_px, int end_px, int v_px) {
   std::uint64_t* row = words_.data() + std::size_t(v_px) * std::size_t(words_per_row_);
   for (int u = u_px; u < end_px;) {
     const int stop = std::min(end_px, (u | 63) + 1);
-    const std::uint64_t ones =
+    const std::uint64_t run =
         stop - u == 64 ? ~std::uint64_t(0) : (std::uint64_t(1) << (stop - u)) - 1;
-    row[std::size_t(u) >> 6] |= ones << (u & 63);
+    row[std::size_t(u) >> 6] |= run << (u & 63);
     u = stop;
   }
 }
@@ -64,14 +70,14 @@ int ObjectPixels::find(int u_px, int end_px, int v_px, bool object) const {
 
 std::size_t ObjectPixels::count() const {
   std::size_t n = 0;
-  for (const std::uint64_t word : words_) n += std::popcount(word);
+  for (const std::uint64_t word : words_) n += ones(word);
   return n;
 }
 
 std::size_t ObjectPixels::count_common(const ObjectPixels& others) const {
   assert(others.width_px_ == width_px_ && others.height_px_ == height_px_);
   std::size_t n = 0;
-  for (std::size_t i = 0; i < words_.size(); ++i) n += std::popcount(words_[i] & others.words_[i]);
+  for (std::size_t i = 0; i < words_.size(); ++i) n += ones(words_[i] & others.words_[i]);
   return n;
 }
 

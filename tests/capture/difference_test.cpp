@@ -138,7 +138,7 @@ TEST(Difference, BoundsStayInTheRangeOfALevel) {
       for (int level = 0; level < 256; ++level) {
         const Difference found = differences(cv::Mat(1, width, CV_8UC3, cv::Scalar::all(level)),
                                              background, plain(6, 12));
-        const double distance = double(level) - double(mean),
+        const double distance = double(level) - std::floor(double(mean) + 0.5),
                      limit = std::max(12.0, 6 * double(sigma));
         ASSERT_EQ(found.differs.count(), std::abs(distance) > limit ? std::size_t(width) : 0u)
             << level << " of " << mean;

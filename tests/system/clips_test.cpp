@@ -157,7 +157,7 @@ TEST_F(ClipsOfCameras, EveryFrameIsProcessedAtTheSpeedOfTheProcessor) {
             << report["core_ms_per_set"].dump() << "; " << report["rate_bound"] << '\n';
   // Small images need little decoding.
   if (is_long()) {
-    EXPECT_GE(hz, 0.3 * decoding_hz);  // the aim is 0.45; 0.37 to 0.47
+    EXPECT_GE(hz, 0.45 * decoding_hz);
   }
   EXPECT_GT(report["core_ms_per_set"]["decoding"].get<double>(), 0);
   EXPECT_NE(report["rate_bound"], "");
