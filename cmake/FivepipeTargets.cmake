@@ -1,9 +1,8 @@
 # Functions that every CMakeLists.txt of the project uses to declare its targets.
 
-# The include path, warnings and code generation of every target.
-add_library(fivepipe_options INTERFACE)
-target_include_directories(fivepipe_options INTERFACE ${CMAKE_SOURCE_DIR})
-target_compile_options(fivepipe_options INTERFACE
+# The warnings and the code generation of every target. Programs of others do not get them.
+add_library(fivepipe_compile_options INTERFACE)
+target_compile_options(fivepipe_compile_options INTERFACE
   $<$<COMPILE_LANGUAGE:CXX>:-Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor>
   # GCC 12 reports correct operations of std::string and std::vector (GCC bugs 105329, 105651).
   "$<$<CXX_COMPILER_ID:GNU>:-Wno-restrict;-Wno-array-bounds;-Wno-stringop-overflow>"
@@ -16,7 +15,14 @@ target_compile_options(fivepipe_options INTERFACE
   "$<$<AND:$<CXX_COMPILER_ID:GNU>,$<BOOL:$<TARGET_PROPERTY:UNITY_BUILD>>>:-Wno-subobject-linkage>"
   # Lets ccache cache files that use precompiled headers.
   $<$<AND:$<CXX_COMPILER_ID:GNU>,$<COMPILE_LANGUAGE:CXX>>:-fpch-preprocess>)
-target_link_libraries(fivepipe_options INTERFACE Eigen3::Eigen)
+
+# The include path and the language of every target.
+add_library(fivepipe_options INTERFACE)
+target_include_directories(fivepipe_options INTERFACE $<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}>
+  $<INSTALL_INTERFACE:include/fivepipe>)
+target_compile_features(fivepipe_options INTERFACE cxx_std_20)
+target_link_libraries(fivepipe_options INTERFACE $<BUILD_INTERFACE:fivepipe_compile_options>
+  Eigen3::Eigen)
 
 # Parsing the standard library and Eigen takes most of the compile time of most files, so the
 # libraries share one precompiled header.

@@ -15,7 +15,7 @@
 #include "common/pipeline/messages/wire_conversions.h"
 #include "launch/supervise/interrupt.h"
 #include "launch/supervise/process.h"
-#include "launch/supervise/program_folder.h"
+#include "launch/supervise/own_files.h"
 
 namespace fivepipe::node_bench {
 namespace {

@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <thread>
 
-#include "launch/supervise/program_folder.h"
+#include "launch/supervise/own_files.h"
 
 namespace fivepipe::node_bench {
 namespace {

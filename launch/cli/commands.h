@@ -4,7 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <functional>
 
-#include "launch/supervise/program_folder.h"
+#include "launch/supervise/own_files.h"
 
 namespace fivepipe::launch {
 

@@ -5,6 +5,7 @@
 #include "common/base/regex.h"
 #include "common/config/deployment.h"
 #include "common/pipeline/node/deployment_network.h"
+#include "launch/supervise/own_files.h"
 
 namespace fivepipe::launch {
 namespace {
@@ -122,7 +123,7 @@ void add_deployment_options(CLI::App* app, NetworkOptions& options) {
 JoinedNetwork network_from(const NetworkOptions& options) {
   if (options.deployment.empty()) return {options.domain, options.profile};
   const config::Deployment deployment =
-      config::load_deployment(options.deployment, settings_from(options.settings));
+      config::load_deployment(deployment_file(options.deployment), settings_from(options.settings));
   const bool has_domain = options.domain_option && options.domain_option->count() > 0;
   return {has_domain ? options.domain : deployment.domain,
           node::network_of(deployment, options.host, options.local)};

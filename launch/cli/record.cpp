@@ -6,6 +6,7 @@
 #include "launch/cli/options.h"
 #include "launch/inspect/record_report.h"
 #include "launch/supervise/interrupt.h"
+#include "launch/supervise/own_files.h"
 
 namespace fivepipe::launch {
 namespace {
@@ -36,7 +37,7 @@ int run_record(const RecordOptions& options) {
       .duration_s = options.duration_s};
   std::optional<config::Deployment> deployment;
   if (!options.deployment.empty()) {
-    deployment = config::load_deployment(options.deployment, request.settings);
+    deployment = config::load_deployment(deployment_file(options.deployment), request.settings);
     request.deployment = &*deployment;
     if (!options.domain_given) request.domain = deployment->domain;
     request.network = node::network_of(*deployment, options.network.host, options.network.local);

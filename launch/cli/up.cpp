@@ -14,6 +14,7 @@
 #include "launch/supervise/deployment_run.h"
 #include "launch/supervise/hosts.h"
 #include "launch/supervise/interrupt.h"
+#include "launch/supervise/own_files.h"
 
 namespace fivepipe::launch {
 namespace {
@@ -42,6 +43,7 @@ void clear_results(const std::filesystem::path& out) {
 
 int run_up(UpOptions options) {
   RunSettings& run = options.run;
+  run.deployment = deployment_file(run.deployment);
   if (const std::string why = why_not_recordable(run); !why.empty()) {
     std::cerr << why << '\n';
     return 2;
@@ -99,7 +101,10 @@ void add_up(CLI::App& app, Command& command) {
       "Exit codes: 0 done; 1 a node failed or was killed, no frame was composited, or the\n"
       "recording is incomplete; 2 usage or configuration, or another deployment runs these\n"
       "nodes in this domain or writes to this folder; 3 hardware missing; 130 interrupted.");
-  up->add_option("DEPLOYMENT", run.deployment, "deployment file (YAML)")->required();
+  up->add_option(
+        "DEPLOYMENT", run.deployment,
+        "deployment file (YAML), or the name of one that comes with fivepipe, such as demo")
+      ->required();
   up->add_option("--host", run.host,
                  "start the nodes of this host (default: the host with this machine's name or one "
                  "of its addresses; without `hosts` in the deployment, also the nodes without a "

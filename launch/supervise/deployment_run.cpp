@@ -23,7 +23,7 @@
 #include "common/pipeline/node/deployment_network.h"
 #include "launch/supervise/hosts.h"
 #include "launch/supervise/interrupt.h"
-#include "launch/supervise/program_folder.h"
+#include "launch/supervise/own_files.h"
 #include "launch/supervise/recorder_process.h"
 #include "launch/supervise/report.h"
 #include "launch/supervise/status/live_status.h"

@@ -10,7 +10,7 @@
 #include "common/recording/replay/record_session.h"
 #include "common/recording/replay/recorder.h"
 #include "launch/supervise/interrupt.h"
-#include "launch/supervise/program_folder.h"
+#include "launch/supervise/own_files.h"
 
 namespace fivepipe::launch {
 namespace {
