@@ -10,6 +10,7 @@
 #include "common/pipeline/bus/checked.h"
 #include "common/pipeline/bus/discovery.h"
 #include "common/pipeline/bus/profile.h"
+#include "common/pipeline/bus/receiver_wakeup.h"
 
 namespace fivepipe::bus {
 namespace {
@@ -183,7 +184,10 @@ Bus::Bus(const BusOptions& options) : impl_(std::make_unique<Impl>()) {
   checked(dds_waitset_attach(impl_->waitset->handle, impl_->waitset->handle, 0), "waitset");
 }
 
-Bus::~Bus() = default;
+Bus::~Bus() {
+  const detail::ReceiverWakeup wakeup;
+  impl_.reset();
+}
 
 std::shared_ptr<detail::Entity> Bus::make_reader(const topics::Topic& topic, bool keep_all) {
   const std::scoped_lock lock(impl_->mutex);

@@ -50,6 +50,8 @@ class TestHosts {
                                  std::to_string(holders_.at(std::size_t(host))->pid()), "--net"});
     return words;
   }
+  // As if the network adapter of the host was unplugged.
+  void remove_interface(int host) { run("ip link delete " + port_of(host)); }
   void set_link(int host, bool is_up) {
     run("ip link set " + port_of(host) + (is_up ? " up" : " down"));
   }

@@ -91,6 +91,17 @@ TEST_F(TwoHosts, AMissingHostIsNamed) {
       << beta->said();
 }
 
+// Cyclone DDS waits for a packet to itself when it ends, and none arrives.
+TEST_F(TwoHosts, EndsWithinTwoSecondsWithoutItsNetworkAdapter) {
+  const auto alpha = up(0, deployment());
+  ASSERT_TRUE(holds(kStart, [&] { return contains(alpha->said(), "waiting for host beta"); }))
+      << alpha->said();
+  hosts_.remove_interface(0);
+  alpha->signal(SIGTERM);
+  EXPECT_EQ(alpha->wait_for_end(2s * kSlowdown), 130) << alpha->said();
+  EXPECT_FALSE(contains(alpha->said(), "is killed")) << alpha->said();
+}
+
 TEST_F(TwoHosts, AWrongInterfaceIsNamedWithTheExistingOnes) {
   const auto alpha = up(0, deployment(", interface: eth7"));
   EXPECT_EQ(alpha->wait_for_end(kStart), 2) << alpha->said();
