@@ -124,6 +124,8 @@ void add_up(CLI::App& app, Command& command) {
   up->add_flag("--every-frame", run.every_frame,
                "process every frame of the files, without a clock, as fast as the nodes can, and "
                "end with the files");
+  up->add_flag("!--no-watchdog", run.watchdog,
+               "do not kill and restart a node that hangs; for a debugger that stops it");
   up->add_option("--record", run.record,
                  "also record all topics into this MCAP file, as fivepipe record does");
   up->add_option("--record-option", run.record_options,

@@ -110,7 +110,8 @@ class DeploymentRun {
         recorder_(started_recorder(bus_, settings)),
         start_stamp_ns_(base::now_realtime_ns()),
         other_hosts_(deployment, nodes),
-        supervisor_(programs_, RestartSettings{}, console_output(programs_)) {
+        supervisor_(programs_, RestartSettings{}, console_output(programs_),
+                    settings.watchdog ? std::optional(WatchdogSettings{}) : std::nullopt) {
     for (const config::Node& node : deployment.nodes) names_.insert(node.name);
     if (recorder_) names_.insert(own_recorder_name());
     for (const std::string& warning : bus_.warnings()) spdlog::warn("{}", warning);

@@ -10,6 +10,9 @@
 
 #include <array>
 #include <cerrno>
+#include <cstdlib>
+#include <fstream>
+#include <string_view>
 #include <system_error>
 #include <thread>
 #include <utility>
@@ -48,8 +51,8 @@ struct Pipe {
 
 // Runs in the child between fork and exec. It makes async-signal-safe calls only, because a DDS
 // thread may have held a lock at the fork.
-[[noreturn]] void exec_program(char* const* argv, const cpu_set_t* cores, pid_t parent,
-                               int output_fd, int error_fd) {
+[[noreturn]] void exec_program(char* const* argv, char* const* environment, const cpu_set_t* cores,
+                               pid_t parent, int output_fd, int error_fd, int heartbeat_fd) {
   setpgid(0, 0);
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != parent) _exit(1);  // the parent died before the prctl call
@@ -63,7 +66,8 @@ struct Pipe {
   dup2(output_fd, STDOUT_FILENO);
   dup2(output_fd, STDERR_FILENO);
   close_range(3, ~0U, CLOSE_RANGE_CLOEXEC);  // sockets that libraries opened without O_CLOEXEC
-  execv(argv[0], argv);
+  if (heartbeat_fd >= 0) fcntl(heartbeat_fd, F_SETFD, 0);
+  execve(argv[0], argv, environment);
   const int error = errno;
   (void)!write(error_fd, &error, sizeof error);
   _exit(127);
@@ -88,10 +92,21 @@ std::string to_string(const ProcessExit& exit) {
   }
 }
 
-ChildProcess::ChildProcess(const std::vector<std::string>& argv, const std::vector<int>& cores) {
+ChildProcess::ChildProcess(const std::vector<std::string>& argv, const std::vector<int>& cores,
+                           const base::Heartbeat* heartbeat) {
   std::vector<char*> raw_argv;
   for (const std::string& word : argv) raw_argv.push_back(const_cast<char*>(word.c_str()));
   raw_argv.push_back(nullptr);
+  std::string heartbeat_variable = std::string(base::kHeartbeatVariable) + "=";
+  std::vector<char*> environment;
+  for (char** variable = environ; *variable; ++variable)
+    if (!std::string_view(*variable).starts_with(heartbeat_variable))
+      environment.push_back(*variable);
+  if (heartbeat) {
+    heartbeat_variable += std::to_string(heartbeat->file());
+    environment.push_back(heartbeat_variable.data());
+  }
+  environment.push_back(nullptr);
   cpu_set_t core_set;
   CPU_ZERO(&core_set);
   for (const int core : cores)
@@ -102,8 +117,8 @@ ChildProcess::ChildProcess(const std::vector<std::string>& argv, const std::vect
   pid_ = fork();
   if (pid_ < 0) throw std::system_error(errno, std::generic_category(), "fork");
   if (pid_ == 0)
-    exec_program(raw_argv.data(), cores.empty() ? nullptr : &core_set, parent, output.write_fd,
-                 exec_error.write_fd);
+    exec_program(raw_argv.data(), environment.data(), cores.empty() ? nullptr : &core_set, parent,
+                 output.write_fd, exec_error.write_fd, heartbeat ? heartbeat->file() : -1);
 
   // Parent and child both make the group, so that it exists before the parent signals it.
   setpgid(pid_, pid_);
@@ -154,7 +169,8 @@ std::vector<std::string> ChildProcess::read_lines(bool flush) {
 
 std::optional<ProcessExit> ChildProcess::ended() {
   int status = 0;
-  if (!exit_ && waitpid(pid_, &status, WNOHANG) == pid_)
+  // A process that this one traces also reports its stops.
+  if (!exit_ && waitpid(pid_, &status, WNOHANG) == pid_ && !WIFSTOPPED(status))
     exit_ = WIFSIGNALED(status) ? ProcessExit{true, WTERMSIG(status)}
                                 : ProcessExit{false, WEXITSTATUS(status)};
   return exit_;
@@ -168,5 +184,13 @@ bool ChildProcess::wait_for_end(std::chrono::milliseconds timeout) {
 }
 
 void ChildProcess::signal_group(int signal) const { kill(-pid_, signal); }
+
+bool ChildProcess::is_traced() const {
+  std::ifstream status("/proc/" + std::to_string(pid_) + "/status");
+  for (std::string line; std::getline(status, line);)
+    if (line.starts_with("TracerPid:"))
+      return std::atoi(line.c_str() + sizeof "TracerPid:" - 1) != 0;
+  return false;
+}
 
 }  // namespace fivepipe::launch

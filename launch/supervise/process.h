@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "common/base/process/heartbeat.h"
+
 namespace fivepipe::launch {
 
 struct ProcessExit {
@@ -27,8 +29,10 @@ inline constexpr std::chrono::milliseconds kKillTimeout{300};
 class ChildProcess {
  public:
   // argv[0] is the path of the program. Pins the process to `cores` unless that is empty. Throws
-  // std::system_error if the program cannot be executed.
-  ChildProcess(const std::vector<std::string>& argv, const std::vector<int>& cores);
+  // std::system_error if the program cannot be executed. `heartbeat` must live until then; nullptr:
+  // the process has none.
+  ChildProcess(const std::vector<std::string>& argv, const std::vector<int>& cores,
+               const base::Heartbeat* heartbeat = nullptr);
   ~ChildProcess();
   ChildProcess(const ChildProcess&) = delete;
   ChildProcess& operator=(const ChildProcess&) = delete;
@@ -46,6 +50,8 @@ class ChildProcess {
   // The destructor does not wait. Call it for a process that has outlived kKillTimeout.
   void abandon() { abandoned_ = true; }
   void signal_group(int signal) const;
+  // Returns whether a debugger holds the process.
+  bool is_traced() const;
 
  private:
   pid_t pid_ = -1;

@@ -16,7 +16,8 @@ RestartDecision RestartPolicy::on_exit(const ProcessExit& exit, double uptime_s)
 
   // If a camera is unplugged, the node exits with code 3 until the camera is back.
   const bool waits_for_hardware = has_code && exit.number == 3;
-  if (uptime_s >= settings_.healthy_after_s) deaths_in_row_ = 0;
+  const bool was_healthy = uptime_s >= settings_.healthy_after_s;
+  if (was_healthy) deaths_in_row_ = 0;
   ++deaths_in_row_;
   if (uptime_s >= settings_.quick_death_s)
     quick_deaths_in_row_ = 0;
@@ -27,6 +28,7 @@ RestartDecision RestartPolicy::on_exit(const ProcessExit& exit, double uptime_s)
                                                std::to_string(quick_deaths_in_row_) +
                                                " times in a row, last by " + to_string(exit)};
 
+  if (was_healthy && !waits_for_hardware) return Restart{0, ++restarts_};
   const double delay_s =
       std::min(settings_.max_delay_s, settings_.first_delay_s * std::exp2(deaths_in_row_ - 1));
   return Restart{delay_s, ++restarts_};

@@ -9,7 +9,7 @@
 namespace fivepipe::launch {
 
 struct RestartSettings {
-  double first_delay_s = 0.25;  // doubles with each consecutive death
+  double first_delay_s = 0.25;  // doubles with each consecutive death; none after healthy_after_s
   double max_delay_s = 4.0;
   double healthy_after_s = 10.0;  // an uptime from which earlier deaths no longer count
   double quick_death_s = 2.0;     // an uptime below this counts as a failed start

@@ -88,8 +88,8 @@ void Supervisor::report_incomplete_log(const Supervised& node) const {
 }
 
 Supervisor::Supervisor(const std::vector<Program>& programs, RestartSettings settings,
-                       SupervisorOutput output)
-    : output_(std::move(output)) {
+                       SupervisorOutput output, std::optional<WatchdogSettings> watchdog)
+    : output_(std::move(output)), watchdog_(watchdog) {
   nodes_.reserve(programs.size());
   for (const Program& program : programs) {
     Supervised& node = nodes_.emplace_back();
@@ -114,7 +114,11 @@ void Supervisor::start(Supervised& node) {
   node.started = Clock::now();
   const std::int64_t stamp_ns = base::now_realtime_ns();
   try {
-    node.child = std::make_unique<ChildProcess>(node.program.argv, node.program.cores);
+    node.heartbeat = watchdog_ ? std::make_unique<base::Heartbeat>() : nullptr;
+    node.watchdog = Watchdog(watchdog_.value_or(WatchdogSettings{}));
+    node.handles_frames = false;
+    node.child =
+        std::make_unique<ChildProcess>(node.program.argv, node.program.cores, node.heartbeat.get());
     node.processes.push_back({node.child->pid(), stamp_ns, {}});
   } catch (const std::system_error& error) {
     stop_deployment(node, StopDeployment{1, error.what()});
@@ -125,8 +129,11 @@ void Supervisor::mark_healthy(const std::string& name, std::int64_t process_star
   for (Supervised& node : nodes_)
     // Ignores the status of a process from an earlier deployment.
     if (node.program.name == name && !node.processes.empty() &&
-        process_start_stamp_ns >= node.processes.front().start_stamp_ns)
+        process_start_stamp_ns >= node.processes.front().start_stamp_ns) {
       node.policy.mark_healthy();
+      if (process_start_stamp_ns >= node.processes.back().start_stamp_ns)
+        node.handles_frames = true;
+    }
 }
 
 void Supervisor::step(std::chrono::milliseconds wait) {
@@ -141,7 +148,25 @@ void Supervisor::step(std::chrono::milliseconds wait) {
       start(node);
     }
   }
+  kill_hung();
   kill_remaining();
+}
+
+void Supervisor::kill_hung() {
+  const auto now = Clock::now();
+  const double elapsed_s =
+      std::chrono::duration<double>(now - std::exchange(watched_, now)).count();
+  if (stopping()) return;
+  for (Supervised& node : nodes_) {
+    if (!node.child || !node.heartbeat) continue;
+    const std::string why = node.watchdog.step(node.heartbeat->process(), node.heartbeat->loop(),
+                                               elapsed_s, node.handles_frames);
+    if (why.empty()) continue;
+    node.watchdog = Watchdog(*watchdog_);
+    if (node.child->is_traced()) continue;
+    output_.event(node.program.name + " " + why + "; it is killed");
+    node.child->signal_group(SIGKILL);
+  }
 }
 
 void Supervisor::poll_outputs(std::chrono::milliseconds wait) const {

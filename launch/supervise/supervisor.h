@@ -15,6 +15,7 @@
 
 #include "launch/supervise/process.h"
 #include "launch/supervise/restart.h"
+#include "launch/supervise/watchdog.h"
 
 namespace fivepipe::launch {
 
@@ -58,8 +59,10 @@ class Supervisor {
   // A disk that works takes the last lines within milliseconds.
   static constexpr std::chrono::milliseconds kLogTimeout{300};
 
+  // watchdog: nullopt: a process that hangs is not noticed.
   Supervisor(const std::vector<Program>& programs, RestartSettings settings,
-             SupervisorOutput output);
+             SupervisorOutput output,
+             std::optional<WatchdogSettings> watchdog = WatchdogSettings{});
   // Kills the processes that still run, and waits at most kKillTimeout for each, and at most
   // kLogTimeout until all logs are written. Then drops the rest of the logs and reports the event.
   ~Supervisor();
@@ -68,8 +71,9 @@ class Supervisor {
   // frame.
   void mark_healthy(const std::string& node, std::int64_t process_start_stamp_ns);
 
-  // Forwards output, handles processes that ended and starts those that are due. Waits at most
-  // `wait` for output or a due start.
+  // Forwards output, handles processes that ended, kills those that hang, and starts those that are
+  // due. Waits at most `wait` for output or a due start. A process that a debugger holds does not
+  // hang.
   void step(std::chrono::milliseconds wait);
 
   // Sends SIGTERM to every process. step() kills those that still run after `grace` and lists them
@@ -94,7 +98,10 @@ class Supervisor {
   struct Supervised {
     Program program;
     RestartPolicy policy;
+    std::unique_ptr<base::Heartbeat> heartbeat;  // of the child
     std::unique_ptr<ChildProcess> child;
+    Watchdog watchdog;
+    bool handles_frames = false;  // the child
     Clock::time_point started{};
     std::optional<Clock::time_point> start_due, killed;
     bool exited_cleanly = false;
@@ -108,12 +115,15 @@ class Supervisor {
   void forward_output(Supervised& node, bool flush);
   void handle_exit(Supervised& node, const ProcessExit& exit);
   void poll_outputs(std::chrono::milliseconds wait) const;
+  void kill_hung();
   void kill_remaining();
   void abandon(Supervised& node);
   void report_incomplete_log(const Supervised& node) const;
 
   std::vector<Supervised> nodes_;
   SupervisorOutput output_;
+  std::optional<WatchdogSettings> watchdog_;
+  Clock::time_point watched_ = Clock::now();
   std::optional<Clock::time_point> stop_deadline_;
   std::optional<Failure> failure_;
   std::vector<std::string> killed_, crashed_while_stopping_;

@@ -109,8 +109,9 @@ TEST(Docs, CommandsAndTheirOptionsExist) {
     for (const std::string& script : matches(text, R"(\n {4}(?:\./)?((?:launch|tests)/[a-z-]+))"))
       EXPECT_TRUE(fs::exists(kRoot / script)) << file << " runs " << script;
     // Options of programs that are not ours.
-    static const std::set<std::string> kForeign = {"--build", "--target", "--gtest_filter",
-                                                   "--install", "--args"};
+    static const std::set<std::string> kForeign = {"--build",   "--target", "--gtest_filter",
+                                                   "--install", "--args",   "--prefix",
+                                                   "--system",  "--now"};
     for (const std::string& option : matches(text, R"([ `=](--[a-z][a-z_-]+))"))
       EXPECT_TRUE(kForeign.contains(option) || holds_option(sources, option))
           << file << " names " << option;

@@ -9,8 +9,8 @@ namespace fivepipe::bus::detail {
 // Cyclone DDS 0.10 ends a thread that waits for a packet by a packet to its own address. If the
 // interface with this address has disappeared (a cable adapter that was unplugged, a removed
 // virtual interface), no packet arrives, and dds_delete() waits for ever. From kPatience after the
-// construction until the destruction, this sends datagrams of one byte over the loopback interface to
-// the UDP sockets of this process that are bound to no address, as those threads' sockets are.
+// construction until the destruction, this sends datagrams of one byte over the loopback interface
+// to the UDP sockets of this process that are bound to no address, as those threads' sockets are.
 class ReceiverWakeup {
  public:
   ReceiverWakeup();

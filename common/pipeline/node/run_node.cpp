@@ -7,6 +7,7 @@
 #include <csignal>
 #include <iostream>
 
+#include "common/base/process/heartbeat.h"
 #include "common/base/version.h"
 #include "common/pipeline/node/arguments.h"
 #include "common/pipeline/node/deployment_network.h"
@@ -50,7 +51,10 @@ int run(const std::string& program, const Arguments& args,
 
 }  // namespace
 
-bool running() { return is_running; }
+bool running() {
+  base::beat_loop();
+  return is_running;
+}
 void stop_running() { is_running = false; }
 
 int run_node(const std::string& program, int argc, char** argv,

@@ -58,7 +58,7 @@ INSTANTIATE_TEST_SUITE_P(
     Layouts, OwnFiles,
     testing::Values(std::pair{"usr/lib/fivepipe", "usr/share/fivepipe/launch/deployments"},
                     std::pair{"build/release/bin", "launch/deployments"}),
-    [](const auto& info) { return info.index == 0 ? "Installed" : "SourceTree"; });
+    [](const auto& layout) { return layout.index == 0 ? "Installed" : "SourceTree"; });
 
 TEST(OwnFilesMissing, NothingIsShipped) {
   const test::TestFolder folder;

@@ -25,9 +25,12 @@ TEST(RestartPolicy, DelayDoublesUpToItsLimit) {
 
 TEST(RestartPolicy, TenSecondsOfUptimeResetTheDelay) {
   launch::RestartPolicy policy;
+  policy.mark_healthy();
   policy.on_exit(sigkill, 5.0);
   EXPECT_EQ(delay_s(policy.on_exit(sigkill, 9.99)), 0.5);
-  EXPECT_EQ(delay_s(policy.on_exit(sigkill, 10.0)), 0.25);
+  EXPECT_EQ(delay_s(policy.on_exit(sigkill, 10.0)), 0) << "frames are lost until it is back";
+  EXPECT_EQ(delay_s(policy.on_exit(no_hardware, 10.0)), 0.25) << "the camera will not be back yet";
+  EXPECT_EQ(delay_s(policy.on_exit(sigkill, 5.0)), 0.5);
 }
 
 TEST(RestartPolicy, RestartsAreNumberedOverAllDeaths) {
