@@ -2,6 +2,7 @@
 
 #include "common/base/text_table.h"
 #include "launch/inspect/topic_resolver.h"
+#include "launch/supervise/rivals.h"
 
 namespace fivepipe::launch {
 namespace {
@@ -11,6 +12,7 @@ constexpr std::size_t kPeersWidth = 15, kFileWritersWidth = 24, kNodeTopicsWidth
 constexpr std::size_t kGuidDigits = 8;
 
 std::string name_or_guid(const std::string& name, const std::string& guid) {
+  if (run_of_participant(name)) return "fivepipe up";
   if (!name.empty()) return name;
   return guid.empty() ? "?" : "(" + guid.substr(0, kGuidDigits) + ")";
 }

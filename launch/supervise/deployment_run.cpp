@@ -26,6 +26,7 @@
 #include "launch/supervise/own_files.h"
 #include "launch/supervise/recorder_process.h"
 #include "launch/supervise/report.h"
+#include "launch/supervise/rival_search.h"
 #include "launch/supervise/status/live_status.h"
 #include "launch/supervise/status/status_messages.h"
 #include "launch/supervise/supervisor.h"
@@ -103,7 +104,9 @@ class DeploymentRun {
         deployment_(deployment),
         nodes_(nodes),
         programs_(programs_of(nodes, settings)),
-        bus_({settings.domain, node::network_of(deployment, settings.host, settings.local)}),
+        rivals_(deployment.name, nodes.empty() ? "" : nodes.front().host, settings.domain),
+        bus_({settings.domain, node::network_of(deployment, settings.host, settings.local),
+              rivals_.participant()}),
         statuses_in_(bus_.reader<bus::topics::NodeStatus>()),
         metrics_in_(bus_.reader<bus::topics::SimulationMetrics>()),
         composited_in_(bus_.reader<bus::topics::FrameComposited>()),
@@ -221,6 +224,7 @@ class DeploymentRun {
   // Returns why the run ends now; empty if it continues or already stops.
   std::string reason_to_stop() {
     if (stop_stamp_ns_ != 0) return "";
+    if (const std::string why = rivals_.find(bus_); !why.empty()) return why;
     if (supervisor_.failure())
       return supervisor_.failure()->node + " " + supervisor_.failure()->reason;
     if (signals_received() > 0) return std::string("SIG") + sigabbrev_np(newest_signal());
@@ -338,6 +342,10 @@ class DeploymentRun {
       for (const std::string& line : failure->last_lines) std::cerr << "  " << line << '\n';
       return failure->exit_code;
     }
+    if (!rivals_.refusal().empty()) {
+      std::cerr << rivals_.refusal() << '\n';
+      return 2;
+    }
     if (!is_recording_complete()) return 1;  // the table of the report states why
     if (signals_received() > 0) return 130;
     if (!supervisor_.killed().empty() || !supervisor_.crashed_while_stopping().empty()) return 1;
@@ -352,6 +360,7 @@ class DeploymentRun {
   const std::vector<config::Node>& nodes_;
   std::vector<Program> programs_;
   std::set<std::string> names_, reported_duplicates_;  // names_: whose statuses count
+  RivalSearch rivals_;
   bus::Bus bus_;
   bus::Reader<bus::topics::NodeStatus> statuses_in_;
   bus::Reader<bus::topics::SimulationMetrics> metrics_in_;

@@ -5,8 +5,10 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <cstdlib>
 #include <string>
+#include <thread>
 
 namespace fivepipe::base {
 namespace {
@@ -28,24 +30,27 @@ TEST(HeartbeatTest, TheSupervisorSeesTheBeatsOfTheProcess) {
   const Heartbeat heartbeat;
   EXPECT_EQ(heartbeat.process(), 0u);
   EXPECT_EQ(in_child(heartbeat.file(),
-                     [] {
-                       beat_process();
+                     [&] {
+                       const BeatingThread beating;
                        for (int i = 0; i < 3; ++i) beat_loop();
-                       return 0;
+                       const auto until =
+                           std::chrono::steady_clock::now() + std::chrono::seconds(20);
+                       while (heartbeat.process() < 4 && std::chrono::steady_clock::now() < until)
+                         std::this_thread::sleep_for(std::chrono::milliseconds(5));
+                       return heartbeat.process() >= 4 ? 0 : 1;
                      }),
             0);
-  EXPECT_EQ(heartbeat.process(), 1u);
   EXPECT_EQ(heartbeat.loop(), 3u);
 }
 
 TEST(HeartbeatTest, AnEndingProcessBeatsNoMore) {
   const Heartbeat heartbeat;
-  in_child(heartbeat.file(), [] {
-    beat_process();
-    end_beats();
-    beat_process();
-    return 0;
-  });
+  EXPECT_EQ(in_child(heartbeat.file(),
+                     [] {
+                       const BeatingThread beating;
+                       return 0;
+                     }),
+            0);
   EXPECT_EQ(heartbeat.process(), Beats::kEnding);
 }
 
@@ -53,7 +58,7 @@ TEST(HeartbeatTest, ChildrenOfTheProcessHaveNone) {
   const Heartbeat heartbeat;
   EXPECT_EQ(in_child(heartbeat.file(),
                      [] {
-                       beat_process();
+                       beat_loop();
                        return std::getenv(kHeartbeatVariable) == nullptr ? 0 : 1;
                      }),
             0);
@@ -64,9 +69,8 @@ TEST(HeartbeatTest, WithoutASupervisorOrWithAnotherFileNothingHappens) {
   for (const int file : {other, 9999, -1})
     EXPECT_EQ(in_child(file,
                        [] {
-                         beat_process();
+                         const BeatingThread beating;
                          beat_loop();
-                         end_beats();
                          return 0;
                        }),
               0);

@@ -231,7 +231,7 @@ TEST_F(EveryFrame, OfRoundRobinReconstructionsIsComposited) {
 
 // recon_node is stopped as soon as its process exists, before it reads any topic.
 TEST_F(EveryFrame, WaitsForANodeThatStartsLate) {
-  Deployed deployed(deployment(), domain_, out_, {"--every-frame"});
+  Deployed deployed(deployment(), domain_, out_, {"--every-frame", "--no-watchdog"});
   pid_t late = 0;
   const Clock::time_point until = Clock::now() + 20s;
   while (late == 0 && Clock::now() < until)

@@ -5,11 +5,14 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <chrono>
 #include <cstdlib>
 #include <system_error>
 
 namespace fivepipe::base {
 namespace {
+
+constexpr std::chrono::milliseconds kPeriod{100};
 
 // Returns nullptr if the memory cannot be mapped.
 Beats* map(int file) {
@@ -53,19 +56,30 @@ Heartbeat::~Heartbeat() {
   close(file_);
 }
 
-void beat_process() {
-  if (Beats* const beats = own_beats())
-    if (beats->process.load(std::memory_order_relaxed) != Beats::kEnding)
-      beats->process.fetch_add(1, std::memory_order_relaxed);
-}
-
 void beat_loop() {
   if (Beats* const beats = own_beats()) beats->loop.fetch_add(1, std::memory_order_relaxed);
 }
 
-void end_beats() {
-  if (Beats* const beats = own_beats())
-    beats->process.store(Beats::kEnding, std::memory_order_relaxed);
+BeatingThread::BeatingThread() {
+  Beats* const beats = own_beats();
+  if (!beats) return;
+  thread_ = std::thread([this, beats] {
+    std::unique_lock lock(mutex_);
+    do {
+      beats->process.fetch_add(1, std::memory_order_relaxed);
+    } while (!changed_.wait_for(lock, kPeriod, [this] { return done_; }));
+  });
+}
+
+BeatingThread::~BeatingThread() {
+  if (!thread_.joinable()) return;
+  {
+    const std::lock_guard lock(mutex_);
+    done_ = true;
+  }
+  changed_.notify_all();
+  thread_.join();
+  own_beats()->process.store(Beats::kEnding, std::memory_order_relaxed);
 }
 
 }  // namespace fivepipe::base

@@ -30,6 +30,7 @@ void install_signal_handlers() {
 
 int run(const std::string& program, const Arguments& args,
         const std::function<void(NodeContext&)>& body) {
+  const base::BeatingThread beating;
   const config::Deployment deployment = config::load_deployment(args.deployment, args.settings);
   const config::Node* node = config::find_node(deployment, args.node);
   if (!node)

@@ -15,7 +15,6 @@
 #include <thread>
 #include <utility>
 
-#include "common/base/process/heartbeat.h"
 #include "common/base/realtime.h"
 #include "common/base/text_table.h"
 #include "common/base/timing.h"
@@ -29,8 +28,7 @@ namespace fivepipe::node {
 namespace {
 
 constexpr std::chrono::milliseconds kPublishPeriod{500};
-// Minimum time between statuses, if a new diagnostic does not wait for kPublishPeriod. Also the
-// period of the heartbeat (base::Beats).
+// Minimum time between statuses, if a new diagnostic does not wait for kPublishPeriod.
 constexpr std::chrono::milliseconds kMinPublishPeriod{100};
 constexpr std::chrono::seconds kDropLogPeriod{1};
 // At most this many senders of refused messages are named.
@@ -284,11 +282,8 @@ struct NodeStatusReporter::Impl {
       if (const std::uint64_t lines = log_budget.take_suppressed(Clock::now()))
         spdlog::warn("{} more lines are not logged; see `fivepipe top` or report.json", lines);
       const Clock::time_point published = Clock::now();
-      const auto is_due = [this] { return ending || has_new_diagnostic; };
-      do {
-        base::beat_process();
-        wake.wait_for(lock, kMinPublishPeriod, is_due);
-      } while (!is_due() && Clock::now() < published + kPublishPeriod);
+      wake.wait_until(lock, published + kPublishPeriod,
+                      [this] { return ending || has_new_diagnostic; });
       wake.wait_until(lock, published + kMinPublishPeriod, [this] { return ending; });
     }
   }
@@ -300,7 +295,6 @@ NodeStatusReporter::NodeStatusReporter(bus::Bus& bus, std::string node)
 }
 
 NodeStatusReporter::~NodeStatusReporter() {
-  base::end_beats();
   {
     const std::scoped_lock lock(impl_->mutex);
     impl_->ending = true;

@@ -91,6 +91,47 @@ TEST_F(TwoHosts, AMissingHostIsNamed) {
       << beta->said();
 }
 
+// Longer than the lease: each host takes the other one's processes for gone, and finds them again.
+TEST_F(TwoHosts, AProcessThatWasOutOfReachIsTheSameProcess) {
+  const std::string file = deployment();
+  const auto beta = up(1, file), alpha = up(0, file);
+  const auto composites = [&] { return contains(beta->said(), "frames composited, now "); };
+  ASSERT_TRUE(holds(kStart, composites)) << beta->said();
+  hosts_.set_link(0, false);
+  ASSERT_TRUE(holds(30s, [&] { return contains(beta->said(), "capture: no status for "); }))
+      << beta->said();
+  std::this_thread::sleep_for(12s);
+  hosts_.set_link(0, true);
+  const std::size_t before = beta->said().size();
+  EXPECT_TRUE(holds(30s, [&] {
+    return contains(beta->said().substr(before), "frames composited, now 2") ||
+           contains(beta->said().substr(before), "frames composited, now 1");
+  })) << beta->said();
+  beta->signal(SIGINT);
+  EXPECT_EQ(beta->wait_for_end(5s * kSlowdown), 130) << beta->said();
+  for (const Program* of_host : {alpha.get(), beta.get()})
+    for (const char* text : {"another deployment runs", "processes publish as", " hangs: "})
+      EXPECT_FALSE(contains(of_host->said(), text)) << of_host->said();
+  const auto report = nlohmann::json::parse(std::ifstream(folder_.path / "beta/report.json"));
+  // Each frame counts once.
+  EXPECT_LE(report["frames"]["composited"].get<int>(), report["frames"]["captured"].get<int>());
+}
+
+// The frames of both would mix on every machine.
+TEST_F(TwoHosts, ASecondDeploymentInTheDomainIsRefused) {
+  const std::string file = deployment();
+  const auto alpha = up(0, file);
+  ASSERT_TRUE(holds(kStart, [&] { return contains(alpha->said(), "waiting for host beta"); }))
+      << alpha->said();
+  const std::filesystem::path other = folder_.path / "files" / "other.yaml";
+  std::ofstream(other) << replaced(text_of(file), "name: ", "name: other_");
+  const auto beta = up(1, other.string());
+  EXPECT_EQ(beta->wait_for_end(20s * kSlowdown), 2) << beta->said();
+  EXPECT_TRUE(contains(beta->said(), "runs in domain 0; stop it, or choose another --domain"))
+      << beta->said();
+  EXPECT_EQ(alpha->wait_for_end(1s), std::nullopt) << "it goes on: " << alpha->said();
+}
+
 // Cyclone DDS waits for a packet to itself when it ends, and none arrives.
 TEST_F(TwoHosts, EndsWithinTwoSecondsWithoutItsNetworkAdapter) {
   const auto alpha = up(0, deployment());
