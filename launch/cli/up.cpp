@@ -12,7 +12,7 @@
 #include "launch/cli/options.h"
 #include "launch/supervise/claims.h"
 #include "launch/supervise/deployment_run.h"
-#include "launch/supervise/hosts.h"
+#include "launch/supervise/hosts/hosts.h"
 #include "launch/supervise/interrupt.h"
 #include "launch/supervise/own_files.h"
 

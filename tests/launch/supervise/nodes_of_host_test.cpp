@@ -3,7 +3,7 @@
 
 #include "common/base/machine.h"
 #include "common/config/yaml/config_error.h"
-#include "launch/supervise/hosts.h"
+#include "launch/supervise/hosts/hosts.h"
 
 namespace fivepipe::launch {
 namespace {

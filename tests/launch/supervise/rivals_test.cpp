@@ -1,5 +1,5 @@
 // Other deployments in the same domain.
-#include "launch/supervise/rivals.h"
+#include "launch/supervise/hosts/rivals.h"
 
 #include <gtest/gtest.h>
 

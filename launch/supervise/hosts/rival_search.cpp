@@ -1,4 +1,4 @@
-#include "launch/supervise/rival_search.h"
+#include "launch/supervise/hosts/rival_search.h"
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>

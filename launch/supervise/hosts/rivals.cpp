@@ -1,4 +1,4 @@
-#include "launch/supervise/rivals.h"
+#include "launch/supervise/hosts/rivals.h"
 
 #include <fmt/format.h>
 

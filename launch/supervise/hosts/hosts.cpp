@@ -1,4 +1,4 @@
-#include "launch/supervise/hosts.h"
+#include "launch/supervise/hosts/hosts.h"
 
 #include <arpa/inet.h>
 #include <fmt/format.h>

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "common/pipeline/bus/bus.h"
-#include "launch/supervise/rivals.h"
+#include "launch/supervise/hosts/rivals.h"
 
 namespace fivepipe::launch {
 
