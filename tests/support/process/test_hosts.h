@@ -1,5 +1,6 @@
 // Hosts on one machine: network namespaces that a switch joins. They end with the test.
 #pragma once
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
@@ -52,6 +53,25 @@ class TestHosts {
   }
   // As if the network adapter of the host was unplugged.
   void remove_interface(int host) { run("ip link delete " + port_of(host)); }
+  // From now on, the host loses one of `packets` packets that it receives, at random.
+  void lose_one_in(int packets, int host) {
+    run_in(host, "nft add table ip losses");
+    run_in(host, "nft 'add chain ip losses received { type filter hook input priority 0; }'");
+    run_in(host, "nft add rule ip losses received iif eth0 numgen random mod " +
+                     std::to_string(packets) + " == 0 counter drop");
+  }
+  // The packets that the host has lost.
+  int lost(int host) const {
+    const std::string command = "nsenter --target " +
+                                std::to_string(holders_.at(std::size_t(host))->pid()) +
+                                " --net nft list table ip losses 2>/dev/null";
+    std::string text;
+    FILE* const output = popen(command.c_str(), "r");
+    for (int c; output && (c = fgetc(output)) != EOF;) text += char(c);
+    if (output) pclose(output);
+    const std::size_t at = text.find("counter packets ");
+    return at == std::string::npos ? 0 : std::atoi(text.c_str() + at + 16);
+  }
   void set_link(int host, bool is_up) {
     run("ip link set " + port_of(host) + (is_up ? " up" : " down"));
   }

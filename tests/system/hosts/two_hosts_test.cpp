@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <iostream>
 #include <nlohmann/json.hpp>
 
 #include "common/pipeline/bus/topics.h"
@@ -32,11 +33,12 @@ class TwoHosts : public testing::Test {
     GTEST_SKIP() << hosts_.why_not();
   }
   // The small deployment with capture_node on alpha and the other nodes on beta.
-  std::string deployment(const std::string& alpha_interface = "") {
-    std::string text = text_of(
-        changed_deployment(folder_.path / "files", "nodes:\n",
-                           "hosts:\n  alpha: {address: " + TestHosts::address(0) + alpha_interface +
-                               "}\n  beta: {address: " + TestHosts::address(1) + "}\nnodes:\n"));
+  std::string deployment(const std::string& alpha_interface = "",
+                         const std::string& profile = "lan") {
+    std::string text = text_of(changed_deployment(
+        folder_.path / "files", "nodes:\n",
+        "network_profile: " + profile + "\nhosts:\n  alpha: {address: " + TestHosts::address(0) +
+            alpha_interface + "}\n  beta: {address: " + TestHosts::address(1) + "}\nnodes:\n"));
     for (const std::string& node : kNodes)
       text = replaced(text, "{name: " + node + ",",
                       "{name: " + node + ", host: " + (node == "capture" ? "alpha" : "beta") + ",");
@@ -61,6 +63,8 @@ class TwoHosts : public testing::Test {
     }
     return true;
   }
+
+  nlohmann::json report_of_run(const std::string& file);
 
   const TestFolder folder_;
   TestHosts hosts_{2, folder_.path};
@@ -89,6 +93,34 @@ TEST_F(TwoHosts, AMissingHostIsNamed) {
   hosts_.set_link(0, false);
   EXPECT_TRUE(holds(kStart, [&] { return contains(beta->said(), waits + "no answer: it is off"); }))
       << beta->said();
+}
+
+// Runs the deployment for ten seconds; returns the report of the host that composites.
+nlohmann::json TwoHosts::report_of_run(const std::string& file) {
+  const auto alpha = up(0, file), beta = up(1, file, {"--duration", "10"});
+  EXPECT_EQ(beta->wait_for_end(90s * kSlowdown), 0) << beta->said() << alpha->said();
+  alpha->signal(SIGINT);
+  EXPECT_EQ(alpha->wait_for_end(5s * kSlowdown), 130) << alpha->said();
+  return nlohmann::json::parse(std::ifstream(folder_.path / "beta/report.json"));
+}
+
+TEST_F(TwoHosts, OnePercentOfLostPacketsLosesNoFrame) {
+  const std::string file = deployment("", "lossy");
+  const nlohmann::json before = report_of_run(file);
+  hosts_.lose_one_in(100, 0);
+  hosts_.lose_one_in(100, 1);
+  ASSERT_EQ(hosts_.why_not(), "");
+  const nlohmann::json after = report_of_run(file);
+  EXPECT_GT(hosts_.lost(0), 10);
+  EXPECT_GT(hosts_.lost(1), 10);
+  for (const nlohmann::json& report : {before, after}) {
+    std::cout << report["frames"].dump() << report["latency_ms"].dump() << '\n';
+    // Those in flight at the end are not composited.
+    EXPECT_LE(report["frames"]["captured"].get<int>() - report["frames"]["composited"].get<int>(),
+              4);
+  }
+  EXPECT_LT(after["latency_ms"]["p99"].get<double>(),
+            before["latency_ms"]["p99"].get<double>() + 50);
 }
 
 // Longer than the lease: each host takes the other one's processes for gone, and finds them again.
