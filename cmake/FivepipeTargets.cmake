@@ -21,6 +21,11 @@ add_library(fivepipe_options INTERFACE)
 target_include_directories(fivepipe_options INTERFACE $<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}>
   $<INSTALL_INTERFACE:include/fivepipe>)
 target_compile_features(fivepipe_options INTERFACE cxx_std_20)
+# Programs of others: types have the layout that they have in our libraries, whatever the
+# instruction set, and the code of our headers gives the same bits.
+target_compile_definitions(fivepipe_options INTERFACE
+  $<INSTALL_INTERFACE:EIGEN_MAX_ALIGN_BYTES=16>)
+target_compile_options(fivepipe_options INTERFACE $<INSTALL_INTERFACE:-ffp-contract=off>)
 target_link_libraries(fivepipe_options INTERFACE $<BUILD_INTERFACE:fivepipe_compile_options>
   Eigen3::Eigen)
 
@@ -152,7 +157,8 @@ function(fivepipe_test name)
     set(ARG_ALONE TRUE)
   endif()
   set_target_properties(${name} PROPERTIES FIVEPIPE_ALONE "${ARG_ALONE}")
-  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST
+  # A program that is built for a sanitizer takes seconds to start on a busy machine.
+  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 120
     PROPERTIES TIMEOUT ${timeout_s} RUN_SERIAL ${ARG_ALONE})
 endfunction()
 

@@ -37,7 +37,7 @@ install(FILES launch/installed/fivepipe.bash DESTINATION share/bash-completion/c
 
 # systemd and sysctl read these below /usr, /usr/local and /etc.
 install(FILES launch/installed/fivepipe@.service DESTINATION lib/systemd/system COMPONENT programs)
-install(FILES launch/installed/60-fivepipe.conf DESTINATION lib/sysctl.d COMPONENT programs)
+install(FILES launch/installed/05-fivepipe.conf DESTINATION lib/sysctl.d COMPONENT programs)
 
 # find_package(fivepipe): fivepipe::hull and fivepipe::messages.
 set(fivepipe_exported fivepipe_options fivepipe_base fivepipe_geometry fivepipe_hull
@@ -78,7 +78,8 @@ set(CPACK_DEBIAN_PROGRAMS_PACKAGE_NAME fivepipe)
 set(CPACK_DEBIAN_PROGRAMS_PACKAGE_SHLIBDEPS ON)
 # EGL and its driver are loaded at run time, so the programs do not name them.
 set(CPACK_DEBIAN_PROGRAMS_PACKAGE_DEPENDS "libegl1, libgl1-mesa-dri")
-set(CPACK_DEBIAN_PROGRAMS_PACKAGE_CONTROL_EXTRA ${CMAKE_SOURCE_DIR}/launch/installed/postinst)
+set(CPACK_DEBIAN_PROGRAMS_PACKAGE_CONTROL_EXTRA ${CMAKE_SOURCE_DIR}/launch/installed/postinst
+  ${CMAKE_SOURCE_DIR}/launch/installed/prerm)
 set(CPACK_DEBIAN_PROGRAMS_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME fivepipe-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)

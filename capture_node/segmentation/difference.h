@@ -48,7 +48,8 @@ struct DifferenceTables {
   std::vector<std::uint8_t> tolerance;  // the least of the word's
   // Only for words with a level beyond `tolerance`, as noise makes many.
   std::vector<WordLevels> tolerances;  // of each level, rounded down
-  // A pixel differs strongly if a channel is farther than its tolerance by more than this.
+  // A pixel differs strongly if a channel is farther than its tolerance by more than this:
+  // (factor - 1) times the widest tolerance, rounded down on its own.
   std::vector<std::array<std::uint8_t, 64>> strong_excess;
   std::vector<MovingWord> moving;  // by word
 };

@@ -22,6 +22,7 @@ namespace {
 struct UpOptions {
   RunSettings run;
   std::optional<std::uint32_t> domain;
+  bool without_watchdog = false;
 };
 
 // The recorder checks --record-option=--force itself, but only after the nodes have started.
@@ -44,6 +45,7 @@ void clear_results(const std::filesystem::path& out) {
 int run_up(UpOptions options) {
   RunSettings& run = options.run;
   run.deployment = deployment_file(run.deployment);
+  run.watchdog = !options.without_watchdog;
   if (const std::string why = why_not_recordable(run); !why.empty()) {
     std::cerr << why << '\n';
     return 2;
@@ -99,8 +101,8 @@ void add_up(CLI::App& app, Command& command) {
       "  fivepipe up launch/deployments/seated4cam.yaml --set data=/data/seated4cam\n"
       "  fivepipe up launch/deployments/paper_files.yaml --set images=out/images --every-frame\n\n"
       "Exit codes: 0 done; 1 a node failed or was killed, no frame was composited, or the\n"
-      "recording is incomplete; 2 usage or configuration, or another deployment runs these\n"
-      "nodes in this domain or writes to this folder; 3 hardware missing; 130 interrupted.");
+      "recording is incomplete; 2 usage or configuration, or another deployment runs in\n"
+      "this domain or writes to this folder; 3 hardware missing; 130 interrupted.");
   up->add_option(
         "DEPLOYMENT", run.deployment,
         "deployment file (YAML), or the name of one that comes with fivepipe, such as demo")
@@ -124,8 +126,8 @@ void add_up(CLI::App& app, Command& command) {
   up->add_flag("--every-frame", run.every_frame,
                "process every frame of the files, without a clock, as fast as the nodes can, and "
                "end with the files");
-  up->add_flag("!--no-watchdog", run.watchdog,
-               "do not kill and restart a node that hangs; for a debugger that stops it");
+  up->add_flag("--no-watchdog", options->without_watchdog,
+               "do not kill and restart a stalled node; for a debugger that stops it");
   up->add_option("--record", run.record,
                  "also record all topics into this MCAP file, as fivepipe record does");
   up->add_option("--record-option", run.record_options,

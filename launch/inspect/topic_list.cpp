@@ -2,7 +2,7 @@
 
 #include "common/base/text_table.h"
 #include "launch/inspect/topic_resolver.h"
-#include "launch/supervise/hosts/rivals.h"
+#include "launch/supervise/hosts/conflicts.h"
 
 namespace fivepipe::launch {
 namespace {

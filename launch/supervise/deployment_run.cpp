@@ -21,10 +21,10 @@
 #include "common/pipeline/messages/bad_message.h"
 #include "common/pipeline/messages/wire_conversions.h"
 #include "common/pipeline/node/deployment_network.h"
+#include "launch/supervise/hosts/conflict_search.h"
 #include "launch/supervise/hosts/hosts.h"
-#include "launch/supervise/hosts/rival_search.h"
 #include "launch/supervise/interrupt.h"
-#include "launch/supervise/own_files.h"
+#include "launch/supervise/node_programs.h"
 #include "launch/supervise/recorder_process.h"
 #include "launch/supervise/report.h"
 #include "launch/supervise/status/live_status.h"
@@ -47,30 +47,6 @@ constexpr auto kProgressPeriod = 5s;
 // is composited until then, because nodes first learn backgrounds and compile shaders.
 constexpr auto kStartupTimeout = 20s;
 constexpr auto kFinalReportTimeout = 500ms;
-
-std::vector<Program> programs_of(const std::vector<config::Node>& nodes,
-                                 const RunSettings& settings) {
-  std::vector<Program> programs;
-  for (const config::Node& node : nodes) {
-    Program program{node.name,
-                    {program_folder() / config::program_of(node)},
-                    node.cores,
-                    settings.out / "log" / (node.name + ".log")};
-    program.argv.insert(program.argv.end(),
-                        {"--deployment", settings.deployment, "--node", node.name, "--out",
-                         settings.out, "--domain", std::to_string(settings.domain)});
-    for (const std::string& setting : settings.settings)
-      program.argv.insert(program.argv.end(), {"--set", setting});
-    if (settings.local)
-      program.argv.push_back("--local");
-    else if (!node.host.empty())
-      program.argv.insert(program.argv.end(), {"--host", node.host});
-    if (settings.every_frame && config::program_of(node) == "capture_node")
-      program.argv.push_back("--every-frame");
-    programs.push_back(std::move(program));
-  }
-  return programs;
-}
 
 SupervisorOutput console_output(const std::vector<Program>& programs) {
   std::size_t width = 0;
@@ -99,14 +75,14 @@ std::unique_ptr<RecorderProcess> started_recorder(bus::Bus& bus, const RunSettin
 class DeploymentRun {
  public:
   DeploymentRun(const RunSettings& settings, const config::Deployment& deployment,
-                const std::vector<config::Node>& nodes)
+                const std::vector<config::Node>& nodes, const ConflictSearch& conflicts)
       : settings_(settings),
         deployment_(deployment),
         nodes_(nodes),
         programs_(programs_of(nodes, settings)),
-        rivals_(deployment.name, nodes.empty() ? "" : nodes.front().host, settings.domain),
+        conflicts_(conflicts),
         bus_({settings.domain, node::network_of(deployment, settings.host, settings.local),
-              rivals_.participant()}),
+              conflicts_.participant()}),
         statuses_in_(bus_.reader<bus::topics::NodeStatus>()),
         metrics_in_(bus_.reader<bus::topics::SimulationMetrics>()),
         composited_in_(bus_.reader<bus::topics::FrameComposited>()),
@@ -114,7 +90,7 @@ class DeploymentRun {
         start_stamp_ns_(base::now_realtime_ns()),
         other_hosts_(deployment, nodes),
         supervisor_(programs_, RestartSettings{}, console_output(programs_),
-                    settings.watchdog ? std::optional(WatchdogSettings{}) : std::nullopt) {
+                    watchdog_of(settings)) {
     for (const config::Node& node : deployment.nodes) names_.insert(node.name);
     if (recorder_) names_.insert(own_recorder_name());
     for (const std::string& warning : bus_.warnings()) spdlog::warn("{}", warning);
@@ -224,10 +200,10 @@ class DeploymentRun {
   // Returns why the run ends now; empty if it continues or already stops.
   std::string reason_to_stop() {
     if (stop_stamp_ns_ != 0) return "";
-    if (const std::string why = rivals_.find(bus_); !why.empty()) return why;
     if (supervisor_.failure())
       return supervisor_.failure()->node + " " + supervisor_.failure()->reason;
     if (signals_received() > 0) return std::string("SIG") + sigabbrev_np(newest_signal());
+    if (const std::string why = conflicts_.find(bus_); !why.empty()) return why;
     if (duration_is_over()) return "duration";
     if (all_exited_cleanly("render_node")) return "every render_node ended";
     if (!all_exited_cleanly("capture_node")) return "";
@@ -237,7 +213,8 @@ class DeploymentRun {
 
   void stop(const std::string& why) {
     note_stop(why);
-    supervisor_.stop(signals_received() > 0 ? kInterruptGrace : kFinishGrace);
+    const bool at_once = signals_received() > 0 || !conflicts_.refusal().empty();
+    supervisor_.stop(at_once ? kInterruptGrace : kFinishGrace);
   }
 
   void note_stop(const std::string& why) {
@@ -342,8 +319,8 @@ class DeploymentRun {
       for (const std::string& line : failure->last_lines) std::cerr << "  " << line << '\n';
       return failure->exit_code;
     }
-    if (!rivals_.refusal().empty()) {
-      std::cerr << rivals_.refusal() << '\n';
+    if (!conflicts_.refusal().empty()) {
+      std::cerr << conflicts_.refusal() << '\n';
       return 2;
     }
     if (!is_recording_complete()) return 1;  // the table of the report states why
@@ -360,7 +337,7 @@ class DeploymentRun {
   const std::vector<config::Node>& nodes_;
   std::vector<Program> programs_;
   std::set<std::string> names_, reported_duplicates_;  // names_: whose statuses count
-  RivalSearch rivals_;
+  ConflictSearch conflicts_;
   bus::Bus bus_;
   bus::Reader<bus::topics::NodeStatus> statuses_in_;
   bus::Reader<bus::topics::SimulationMetrics> metrics_in_;
@@ -385,7 +362,16 @@ class DeploymentRun {
 
 int run_deployment(const RunSettings& settings, const config::Deployment& deployment,
                    const std::vector<config::Node>& nodes) {
-  return DeploymentRun(settings, deployment, nodes).run();
+  ConflictSearch conflicts(deployment.name, nodes.empty() ? "" : nodes.front().host,
+                           settings.domain);
+  const bus::Network network = node::network_of(deployment, settings.host, settings.local);
+  // On one machine, discovery would delay the first picture, and NodeClaims refuses most conflicts.
+  if (bus::reaches_other_machines(network.profile) &&
+      !conflicts.find_before_start(network).empty()) {
+    std::cerr << conflicts.refusal() << '\n';
+    return 2;
+  }
+  return DeploymentRun(settings, deployment, nodes, conflicts).run();
 }
 
 }  // namespace fivepipe::launch

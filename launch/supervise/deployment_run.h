@@ -20,7 +20,7 @@ struct RunSettings {
   std::vector<std::string> record_options;  // further arguments for `fivepipe record`
   bool every_frame = false;                 // capture_nodes process files without a clock
   std::string host;      // name of this machine in the deployment; empty: find it
-  bool watchdog = true;  // kills and restarts nodes that hang
+  bool watchdog = true;  // kills and restarts stalled nodes
   bool local = false;    // all hosts' nodes run on this machine, over the loopback interface
 };
 

@@ -43,7 +43,8 @@ std::vector<std::string> shipped_deployments(const fs::path& folder) {
 fs::path deployment_file(const std::string& given, const fs::path& folder) {
   std::error_code error;
   const fs::path path = given;
-  if (path.has_parent_path() || path.has_extension() || fs::exists(path, error)) return path;
+  if (path.has_parent_path() || path.has_extension() || fs::is_regular_file(path, error))
+    return path;
   const std::vector<std::string> names = shipped_deployments(folder);
   if (!std::binary_search(names.begin(), names.end(), given))
     throw base::UsageError(

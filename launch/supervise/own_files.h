@@ -15,7 +15,7 @@ std::filesystem::path program_folder();
 std::vector<std::string> shipped_deployments(const std::filesystem::path& folder);
 
 // Returns the file of the deployment that the user names: `given` itself if it is a path, has an
-// extension, or exists, otherwise the file of the shipped deployment of this name. If there is
+// extension, or is a file, otherwise the file of the shipped deployment of this name. If there is
 // none, throws base::UsageError, which lists those that exist.
 std::filesystem::path deployment_file(const std::string& given,
                                       const std::filesystem::path& folder = program_folder());

@@ -185,11 +185,11 @@ bool ChildProcess::wait_for_end(std::chrono::milliseconds timeout) {
 
 void ChildProcess::signal_group(int signal) const { kill(-pid_, signal); }
 
-bool ChildProcess::is_traced() const {
+bool ChildProcess::is_held() const {
   std::ifstream status("/proc/" + std::to_string(pid_) + "/status");
   for (std::string line; std::getline(status, line);)
-    if (line.starts_with("TracerPid:"))
-      return std::atoi(line.c_str() + sizeof "TracerPid:" - 1) != 0;
+    for (const std::string_view key : {"TracerPid:", "CoreDumping:"})
+      if (line.starts_with(key) && std::atoi(line.c_str() + key.size()) != 0) return true;
   return false;
 }
 

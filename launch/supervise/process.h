@@ -29,8 +29,8 @@ inline constexpr std::chrono::milliseconds kKillTimeout{300};
 class ChildProcess {
  public:
   // argv[0] is the path of the program. Pins the process to `cores` unless that is empty. Throws
-  // std::system_error if the program cannot be executed. `heartbeat` must live until then; nullptr:
-  // the process has none.
+  // std::system_error if the program cannot be executed. The constructor passes the memory of
+  // `heartbeat` to the process; nullptr: the process has none.
   ChildProcess(const std::vector<std::string>& argv, const std::vector<int>& cores,
                const base::Heartbeat* heartbeat = nullptr);
   ~ChildProcess();
@@ -50,8 +50,8 @@ class ChildProcess {
   // The destructor does not wait. Call it for a process that has outlived kKillTimeout.
   void abandon() { abandoned_ = true; }
   void signal_group(int signal) const;
-  // Returns whether a debugger holds the process.
-  bool is_traced() const;
+  // Returns whether a debugger holds the process, or the kernel while it writes a core dump.
+  bool is_held() const;
 
  private:
   pid_t pid_ = -1;

@@ -117,6 +117,7 @@ void Supervisor::start(Supervised& node) {
     node.heartbeat = watchdog_ ? std::make_unique<base::Heartbeat>() : nullptr;
     node.watchdog = Watchdog(watchdog_.value_or(WatchdogSettings{}));
     node.handles_frames = false;
+    node.killed.reset();
     node.child =
         std::make_unique<ChildProcess>(node.program.argv, node.program.cores, node.heartbeat.get());
     node.processes.push_back({node.child->pid(), stamp_ns, {}});
@@ -148,23 +149,30 @@ void Supervisor::step(std::chrono::milliseconds wait) {
       start(node);
     }
   }
-  kill_hung();
+  kill_stalled();
   kill_remaining();
 }
 
-void Supervisor::kill_hung() {
+void Supervisor::kill_stalled() {
   const auto now = Clock::now();
   const double elapsed_s =
       std::chrono::duration<double>(now - std::exchange(watched_, now)).count();
   if (stopping()) return;
   for (Supervised& node : nodes_) {
     if (!node.child || !node.heartbeat) continue;
+    if (node.killed) {
+      if (now < *node.killed + kKillTimeout) continue;
+      abandon(node);
+      restart(node, {true, SIGKILL});
+      continue;
+    }
     const std::string why = node.watchdog.step(node.heartbeat->process(), node.heartbeat->loop(),
                                                elapsed_s, node.handles_frames);
     if (why.empty()) continue;
     node.watchdog = Watchdog(*watchdog_);
-    if (node.child->is_traced()) continue;
-    output_.event(node.program.name + " " + why + "; it is killed");
+    if (node.child->is_held()) continue;
+    output_.event(node.program.name + " is stalled: " + why + "; it is killed");
+    node.killed = now;
     node.child->signal_group(SIGKILL);
   }
 }
@@ -194,7 +202,6 @@ void Supervisor::forward_output(Supervised& node, bool flush) {
 }
 
 void Supervisor::handle_exit(Supervised& node, const ProcessExit& exit) {
-  const double uptime_s = std::chrono::duration<double>(Clock::now() - node.started).count();
   node.processes.back().end = to_string(exit);
   node.child.reset();  // also kills the rest of its process group
   if (stopping()) {
@@ -204,6 +211,11 @@ void Supervisor::handle_exit(Supervised& node, const ProcessExit& exit) {
     }
     return;
   }
+  restart(node, exit);
+}
+
+void Supervisor::restart(Supervised& node, const ProcessExit& exit) {
+  const double uptime_s = std::chrono::duration<double>(Clock::now() - node.started).count();
   const RestartDecision after = node.policy.on_exit(exit, uptime_s);
   if (const auto* restart = std::get_if<Restart>(&after)) {
     output_.event(node.program.name + " died: " + to_string(exit) + ", restart " +

@@ -59,7 +59,7 @@ class Supervisor {
   // A disk that works takes the last lines within milliseconds.
   static constexpr std::chrono::milliseconds kLogTimeout{300};
 
-  // watchdog: nullopt: a process that hangs is not noticed.
+  // watchdog: nullopt: stalled processes are not noticed.
   Supervisor(const std::vector<Program>& programs, RestartSettings settings,
              SupervisorOutput output,
              std::optional<WatchdogSettings> watchdog = WatchdogSettings{});
@@ -71,9 +71,10 @@ class Supervisor {
   // frame.
   void mark_healthy(const std::string& node, std::int64_t process_start_stamp_ns);
 
-  // Forwards output, handles processes that ended, kills those that hang, and starts those that are
-  // due. Waits at most `wait` for output or a due start. A process that a debugger holds does not
-  // hang.
+  // Forwards output, handles processes that ended, kills stalled ones, and starts those that are
+  // due. Waits at most `wait` for output or a due start. A process that a debugger holds, or that
+  // writes a core dump, is not stalled. A process that outlives SIGKILL by kKillTimeout is
+  // abandoned and restarted.
   void step(std::chrono::milliseconds wait);
 
   // Sends SIGTERM to every process. step() kills those that still run after `grace` and lists them
@@ -115,7 +116,8 @@ class Supervisor {
   void forward_output(Supervised& node, bool flush);
   void handle_exit(Supervised& node, const ProcessExit& exit);
   void poll_outputs(std::chrono::milliseconds wait) const;
-  void kill_hung();
+  void kill_stalled();
+  void restart(Supervised& node, const ProcessExit& exit);  // after its end
   void kill_remaining();
   void abandon(Supervised& node);
   void report_incomplete_log(const Supervised& node) const;

@@ -14,11 +14,11 @@ std::string Watchdog::step(std::uint64_t process, std::uint64_t loop, double ela
   if (process == 0 || process == base::Beats::kEnding) return "";
   const double step_s = std::clamp(elapsed_s, 0.0, kMaxStep_s);
   silent_s_ = std::exchange(process_, process) == process ? silent_s_ + step_s : 0;
-  stuck_s_ = std::exchange(loop_, loop) == loop && handles_frames ? stuck_s_ + step_s : 0;
-  if (silent_s_ > settings_.silent_s)
-    return fmt::format("hangs: no sign of life for {:.1f} s", silent_s_);
-  if (stuck_s_ > settings_.stuck_s)
-    return fmt::format("hangs: its main loop stands still for {:.0f} s", stuck_s_);
+  stalled_s_ = std::exchange(loop_, loop) == loop && handles_frames ? stalled_s_ + step_s : 0;
+  if (silent_s_ > settings_.no_heartbeat_s)
+    return fmt::format("no heartbeat for {:.1f} s", silent_s_);
+  if (stalled_s_ > settings_.stalled_loop_s)
+    return fmt::format("its main loop has not run for {:.0f} s", stalled_s_);
   return "";
 }
 

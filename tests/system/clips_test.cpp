@@ -157,7 +157,7 @@ TEST_F(ClipsOfCameras, EveryFrameIsProcessedAtTheSpeedOfTheProcessor) {
             << report["core_ms_per_set"].dump() << "; " << report["rate_bound"] << '\n';
   // Small images need little decoding.
   if (is_long()) {
-    EXPECT_GE(hz, 0.45 * decoding_hz);
+    EXPECT_GE(hz, 0.45 * decoding_hz);  // 0.52 to 0.53 on two cores of an AMD EPYC
   }
   EXPECT_GT(report["core_ms_per_set"]["decoding"].get<double>(), 0);
   EXPECT_NE(report["rate_bound"], "");

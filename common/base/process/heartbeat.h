@@ -16,7 +16,7 @@ struct Beats {
   // Ten per second, from a thread of its own. kEnding: the process is about to end and beats no
   // more. 0: it has not begun.
   std::atomic<std::uint64_t> process;
-  std::atomic<std::uint64_t> loop;  // one per round of the main loop
+  std::atomic<std::uint64_t> loop;  // one per node::running(), which the main loop calls
   static constexpr std::uint64_t kEnding = UINT64_MAX;
 };
 static_assert(std::atomic<std::uint64_t>::is_always_lock_free, "shared between processes");

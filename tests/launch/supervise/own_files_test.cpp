@@ -44,6 +44,15 @@ TEST_P(OwnFiles, AFileOfTheUserComesFirst) {
   fs::current_path(before);
 }
 
+// `fivepipe up a --out a` makes the folder.
+TEST_P(OwnFiles, AFolderOfTheNameIsNoDeployment) {
+  const fs::path before = fs::current_path();
+  fs::current_path(folder_.path);
+  fs::create_directory("a");
+  EXPECT_EQ(deployment_file("a", programs_), deployments_ / "a.yaml");
+  fs::current_path(before);
+}
+
 TEST_P(OwnFiles, AnUnknownNameListsTheShippedOnes) {
   try {
     deployment_file("c", programs_);

@@ -1,4 +1,4 @@
-#include "launch/supervise/hosts/rivals.h"
+#include "launch/supervise/hosts/conflicts.h"
 
 #include <fmt/format.h>
 
@@ -61,15 +61,15 @@ std::optional<RunIdentity> run_of_participant(std::string_view name) {
   return run;
 }
 
-bool are_rivals(const RunIdentity& a, const RunIdentity& b) {
+bool are_in_conflict(const RunIdentity& a, const RunIdentity& b) {
   return a.deployment != b.deployment || one_word(a.host) == one_word(b.host);
 }
 
-bool gives_way(const RunIdentity& a, const RunIdentity& rival) {
+bool gives_way(const RunIdentity& own, const RunIdentity& other, std::int64_t now_ns) {
   const auto order = [](const RunIdentity& run) {
     return std::tuple(run.start_stamp_ns, one_word(run.machine), run.pid);
   };
-  return order(a) > order(rival);
+  return order(own) > order(other) || other.start_stamp_ns > now_ns;
 }
 
 std::string text_of(const RunIdentity& run) {
@@ -77,17 +77,17 @@ std::string text_of(const RunIdentity& run) {
                      run.pid, base::printable(run.machine));
 }
 
-std::vector<RunIdentity> rivals_of(const RunIdentity& own,
-                                   const std::vector<std::string>& participants) {
-  std::vector<RunIdentity> rivals;
+std::vector<RunIdentity> conflicts_of(const RunIdentity& own,
+                                      const std::vector<std::string>& participants) {
+  std::vector<RunIdentity> conflicts;
   for (const std::string& name : participants) {
     const auto run = run_of_participant(name);
     const bool is_own = run && participant_name(*run) == participant_name(own);
-    if (run && !is_own && are_rivals(own, *run) &&
-        std::find(rivals.begin(), rivals.end(), *run) == rivals.end())
-      rivals.push_back(*run);
+    if (run && !is_own && are_in_conflict(own, *run) &&
+        std::find(conflicts.begin(), conflicts.end(), *run) == conflicts.end())
+      conflicts.push_back(*run);
   }
-  return rivals;
+  return conflicts;
 }
 
 }  // namespace fivepipe::launch

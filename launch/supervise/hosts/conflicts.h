@@ -26,16 +26,18 @@ std::optional<RunIdentity> run_of_participant(std::string_view name);
 
 // Returns whether the two cannot share a domain: they run different deployments, or the same host
 // of one deployment.
-bool are_rivals(const RunIdentity& a, const RunIdentity& b);
-// Returns whether `a` has to give way to its rival: it started later. Of two rivals exactly one has
-// to, however their clocks differ.
-bool gives_way(const RunIdentity& a, const RunIdentity& rival);
+bool are_in_conflict(const RunIdentity& a, const RunIdentity& b);
+// Returns whether `own`, which has just started, has to end because of the other: the other started
+// earlier, or its clock is ahead, so that it may have. now_ns: of this machine. Of two runs that
+// start at the same time, at least one ends.
+bool gives_way(const RunIdentity& own, const RunIdentity& other, std::int64_t now_ns);
 
 // "deployment demo, process 4711 on machine beta".
 std::string text_of(const RunIdentity& run);
 
-// Returns the rivals among the participants of a domain, without repetition.
-std::vector<RunIdentity> rivals_of(const RunIdentity& own,
-                                   const std::vector<std::string>& participants);
+// Returns the runs among the participants of a domain that are in conflict with this one, without
+// repetition.
+std::vector<RunIdentity> conflicts_of(const RunIdentity& own,
+                                      const std::vector<std::string>& participants);
 
 }  // namespace fivepipe::launch

@@ -1,5 +1,5 @@
 // Other deployments in the same domain.
-#include "launch/supervise/hosts/rivals.h"
+#include "launch/supervise/hosts/conflicts.h"
 
 #include <gtest/gtest.h>
 
@@ -16,7 +16,7 @@ RunIdentity changed(const std::function<void(RunIdentity&)>& change) {
   return run;
 }
 
-TEST(Rivals, TheNameOfTheParticipantHoldsTheRun) {
+TEST(Conflicts, TheNameOfTheParticipantHoldsTheRun) {
   EXPECT_EQ(participant_name(kAlpha),
             "fivepipe-up/1 pid=4711 start=1000 machine=a.lab host=alpha deployment=lab one");
   for (const RunIdentity& run :
@@ -29,7 +29,7 @@ TEST(Rivals, TheNameOfTheParticipantHoldsTheRun) {
       "a_b");
 }
 
-TEST(Rivals, OtherNamesAreNoRun) {
+TEST(Conflicts, OtherNamesAreNoRun) {
   const std::string name = participant_name(kAlpha);
   for (const std::string& other :
        {std::string(), std::string("capture"), std::string("fivepipe-up/2") + name.substr(13),
@@ -41,36 +41,41 @@ TEST(Rivals, OtherNamesAreNoRun) {
     EXPECT_FALSE(run_of_participant(other)) << other;
 }
 
-TEST(Rivals, HostsOfOneDeploymentAreNone) {
+TEST(Conflicts, HostsOfOneDeploymentAreNone) {
   const auto other = changed([](RunIdentity& r) { r.host = "beta"; });
-  EXPECT_FALSE(are_rivals(kAlpha, other));
-  EXPECT_TRUE(are_rivals(kAlpha, changed([](RunIdentity& r) { r.machine = "b.lab"; })))
+  EXPECT_FALSE(are_in_conflict(kAlpha, other));
+  EXPECT_TRUE(are_in_conflict(kAlpha, changed([](RunIdentity& r) { r.machine = "b.lab"; })))
       << "the same host twice";
-  EXPECT_TRUE(are_rivals(changed([](RunIdentity& r) { r.host = ""; }), changed([](RunIdentity& r) {
-                           r.host = "";
-                           r.machine = "b.lab";
-                         })))
+  EXPECT_TRUE(
+      are_in_conflict(changed([](RunIdentity& r) { r.host = ""; }), changed([](RunIdentity& r) {
+                        r.host = "";
+                        r.machine = "b.lab";
+                      })))
       << "a deployment without hosts, on two machines";
-  EXPECT_TRUE(are_rivals(other, changed([](RunIdentity& r) { r.deployment = "demo"; })));
+  EXPECT_TRUE(are_in_conflict(other, changed([](RunIdentity& r) { r.deployment = "demo"; })));
 }
 
-TEST(Rivals, OfTwoExactlyTheLaterOneGivesWay) {
+TEST(Conflicts, TheLaterOneGivesWay) {
+  const std::int64_t now_ns = 5'000;
   for (const RunIdentity& other : {changed([](RunIdentity& r) { r.start_stamp_ns = 999; }),
                                    changed([](RunIdentity& r) { r.start_stamp_ns = 1'001; }),
                                    changed([](RunIdentity& r) { r.machine = "b.lab"; }),
                                    changed([](RunIdentity& r) { r.pid = 12; })})
-    EXPECT_NE(gives_way(kAlpha, other), gives_way(other, kAlpha)) << participant_name(other);
-  EXPECT_TRUE(gives_way(kAlpha, changed([](RunIdentity& r) { r.start_stamp_ns = 999; })));
+    EXPECT_NE(gives_way(kAlpha, other, now_ns), gives_way(other, kAlpha, now_ns))
+        << participant_name(other);
+  EXPECT_TRUE(gives_way(kAlpha, changed([](RunIdentity& r) { r.start_stamp_ns = 999; }), now_ns));
+  // The clock of the other machine is ahead, so that it may have started earlier.
+  EXPECT_TRUE(gives_way(kAlpha, changed([](RunIdentity& r) { r.start_stamp_ns = 5'001; }), now_ns));
 }
 
-TEST(Rivals, AreFoundAmongTheParticipants) {
+TEST(Conflicts, AreFoundAmongTheParticipants) {
   const auto demo = changed([](RunIdentity& r) {
     r.deployment = "demo";
     r.pid = 12;
   });
   const auto beta = changed([](RunIdentity& r) { r.host = "beta"; });
-  EXPECT_EQ(rivals_of(kAlpha, {"capture", participant_name(demo), "", participant_name(kAlpha),
-                               participant_name(beta), participant_name(demo)}),
+  EXPECT_EQ(conflicts_of(kAlpha, {"capture", participant_name(demo), "", participant_name(kAlpha),
+                                  participant_name(beta), participant_name(demo)}),
             std::vector<RunIdentity>{demo});
   EXPECT_EQ(text_of(demo), "deployment demo, process 12 on machine a.lab");
 }

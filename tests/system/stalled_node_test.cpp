@@ -1,4 +1,4 @@
-// Nodes that hang, with real processes and DDS.
+// Stalled nodes, with real processes and DDS.
 #include <gtest/gtest.h>
 #include <signal.h>
 
@@ -22,7 +22,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr auto kStart = 60s;
 
-class Hang : public testing::Test {
+class StalledNode : public testing::Test {
  protected:
   // Whether `more` frames are composited within `timeout`.
   bool frames_go_on(int more, std::chrono::milliseconds timeout) {
@@ -46,7 +46,7 @@ class Hang : public testing::Test {
       bus_.reader<bus::topics::FrameComposited>();
 };
 
-TEST_F(Hang, AStoppedNodeIsNamedAndBackWithinTwoSeconds) {
+TEST_F(StalledNode, IsNamedAndBackWithinTwoSeconds) {
   Deployed deployed(kSmallDeployment, domain_, folder_.path);
   ASSERT_TRUE(frames_go_on(20, kStart)) << deployed.said();
   for (const std::string& node : kNodes) {
@@ -59,12 +59,12 @@ TEST_F(Hang, AStoppedNodeIsNamedAndBackWithinTwoSeconds) {
       std::this_thread::sleep_for(10ms);
     const auto back = Clock::now() - at;
     EXPECT_LT(back, 2s * kSlowdown) << node << deployed.said();
-    EXPECT_TRUE(contains(deployed.said(), node + " hangs: no sign of life for 1.")) << node;
+    EXPECT_TRUE(contains(deployed.said(), node + " is stalled: no heartbeat for 1.")) << node;
     EXPECT_TRUE(frames_go_on(20, 20s * kSlowdown)) << node << deployed.said();
   }
 }
 
-TEST_F(Hang, AShortPauseIsNoHang) {
+TEST_F(StalledNode, IsNoneThatPausesShortly) {
   Deployed deployed(kSmallDeployment, domain_, folder_.path);
   ASSERT_TRUE(frames_go_on(20, kStart)) << deployed.said();
   const auto before = pids(deployed);
@@ -78,7 +78,7 @@ TEST_F(Hang, AShortPauseIsNoHang) {
   EXPECT_EQ(pids(deployed), before) << deployed.said();
 }
 
-TEST_F(Hang, ABusyMachineIsNoHang) {
+TEST_F(StalledNode, IsNoneOnABusyMachine) {
   Deployed deployed(kSmallDeployment, domain_, folder_.path);
   ASSERT_TRUE(frames_go_on(20, kStart)) << deployed.said();
   const auto before = pids(deployed);
@@ -97,7 +97,7 @@ TEST_F(Hang, ABusyMachineIsNoHang) {
 }
 
 // A debugger stops the nodes as it likes.
-TEST_F(Hang, WithoutTheWatchdogAStoppedNodeGoesOnLater) {
+TEST_F(StalledNode, GoesOnLaterWithoutTheWatchdog) {
   Deployed deployed(kSmallDeployment, domain_, folder_.path, {"--no-watchdog"});
   ASSERT_TRUE(frames_go_on(20, kStart)) << deployed.said();
   const auto before = pids(deployed);

@@ -1,0 +1,41 @@
+#include "launch/supervise/node_programs.h"
+
+#include <limits>
+
+#include "launch/supervise/own_files.h"
+
+namespace fivepipe::launch {
+
+std::vector<Program> programs_of(const std::vector<config::Node>& nodes,
+                                 const RunSettings& settings) {
+  std::vector<Program> programs;
+  for (const config::Node& node : nodes) {
+    Program program{node.name,
+                    {program_folder() / config::program_of(node)},
+                    node.cores,
+                    settings.out / "log" / (node.name + ".log")};
+    program.argv.insert(program.argv.end(),
+                        {"--deployment", settings.deployment, "--node", node.name, "--out",
+                         settings.out, "--domain", std::to_string(settings.domain)});
+    for (const std::string& setting : settings.settings)
+      program.argv.insert(program.argv.end(), {"--set", setting});
+    if (settings.local)
+      program.argv.push_back("--local");
+    else if (!node.host.empty())
+      program.argv.insert(program.argv.end(), {"--host", node.host});
+    if (settings.every_frame && config::program_of(node) == "capture_node")
+      program.argv.push_back("--every-frame");
+    programs.push_back(std::move(program));
+  }
+  return programs;
+}
+
+std::optional<WatchdogSettings> watchdog_of(const RunSettings& settings) {
+  if (!settings.watchdog) return std::nullopt;
+  WatchdogSettings watchdog;
+  // Without a clock, a frame may take as long as it likes.
+  if (settings.every_frame) watchdog.stalled_loop_s = std::numeric_limits<double>::infinity();
+  return watchdog;
+}
+
+}  // namespace fivepipe::launch
