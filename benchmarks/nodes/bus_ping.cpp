@@ -14,8 +14,8 @@
 #include "common/pipeline/bus/profile.h"
 #include "common/pipeline/messages/wire_conversions.h"
 #include "launch/supervise/interrupt.h"
-#include "launch/supervise/process.h"
 #include "launch/supervise/own_files.h"
+#include "launch/supervise/process.h"
 
 namespace fivepipe::node_bench {
 namespace {

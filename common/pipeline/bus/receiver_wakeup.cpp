@@ -45,8 +45,8 @@ void send_datagrams() {
     to.sin_port = port;
     // Shorter than any message, so it is ignored. The next round repeats a datagram that is lost.
     constexpr char kByte = 0;
-    (void)!sendto(from, &kByte, sizeof kByte, MSG_DONTWAIT,
-                  reinterpret_cast<const sockaddr*>(&to), sizeof to);
+    (void)!sendto(from, &kByte, sizeof kByte, MSG_DONTWAIT, reinterpret_cast<const sockaddr*>(&to),
+                  sizeof to);
   }
   close(from);
 }
