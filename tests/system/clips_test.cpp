@@ -12,8 +12,10 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
+#include <span>
 #include <sstream>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "common/pipeline/messages/wire_conversions.h"
@@ -142,30 +144,41 @@ double decoding_s(const Clips& clips, const std::string& file) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
+// Composited frame sets per second. The rate of the report includes the end of the nodes.
+double rate_hz(std::span<const std::int64_t> composited_ns) {
+  if (composited_ns.size() < 2) return 0;
+  return 1e9 * double(composited_ns.size() - 1) /
+         double(composited_ns.back() - composited_ns.front());
+}
+
+// The rates vary from run to run, that of decoding by a third, so both are measured by turns.
 TEST_F(ClipsOfCameras, EveryFrameIsProcessedAtTheSpeedOfTheProcessor) {
   const Clips of = clips();
-  const double decoding_hz = of.frames / decoding_s(of, path("c0.mp4"));
-  const nlohmann::json report = run({"--every-frame"});
-  for (const char* count : {"captured", "complete", "composited"})
-    EXPECT_EQ(report["frames"][count], of.frames) << report["frames"];
-  // The rate of the report includes the end of the nodes.
-  ASSERT_GE(composited_ns_.size(), 2u);
-  const double hz = 1e9 * double(composited_ns_.size() - 1) /
-                    double(composited_ns_.back() - composited_ns_.front());
-  std::cout << "decoding alone " << decoding_hz << " sets/s, composited " << hz
-            << " sets/s: " << hz / decoding_hz << '\n'
-            << report["core_ms_per_set"].dump() << "; " << report["rate_bound"] << '\n';
+  std::map<std::pair<std::string, std::uint64_t>, std::vector<std::uint8_t>> first;
+  double decoding_s_per_set = 0, composited_hz = 0;
+  constexpr int kRuns = 2;
+  for (int i = 0; i < kRuns; ++i) {
+    decoding_s_per_set += decoding_s(of, path("c0.mp4")) / of.frames / kRuns;
+    first = std::exchange(runs_, {});
+    composited_ns_.clear();
+    const nlohmann::json report = run({"--every-frame"});
+    for (const char* count : {"captured", "complete", "composited"})
+      EXPECT_EQ(report["frames"][count], of.frames) << report["frames"];
+    composited_hz += rate_hz(composited_ns_) / kRuns;
+    EXPECT_GT(report["core_ms_per_set"]["decoding"].get<double>(), 0);
+    EXPECT_NE(report["rate_bound"], "");
+    std::cout << "composited " << rate_hz(composited_ns_) << " sets/s, "
+              << report["core_ms_per_set"].dump() << "; " << report["rate_bound"] << '\n';
+  }
+  const double ratio = composited_hz * decoding_s_per_set;
+  std::cout << "decoding alone " << 1 / decoding_s_per_set << " sets/s, composited "
+            << composited_hz << ": " << ratio << '\n';
   // Small images need little decoding.
   if (is_long()) {
-    EXPECT_GE(hz, 0.45 * decoding_hz);  // 0.52 to 0.53 on two cores of an AMD EPYC
+    EXPECT_GE(ratio, 0.45);
   }
-  EXPECT_GT(report["core_ms_per_set"]["decoding"].get<double>(), 0);
-  EXPECT_NE(report["rate_bound"], "");
 
-  // The maps of another run have the same bits.
-  const auto first = std::move(runs_);
-  runs_.clear();
-  run({"--every-frame"});
+  // The maps of both runs have the same bits.
   std::size_t compared = 0;
   for (const auto& [key, bytes] : first)
     if (const auto again = runs_.find(key); again != runs_.end()) {
