@@ -115,8 +115,11 @@ TEST_F(TwoHosts, OnePercentOfLostPacketsLosesNoFrame) {
   EXPECT_GT(hosts_.lost(1), 10);
   for (const nlohmann::json& report : {before, after}) {
     std::cout << report["frames"].dump() << report["latency_ms"].dump() << '\n';
-    // A frame that misses a map or a tile is dropped with a reason.
-    EXPECT_TRUE(report["frames"]["dropped"].empty()) << report["frames"];
+    // A frame that misses a map or a tile is dropped with a reason. A sanitizer is slower than the
+    // rate of the deployment.
+    for (const auto& [reason, count] : report["frames"]["dropped"].items())
+      EXPECT_TRUE(kHasSanitizer && (reason == "pipeline_busy" || reason == "late_state"))
+          << reason << report["frames"];
     EXPECT_LE(report["frames"]["complete"].get<int>() - report["frames"]["composited"].get<int>(),
               2);
     EXPECT_GE(report["frames"]["composited"].get<int>(), kHasSanitizer ? 20 : 190);
