@@ -6,8 +6,8 @@
 namespace fivepipe::launch {
 
 struct WatchdogSettings {
-  // A process beats ten times per second. A pause of 150 ms, or one busy loop per core, delay it by
-  // less than a quarter of this.
+  // A process beats ten times per second. A pause of 150 ms, or one busy loop per core, must not
+  // make it late (tests/system/stalled_node_test.cpp).
   double no_heartbeat_s = 1.0;
   // The main loop of a node that has handled a frame. One round handles several frames if they have
   // piled up.

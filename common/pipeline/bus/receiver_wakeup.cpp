@@ -14,7 +14,7 @@ namespace fivepipe::bus::detail {
 namespace {
 
 // More than Cyclone DDS needs while the network exists.
-constexpr std::chrono::milliseconds kPatience{100}, kPeriod{50};
+constexpr std::chrono::milliseconds kDelay{100}, kPeriod{50};
 
 // The ports of the UDP sockets of this process that are bound to no address, in network byte order.
 std::vector<in_port_t> open_ports() {
@@ -67,7 +67,7 @@ ReceiverWakeup::~ReceiverWakeup() {
 void ReceiverWakeup::run() {
   std::unique_lock lock(mutex_);
   const auto is_done = [this] { return done_; };
-  for (auto pause = kPatience; !changed_.wait_for(lock, pause, is_done); pause = kPeriod)
+  for (auto pause = kDelay; !changed_.wait_for(lock, pause, is_done); pause = kPeriod)
     send_datagrams();
 }
 
