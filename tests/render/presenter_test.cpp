@@ -33,7 +33,7 @@ class PresenterTest : public testing::Test {
     return -1;
   }
   static std::vector<int> numbers_in(const fs::path& video) {
-    cv::VideoCapture capture(video.string());
+    cv::VideoCapture capture(video.string(), cv::CAP_FFMPEG);
     std::vector<int> numbers;
     for (cv::Mat frame; capture.read(frame);) numbers.push_back(number_of(frame));
     return numbers;
@@ -123,7 +123,7 @@ TEST_F(PresenterTest, TheVideoRepeatsTheImageBeforeAGap) {
   for (const auto& part : {repeated(3, 9), {4, 5, 6}})
     expected.insert(expected.end(), part.begin(), part.end());
   EXPECT_EQ(numbers_in(folder_ / "composite.mp4"), expected);
-  cv::VideoCapture video((folder_ / "composite.mp4").string());
+  cv::VideoCapture video((folder_ / "composite.mp4").string(), cv::CAP_FFMPEG);
   EXPECT_NEAR(video.get(cv::CAP_PROP_FPS), 10, 0.01);
   EXPECT_EQ(files(), (std::set<std::string>{"composite.mp4", "composite.png"}));
 }

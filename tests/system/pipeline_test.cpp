@@ -91,7 +91,7 @@ TEST_F(Pipeline, CompositesReportsAndExitsCleanly) {
     EXPECT_GT(report["nodes"][node]["cpu_s"].get<double>(), 0) << node;
   const cv::Mat still = cv::imread(out_ / "composite.png");
   EXPECT_EQ(still.size(), cv::Size(320, 240));
-  cv::VideoCapture video((out_ / "composite.mp4").string());
+  cv::VideoCapture video((out_ / "composite.mp4").string(), cv::CAP_FFMPEG);
   ASSERT_TRUE(video.isOpened());
   EXPECT_GE(video.get(cv::CAP_PROP_FRAME_COUNT), 20);
 }
@@ -111,7 +111,7 @@ TEST_F(Pipeline, AStereoViewerSeesBothEyesSideBySide) {
   cv::absdiff(left, right, difference);
   EXPECT_GT(cv::countNonZero(difference.reshape(1) > 20), 1000);
   EXPECT_NEAR(cv::mean(left)[1], cv::mean(right)[1], 10);
-  cv::VideoCapture video((out_ / "composite.mp4").string());
+  cv::VideoCapture video((out_ / "composite.mp4").string(), cv::CAP_FFMPEG);
   ASSERT_TRUE(video.isOpened());
   EXPECT_EQ(video.get(cv::CAP_PROP_FRAME_WIDTH), 640);
   EXPECT_EQ(drops_["rendering"]["missing_eye"], 0u);
@@ -513,7 +513,7 @@ TEST_F(Pipeline, HandsPartTheCurtainBeforeTheWindow) {
   ASSERT_EQ(deployed.wait_for_end(kStart + std::chrono::seconds(duration_s)), 0) << log();
   const auto report = nlohmann::json::parse(std::ifstream(out_ / "report.json"));
   EXPECT_GT(report["nodes"]["simulation"]["counts"].value("cloth_contacts", 0), 0);
-  cv::VideoCapture video((out_ / "composite.mp4").string());
+  cv::VideoCapture video((out_ / "composite.mp4").string(), cv::CAP_FFMPEG);
   double least = 1, most = 0;
   for (cv::Mat image; video.read(image);) {
     least = std::min(least, sky_share(image));
@@ -571,7 +571,7 @@ TEST_F(Pipeline, ParticlesFallOnAHandAndAreDrawn) {
   ASSERT_EQ(deployed.wait_for_end(kStart + std::chrono::seconds(duration_s)), 0) << log();
   const auto report = nlohmann::json::parse(std::ifstream(out_ / "report.json"));
   EXPECT_GT(report["nodes"]["simulation"]["counts"].value("particle_contacts", 0), 0);
-  cv::VideoCapture video((out_ / "composite.mp4").string());
+  cv::VideoCapture video((out_ / "composite.mp4").string(), cv::CAP_FFMPEG);
   int most_gold_px = 0;
   for (cv::Mat image; video.read(image);) {
     const auto gold_px = std::count_if(

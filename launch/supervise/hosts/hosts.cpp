@@ -3,6 +3,7 @@
 #include <arpa/inet.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -39,30 +40,36 @@ std::vector<config::Node> nodes_of_host(const config::Deployment& deployment,
                     host, hosts.empty() ? "none" : fmt::format("{}", fmt::join(hosts, ", ")))}});
 }
 
-HostProbe::HostProbe(const std::string& address)
-    : socket_(socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0)) {
+HostProbe::HostProbe(const std::string& address) {
   to_.sin_family = AF_INET;
   to_.sin_port = htons(kUnusedPort);
   inet_pton(AF_INET, address.c_str(), &to_.sin_addr);
 }
 
-HostProbe::~HostProbe() {
+HostProbe::~HostProbe() { hang_up(); }
+
+void HostProbe::hang_up() {
   if (socket_ >= 0) close(socket_);
+  socket_ = -1;
 }
 
 void HostProbe::ask() {
-  // Again each time, because the route may come later. Only a connected socket gets the answer.
-  has_route_ = connect(socket_, reinterpret_cast<const sockaddr*>(&to_), sizeof to_) == 0 ||
-               (errno != ENETUNREACH && errno != EHOSTUNREACH);
-  if (has_route_) send(socket_, "", 1, MSG_NOSIGNAL);
+  hang_up();
+  socket_ = socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+  const bool connected = connect(socket_, reinterpret_cast<const sockaddr*>(&to_), sizeof to_) == 0;
+  error_ = connected ? 0 : errno;
 }
 
 HostProbe::Answer HostProbe::take_answer() {
-  if (!has_route_) return Answer::no_route;
+  // connect() returns the lack of a route at once; the same error later means that no machine has
+  // the address.
+  if (error_ == ENETUNREACH || error_ == EHOSTUNREACH) return Answer::no_route;
+  pollfd ended{socket_, POLLOUT, 0};
+  if (poll(&ended, 1, 0) <= 0) return Answer::none;
   int error = 0;
   socklen_t size = sizeof error;
   if (getsockopt(socket_, SOL_SOCKET, SO_ERROR, &error, &size) != 0) return Answer::none;
-  return error == ECONNREFUSED ? Answer::answers : Answer::none;
+  return error == 0 || error == ECONNREFUSED ? Answer::answers : Answer::none;
 }
 
 OtherHosts::OtherHosts(const config::Deployment& deployment,

@@ -19,8 +19,9 @@ namespace fivepipe::launch {
 std::vector<config::Node> nodes_of_host(const config::Deployment& deployment,
                                         const std::string& host);
 
-// Asks a machine whether it is there, by a datagram to a port that no program uses: the machine
-// answers that the port is closed. Never waits.
+// Asks a machine whether it is there: connects to a TCP port that no program uses, which the
+// machine refuses. Not by UDP, because the kernel limits the rate of its answers to a host, and the
+// discovery packets to the ports of nodes that do not run use them up. Never waits.
 class HostProbe {
  public:
   explicit HostProbe(const std::string& address);  // IPv4
@@ -29,14 +30,15 @@ class HostProbe {
   HostProbe& operator=(const HostProbe&) = delete;
   void ask();
   enum class Answer { none, answers, no_route };
-  // Returns the answer to the questions since the last call. `none` may mean that a firewall drops
-  // the datagram.
+  // Returns the answer to the last question. `none` may mean that a firewall drops the question.
   Answer take_answer();
 
  private:
-  int socket_;
+  void hang_up();
+
+  int socket_ = -1;
   sockaddr_in to_{};
-  bool has_route_ = true;
+  int error_ = 0;  // of connect()
 };
 
 class OtherHosts {

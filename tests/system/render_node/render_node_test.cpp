@@ -379,7 +379,7 @@ TEST_F(RenderNode, CountsTheFramesThatTheVideoLacks) {
   }
   const std::uint64_t dropped = drops_of(ended(), "video_frame");
   EXPECT_GT(dropped, 0u);
-  cv::VideoCapture video((out_ / "composite.mp4").string());
+  cv::VideoCapture video((out_ / "composite.mp4").string(), cv::CAP_FFMPEG);
   std::uint64_t frames = 0;
   while (video.grab()) ++frames;
   EXPECT_EQ(frames + dropped, 902u);
