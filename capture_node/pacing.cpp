@@ -55,6 +55,8 @@ void Pacing::composited(std::uint64_t frame, Clock::time_point now) {
   last_progress_ = now;
 }
 
+void Pacing::give_up(std::uint64_t frame, Clock::time_point now) { composited(frame, now); }
+
 std::uint64_t Pacing::take_skipped() { return std::exchange(skipped_, 0); }
 
 }  // namespace fivepipe::capture

@@ -29,6 +29,8 @@ class Pacing {
 
   // Reports that `frame` has been composited.
   void composited(std::uint64_t frame, Clock::time_point now);
+  // Reports that neither `frame` nor an earlier one will be composited.
+  void give_up(std::uint64_t frame, Clock::time_point now);
   // Returns the number of frames skipped since the last call, because too many were in flight or
   // this node was busy.
   std::uint64_t take_skipped();

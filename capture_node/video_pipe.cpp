@@ -10,9 +10,9 @@
 #include "capture_node/frame_by_frame.h"
 #include "capture_node/pacing.h"
 #include "capture_node/publishing_pipe.h"
+#include "capture_node/tile_assignment.h"
 #include "common/base/realtime.h"
 #include "common/config/deployment.h"
-#include "common/pipeline/frames/tile_balancer.h"
 #include "common/pipeline/messages/view_messages.h"
 
 namespace fivepipe::capture {
@@ -56,7 +56,7 @@ class VideoPipe {
         view_info_(node.bus.writer<bus::topics::ViewInfo>()),
         poses_(node.bus.writer<bus::topics::HeadPose>()),
         composited_(node.bus.reader<bus::topics::FrameComposited>()),
-        tile_costs_(node.bus.reader<bus::topics::TileCosts>()),
+        tiles_(node),
         publisher_(node) {
     view_info_.write(messages::view_info_message(deployment_.viewer));
   }
@@ -73,8 +73,9 @@ class VideoPipe {
     Pacing pacing(deployment_.frame_rate_hz, config_.max_frames_in_flight, Pacing::Clock::now());
     while (node::running() && !publisher_.ended()) {
       take_composited(pacing);
-      take_tile_costs();
+      update_tiles();
       const auto now = Pacing::Clock::now();
+      if (const auto lost = tiles_.take_lost()) pacing.give_up(*lost, now);
       if (const auto frame = pacing.next(now, composited_.writers() > 0)) {
         publish(*frame);
         node_.status.drop("pipeline_busy", pacing.take_skipped());
@@ -101,7 +102,7 @@ class VideoPipe {
                         FrameByFrame::Clock::now());
     while (node::running() && !(publisher_.ended() && frames.is_done(FrameByFrame::Clock::now()))) {
       take_composited(frames);
-      take_tile_costs();
+      update_tiles();
       const auto frame =
           publisher_.ended() ? std::nullopt : frames.next(FrameByFrame::Clock::now());
       if (!frame)
@@ -153,15 +154,6 @@ class VideoPipe {
     return missing;
   }
 
-  // Returns the balancer for the configuration that all reconstruction nodes have. Returns nullopt
-  // if the deployment has no reconstruction node.
-  static std::optional<frames::TileBalancer> balancer_of(const config::Deployment& deployment) {
-    for (const config::Node& node : deployment.nodes)
-      if (const auto* recon = std::get_if<config::ReconConfig>(&node.config))
-        return frames::TileBalancer(*recon);
-    return std::nullopt;
-  }
-
   // Pacer: Pacing or FrameByFrame.
   template <class Pacer>
   void take_composited(Pacer& pacing) {
@@ -175,13 +167,8 @@ class VideoPipe {
     }
   }
 
-  void take_tile_costs() {
-    for (const auto& sample : tile_costs_.take())
-      if (sample.valid() && tile_balancer_ && deployment_.viewer.name == sample->viewer &&
-          publisher_.has_published_lately(sample->frame) &&
-          !tile_balancer_->add(sample->frame, sample->worker, messages::span_of(sample->tiles),
-                               messages::span_of(sample->cost_ms)))
-        node_.status.drop_from(tile_costs_.process(sample), {"bad_tile_costs", "", ""});
+  void update_tiles() {
+    tiles_.update([&](std::uint64_t frame) { return publisher_.has_published_lately(frame); });
   }
 
   // Returns false without maps if the file of a camera has ended. Publishes the pose before the
@@ -210,11 +197,9 @@ class VideoPipe {
 
   void publish_pose(std::int64_t frame, std::int64_t stamp_ns) {
     messages::FramePose pose{
-        std::uint64_t(frame),
-        stamp_ns,
+        std::uint64_t(frame), stamp_ns,
         config::eye_from_world_at(deployment_.viewer, double(frame) / deployment_.frame_rate_hz),
-        {}};
-    if (tile_balancer_) pose.tile_owners = tile_balancer_->next();
+        tiles_.owners_of(std::uint64_t(frame))};
     poses_.write(messages::head_pose_message(deployment_.viewer, std::move(pose)).message());
   }
 
@@ -226,8 +211,7 @@ class VideoPipe {
   bus::Writer<bus::topics::ViewInfo> view_info_;
   bus::Writer<bus::topics::HeadPose> poses_;
   bus::Reader<bus::topics::FrameComposited> composited_;
-  bus::Reader<bus::topics::TileCosts> tile_costs_;
-  std::optional<frames::TileBalancer> tile_balancer_ = balancer_of(deployment_);
+  TileAssignment tiles_;
   FramePublisher publisher_;
 };
 

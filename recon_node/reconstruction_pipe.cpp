@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <chrono>
 #include <deque>
+#include <optional>
+#include <span>
+#include <utility>
 
 #include "common/base/realtime.h"
 #include "common/config/views.h"
@@ -23,6 +26,9 @@ constexpr std::size_t kMaxWaiting = 4;
 // Of the checks for a common point of the silhouettes, once per second: a hand may leave the
 // volume.
 constexpr int kMinChecks = 3;
+// Time in which a node that ends reconstructs the frames that are its own; less than a supervisor
+// waits for its end.
+constexpr std::chrono::milliseconds kMaxLeave{400};
 
 class ReconstructionPipe {
  public:
@@ -42,19 +48,32 @@ class ReconstructionPipe {
         costs_(node.bus.writer<bus::topics::TileCosts>()) {}
 
   void run() {
-    while (node::running()) {
-      node_.bus.wait(node::kMaxWait);
-      // capture_node sends pose and colour before the maps. Taking the maps first guarantees that
-      // the poses and colours of all taken maps are available.
-      if (replay_.update()) reset();
-      for (frames::FrameSet& set : sets_.take()) waiting_.push_back(std::move(set));
-      take_view();
-      take_colours();
-      reconstruct_frames_with_pose();
-    }
+    while (node::running()) step();
+    leave();
   }
 
  private:
+  void step() {
+    node_.bus.wait(node::kMaxWait);
+    // capture_node sends pose and colour before the maps. Taking the maps first guarantees that the
+    // poses and colours of all taken maps are available.
+    if (replay_.update()) reset();
+    for (frames::FrameSet& set : sets_.take()) waiting_.push_back(std::move(set));
+    take_view();
+    take_colours();
+    reconstruct_frames_with_pose();
+  }
+
+  // Tells capture_node by the end of the writer to give this node's tiles to others, and
+  // reconstructs the frames that it has assigned before.
+  void leave() {
+    if (config_.worker_count == 1) return;
+    costs_.reset();
+    owns_tiles_ = true;
+    const auto end = std::chrono::steady_clock::now() + kMaxLeave;
+    while (owns_tiles_ && poses_.writers() > 0 && std::chrono::steady_clock::now() < end) step();
+  }
+
   static config::ReconConfig decided(config::ReconConfig config, config::HullBackend backend) {
     config.backend = backend;
     return config;
@@ -119,7 +138,8 @@ class ReconstructionPipe {
     const auto known = [&](int owner) { return owner < config_.worker_count; };
     if (owners.size() == tiles && std::all_of(owners.begin(), owners.end(), known)) return owners;
     if (!owners.empty()) node_.status.drop("bad_tile_owners");
-    return frames::round_robin_tiles(config_.tile_columns, config_.tile_rows, config_.worker_count);
+    return frames::round_robin_tiles(config_.tile_columns, config_.tile_rows,
+                                     frames::all_workers(config_.worker_count));
   }
 
   // Returns the tiles of a view that this node reconstructs.
@@ -181,6 +201,7 @@ class ReconstructionPipe {
     node::FrameSteps steps;
     const node::InputTimes times{set.first_received_ns, set.last_received_ns};
     if (views.front().tiles.empty()) {
+      answer(set, views.back().view, {});
       traces_.handled(set.frame, set.capture_stamp_ns, times, std::move(steps));
       return check_common_point(set);
     }
@@ -198,10 +219,7 @@ class ReconstructionPipe {
     if (is_seen(made) && tiles_.readers() > 0 && colours.empty())
       node_.status.count("frames_without_colour");
     steps.begin("write_tiles");
-    if (costs_.readers() > 0)
-      costs_.write(costs_message(frame_of(set, viewer_, views.back().view), config_.worker_index,
-                                 made.back())
-                       .message());
+    answer(set, views.back().view, made.back());
     for (std::size_t i = 0; i < views.size(); ++i) {
       const TileFrame frame = frame_of(set, views_[i].name, views[i].view);
       for (ReconTile& tile : made[i]) tiles_.write(tile_message(frame, std::move(tile)).message());
@@ -215,6 +233,15 @@ class ReconstructionPipe {
     traces_.handled(set.frame, set.capture_stamp_ns, times, std::move(steps));
     inputs_.drop_colours_up_to(set.frame);
     check_common_point(set);
+  }
+
+  // Tells capture_node that this node is there, and what its tiles of the frame have cost.
+  void answer(const frames::FrameSet& set, const hull::View& view,
+              std::span<const ReconTile> tiles) {
+    owns_tiles_ = !tiles.empty();
+    if (costs_ && costs_->readers() > 0)
+      costs_->write(
+          costs_message(frame_of(set, viewer_, view), config_.worker_index, tiles).message());
   }
 
   // Poses that do not fit leave a picture without objects and without any other message.
@@ -256,7 +283,8 @@ class ReconstructionPipe {
   node::ReplayMonitor replay_;
   node::FrameTracer traces_;
   bus::Writer<bus::topics::HullTile> tiles_;
-  bus::Writer<bus::topics::TileCosts> costs_;
+  std::optional<bus::Writer<bus::topics::TileCosts>> costs_;  // until the node leaves
+  bool owns_tiles_ = true;                                    // of the newest frame
   base::WorkerPool check_pool_{1};
   hull::CpuHull checked_{check_pool_};
   std::chrono::steady_clock::time_point next_check_;

@@ -152,7 +152,7 @@ TEST_P(Recon, TilesFromAnyNodeEqualTheWholeViewBitForBit) {
             100);
   for (const auto& [columns, rows, shares] :
        {std::array{4, 3, 2}, {7, 5, 3}, {1, 1, 1}, {2, 100, 2}}) {
-    const auto owners = frames::round_robin_tiles(columns, rows, shares);
+    const auto owners = frames::round_robin_tiles(columns, rows, frames::all_workers(shares));
     std::vector<ReconTile> made;
     for (int share = 0; share < shares; ++share) {
       std::vector<Tile> own = tiles_of(83, 57, columns, rows);

@@ -14,6 +14,7 @@
 #include "common/pipeline/messages/camera_messages.h"
 #include "common/pipeline/messages/view_messages.h"
 #include "common/pipeline/node/status_names.h"
+#include "tests/support/sanitizer.h"
 #include "tests/support/scripted/capture.h"
 
 namespace fivepipe::test {
@@ -163,14 +164,12 @@ class ReconNode : public ScriptedCapture {
   }
 
   // DDS may deliver the trace and the costs of a frame before its tiles, so this waits for the
-  // tiles that the costs name. A frame without tiles has a trace without steps, and no costs.
+  // tiles that the costs name.
   bool has_handled(std::uint64_t frame) {
     return holds([&] {
       tiles_.take();
       costs_.take();
-      const auto trace = find_frame(traces(), frame);
-      if (trace == traces().end()) return false;
-      if (trace->steps.empty()) return true;
+      if (find_frame(traces(), frame) == traces().end()) return false;
       const auto costs = find_frame(costs_.all(), frame);
       return costs != costs_.all().end() && tiles_of(frame).size() >= costs->tiles.size();
     });
@@ -255,10 +254,9 @@ TEST_F(ReconNode, ReconstructsTheTilesThatTheHeadPoseAssigns) {
   EXPECT_EQ(made_of(6, {0, 0, 0}), (TileSet{0, 3}));
   EXPECT_EQ(made_of(7, {0, 0, 0, 2}), (TileSet{0, 3}));
   for (const Tile& tile : tiles_.all()) expect_exact(tile);
-  ASSERT_TRUE(holds([&] { return costs_.take().size() >= 7; }));
+  ASSERT_TRUE(holds([&] { return costs_.take().size() >= 8; }));
   std::uint64_t frame = 0;
   for (const Costs& costs : costs_.all()) {
-    if (frame == 3) ++frame;  // without tiles there is no message
     EXPECT_EQ(costs.frame, frame);
     EXPECT_EQ(costs.capture_stamp_ns, stamp_of(frame));
     EXPECT_EQ(costs.viewer, "viewer");
@@ -272,6 +270,28 @@ TEST_F(ReconNode, ReconstructsTheTilesThatTheHeadPoseAssigns) {
   EXPECT_EQ(report.drops, (std::map<std::string, std::uint64_t>{{"bad_tile_owners", 2}}));
   EXPECT_EQ(report.counts.at(node::kFrameSetsComplete), 8u);
   EXPECT_EQ(report.frame, 7u);
+}
+
+// capture_node sees the end of its TileCosts and gives its tiles to others, but has sent frames
+// before.
+TEST_F(ReconNode, OneThatEndsReconstructsTheFramesThatItOwns) {
+  start_with(kTwoWorkers);
+  program_->signal(SIGTERM);
+  ASSERT_TRUE(holds([&] { return costs_.writers() == 0; })) << said();
+  send_frame(1, {0, 1, 1, 0});
+  ASSERT_TRUE(holds([&] { return (tiles_.take(), tiles_of(1).size() == 2); })) << said();
+  const auto start = std::chrono::steady_clock::now();
+  send_frame(2, {1, 1, 1, 1});
+  EXPECT_EQ(wait_for_end(), 0) << said();
+  EXPECT_LT(std::chrono::steady_clock::now() - start, 450ms * kSlowdown);
+  EXPECT_EQ(report().counts.at(node::kFrameSetsComplete), 3u);
+}
+
+TEST_F(ReconNode, OneThatEndsWithoutFramesDoesNotWaitForThem) {
+  start_with(kTwoWorkers);
+  const auto start = std::chrono::steady_clock::now();
+  ended();
+  EXPECT_LT(std::chrono::steady_clock::now() - start, 1s * kSlowdown);
 }
 
 // Camera `front` sees only a part of the ball.

@@ -14,11 +14,19 @@ constexpr std::size_t kMaxCostFrames = 8;
 
 }  // namespace
 
-std::vector<std::uint8_t> round_robin_tiles(int columns, int rows, int workers) {
+std::vector<std::uint8_t> round_robin_tiles(int columns, int rows,
+                                            const std::vector<int>& workers) {
   std::vector<std::uint8_t> owner;
   for (int tile = 0; tile < columns * rows; ++tile)
-    owner.push_back(std::uint8_t((tile % columns + tile / columns) % workers));
+    owner.push_back(
+        std::uint8_t(workers[std::size_t(tile % columns + tile / columns) % workers.size()]));
   return owner;
+}
+
+std::vector<int> all_workers(int workers) {
+  std::vector<int> all(std::size_t(workers), 0);
+  std::iota(all.begin(), all.end(), 0);
+  return all;
 }
 
 TileBalancer::TileBalancer(const config::ReconConfig& recon)
@@ -58,13 +66,15 @@ std::vector<double> TileBalancer::mean_costs() const {
   return sum;
 }
 
-std::vector<std::uint8_t> TileBalancer::next() {
+std::vector<std::uint8_t> TileBalancer::next(const std::vector<int>& workers) {
+  assert(!workers.empty());
   if (split_ == config::ReconSplit::frames) {
-    current_worker_ = (current_worker_ + 1) % worker_count_;
+    const auto next = std::upper_bound(workers.begin(), workers.end(), current_worker_);
+    current_worker_ = next == workers.end() ? workers.front() : *next;
     return std::vector<std::uint8_t>(std::size_t(columns_ * rows_), std::uint8_t(current_worker_));
   }
   const std::vector<double> cost = balance_ ? mean_costs() : std::vector<double>{};
-  if (cost.empty()) return round_robin_tiles(columns_, rows_, worker_count_);
+  if (cost.empty()) return round_robin_tiles(columns_, rows_, workers);
   // Longest processing time first (Graham, 1969): assigns the tiles by descending cost, each to the
   // worker with the smallest sum. The largest sum is at most 4/3 of the optimum.
   std::vector<std::uint8_t> owner(cost.size());
@@ -72,10 +82,10 @@ std::vector<std::uint8_t> TileBalancer::next() {
   std::iota(order.begin(), order.end(), 0);
   std::stable_sort(order.begin(), order.end(),
                    [&](int a, int b) { return cost[std::size_t(a)] > cost[std::size_t(b)]; });
-  std::vector<double> load(std::size_t(worker_count_), 0.0);
+  std::vector<double> load(workers.size(), 0.0);
   for (const int tile : order) {
     const auto least = std::min_element(load.begin(), load.end());
-    owner[std::size_t(tile)] = std::uint8_t(least - load.begin());
+    owner[std::size_t(tile)] = std::uint8_t(workers[std::size_t(least - load.begin())]);
     *least += cost[std::size_t(tile)];
   }
   return owner;

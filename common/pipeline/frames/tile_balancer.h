@@ -24,10 +24,12 @@ class TileBalancer {
   bool add(std::uint64_t frame, int worker, std::span<const std::uint16_t> tiles,
            std::span<const float> cost_ms);
 
-  // Returns the worker index for each tile of the next frame, row by row. split: frames assigns
-  // whole frames round-robin. split: tiles assigns tiles round-robin until the costs of all tiles
-  // are known for kAveragedFrames frames, then balances the cost of the workers.
-  std::vector<std::uint8_t> next();
+  // Returns the worker index for each tile of the next frame, row by row. `workers`: those that
+  // take part, at least one. split: frames assigns whole frames round-robin. split: tiles assigns
+  // tiles round-robin until the costs of all tiles are known for kAveragedFrames frames, then
+  // balances the cost of the workers.
+  std::vector<std::uint8_t> next(const std::vector<int>& workers);
+  int worker_count() const { return worker_count_; }
 
  private:
   struct FrameCosts {
@@ -39,11 +41,14 @@ class TileBalancer {
   int columns_, rows_, worker_count_;
   config::ReconSplit split_;
   bool balance_;
-  int current_worker_ = 0;
+  int current_worker_ = 0;                      // of split: frames
   std::map<std::uint64_t, FrameCosts> frames_;  // the newest frames
 };
 
-// Assigns tile (column, row) to worker (column + row) % workers, which spreads an object's tiles.
-std::vector<std::uint8_t> round_robin_tiles(int columns, int rows, int workers);
+// Assigns tile (column, row) to worker (column + row) % workers.size() of the list, which spreads
+// an object's tiles.
+std::vector<std::uint8_t> round_robin_tiles(int columns, int rows, const std::vector<int>& workers);
+// Returns 0 to workers - 1.
+std::vector<int> all_workers(int workers);
 
 }  // namespace fivepipe::frames

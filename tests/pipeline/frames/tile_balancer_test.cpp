@@ -20,10 +20,14 @@ config::ReconConfig config(int columns, int rows, int workers, bool balance = tr
   return recon;
 }
 
+std::vector<std::uint8_t> next(TileBalancer& balancer) {
+  return balancer.next(all_workers(balancer.worker_count()));
+}
+
 // Adds the costs of a frame. Each worker reports the tiles that it owns; `silent` reports none.
 void add_frame(TileBalancer& tile_balancer, std::uint64_t frame, int workers,
                const std::vector<float>& cost_ms, int silent = -1) {
-  const auto owner = tile_balancer.next();
+  const auto owner = next(tile_balancer);
   for (int worker = 0; worker < workers; ++worker) {
     if (worker == silent) continue;
     std::vector<std::uint16_t> tiles;
@@ -43,17 +47,18 @@ double worst_load(const std::vector<std::uint8_t>& owner, const std::vector<floa
 }
 
 TEST(RoundRobinTiles, AssignsDiagonals) {
-  EXPECT_EQ(round_robin_tiles(4, 3, 2),
+  EXPECT_EQ(round_robin_tiles(4, 3, {0, 1}),
             (std::vector<std::uint8_t>{0, 1, 0, 1, 1, 0, 1, 0, 0, 1, 0, 1}));
-  EXPECT_EQ(round_robin_tiles(2, 4, 3), (std::vector<std::uint8_t>{0, 1, 1, 2, 2, 0, 0, 1}));
+  EXPECT_EQ(round_robin_tiles(2, 4, {0, 1, 2}),
+            (std::vector<std::uint8_t>{0, 1, 1, 2, 2, 0, 0, 1}));
 }
 
 TEST(TileBalancer, RoundRobinUntilCostsAreKnown) {
   TileBalancer balancer(config(4, 3, 2));
-  EXPECT_EQ(balancer.next(), round_robin_tiles(4, 3, 2));
+  EXPECT_EQ(next(balancer), round_robin_tiles(4, 3, {0, 1}));
   for (int frame = 0; frame + 1 < TileBalancer::kAveragedFrames; ++frame)
     add_frame(balancer, std::uint64_t(frame), 2, std::vector<float>(12, 0.1f));
-  EXPECT_EQ(balancer.next(), round_robin_tiles(4, 3, 2));
+  EXPECT_EQ(next(balancer), round_robin_tiles(4, 3, {0, 1}));
 }
 
 TEST(TileBalancer, BalancesTileCosts) {
@@ -66,9 +71,9 @@ TEST(TileBalancer, BalancesTileCosts) {
     TileBalancer balancer(config(8, 6, n));
     for (std::uint64_t frame = 0; frame < 8; ++frame) add_frame(balancer, frame, n, cost);
     const double even = std::accumulate(cost.begin(), cost.end(), 0.0) / n,
-                 worst = worst_load(balancer.next(), cost, n);
+                 worst = worst_load(next(balancer), cost, n);
     EXPECT_LT(worst, 1.15 * even);
-    EXPECT_LT(worst, worst_load(round_robin_tiles(8, 6, n), cost, n));
+    EXPECT_LT(worst, worst_load(round_robin_tiles(8, 6, all_workers(n)), cost, n));
   }
 }
 
@@ -76,7 +81,7 @@ TEST(TileBalancer, TilesOfEqualCostAreAssignedInTheirOrder) {
   TileBalancer balancer(config(4, 3, 3));
   for (std::uint64_t frame = 0; frame < TileBalancer::kAveragedFrames; ++frame)
     add_frame(balancer, frame, 3, std::vector<float>(12, 1.0f));
-  EXPECT_EQ(balancer.next(), (std::vector<std::uint8_t>{0, 1, 2, 0, 1, 2, 0, 1, 2, 0, 1, 2}));
+  EXPECT_EQ(next(balancer), (std::vector<std::uint8_t>{0, 1, 2, 0, 1, 2, 0, 1, 2, 0, 1, 2}));
 }
 
 TEST(TileBalancer, AdaptsToMovingObject) {
@@ -84,9 +89,9 @@ TEST(TileBalancer, AdaptsToMovingObject) {
   left[0] = left[4] = 2, right[3] = right[7] = 2;
   TileBalancer balancer(config(4, 3, 2));
   for (std::uint64_t frame = 0; frame < 8; ++frame) add_frame(balancer, frame, 2, left);
-  EXPECT_EQ(worst_load(balancer.next(), left, 2), 2);
+  EXPECT_EQ(worst_load(next(balancer), left, 2), 2);
   for (std::uint64_t frame = 8; frame < 16; ++frame) add_frame(balancer, frame, 2, right);
-  EXPECT_EQ(worst_load(balancer.next(), right, 2), 2);
+  EXPECT_EQ(worst_load(next(balancer), right, 2), 2);
 }
 
 TEST(TileBalancer, RoundRobinWhenAWorkerReportsNoCosts) {
@@ -94,11 +99,11 @@ TEST(TileBalancer, RoundRobinWhenAWorkerReportsNoCosts) {
   std::vector<float> cost(12, 0.0f);
   cost[0] = 5, cost[2] = 5;  // round-robin assigns both to worker 0
   for (std::uint64_t frame = 0; frame < 8; ++frame) add_frame(balancer, frame, 2, cost);
-  EXPECT_NE(balancer.next(), round_robin_tiles(4, 3, 2));
+  EXPECT_NE(next(balancer), round_robin_tiles(4, 3, {0, 1}));
   for (std::uint64_t frame = 8; frame < 16; ++frame) add_frame(balancer, frame, 2, cost, 1);
-  EXPECT_EQ(balancer.next(), round_robin_tiles(4, 3, 2));
+  EXPECT_EQ(next(balancer), round_robin_tiles(4, 3, {0, 1}));
   for (std::uint64_t frame = 16; frame < 24; ++frame) add_frame(balancer, frame, 2, cost);
-  EXPECT_NE(balancer.next(), round_robin_tiles(4, 3, 2));
+  EXPECT_NE(next(balancer), round_robin_tiles(4, 3, {0, 1}));
 }
 
 // The newest 8 frames count, and 4 of them must be complete.
@@ -108,13 +113,13 @@ TEST(TileBalancer, BalancesWhileFourOfTheNewestEightFramesAreComplete) {
   cost[0] = 5, cost[2] = 5;
   std::uint64_t frame = 0;
   while (frame < 3) add_frame(balancer, frame++, 2, cost);
-  EXPECT_EQ(balancer.next(), round_robin_tiles(4, 3, 2));
+  EXPECT_EQ(next(balancer), round_robin_tiles(4, 3, {0, 1}));
   add_frame(balancer, frame++, 2, cost);
-  EXPECT_NE(balancer.next(), round_robin_tiles(4, 3, 2));
+  EXPECT_NE(next(balancer), round_robin_tiles(4, 3, {0, 1}));
   while (frame < 8) add_frame(balancer, frame++, 2, cost, 1);
-  EXPECT_NE(balancer.next(), round_robin_tiles(4, 3, 2));
+  EXPECT_NE(next(balancer), round_robin_tiles(4, 3, {0, 1}));
   add_frame(balancer, frame++, 2, cost, 1);
-  EXPECT_EQ(balancer.next(), round_robin_tiles(4, 3, 2));
+  EXPECT_EQ(next(balancer), round_robin_tiles(4, 3, {0, 1}));
 }
 
 TEST(TileBalancer, UsesTheCostsOfTheNewestFourFrames) {
@@ -127,8 +132,8 @@ TEST(TileBalancer, UsesTheCostsOfTheNewestFourFrames) {
     add_frame(with_first, frame, 2, later);
     add_frame(without, frame, 2, later);
   }
-  EXPECT_EQ(with_first.next(), without.next());
-  EXPECT_EQ(worst_load(with_first.next(), later, 2), 4);
+  EXPECT_EQ(next(with_first), next(without));
+  EXPECT_EQ(worst_load(next(with_first), later, 2), 4);
 }
 
 TEST(TileBalancer, ARepeatedReportDoesNotReplaceThatOfAnotherWorker) {
@@ -138,7 +143,7 @@ TEST(TileBalancer, ARepeatedReportDoesNotReplaceThatOfAnotherWorker) {
   for (std::uint64_t frame = 0; frame < 4; ++frame)
     for (int report = 0; report < 2; ++report)
       EXPECT_TRUE(balancer.add(frame, 0, tiles, std::vector<float>{5, 0, 0.5f, 0, 0, 0}));
-  EXPECT_EQ(balancer.next(), round_robin_tiles(4, 3, 2));
+  EXPECT_EQ(next(balancer), round_robin_tiles(4, 3, {0, 1}));
 }
 
 TEST(TileBalancer, ResultIsIndependentOfReportOrder) {
@@ -157,7 +162,7 @@ TEST(TileBalancer, ResultIsIndependentOfReportOrder) {
         tiles.push_back(std::uint16_t(tile)), costs.push_back(float(1 + tile * frame % 5));
       EXPECT_TRUE(balancer.add(std::uint64_t(frame), worker, tiles, costs));
     }
-    answers.push_back(balancer.next());
+    answers.push_back(next(balancer));
   }
   for (const auto& answer : answers) EXPECT_EQ(answer, answers.front());
 }
@@ -178,7 +183,7 @@ TEST(TileBalancer, WholeFramesAreRoundRobin) {
   TileBalancer balancer(config(4, 3, 3, true, config::ReconSplit::frames));
   std::vector<int> taken(3);
   for (int frame = 0; frame < 30; ++frame) {
-    const auto owner = balancer.next();
+    const auto owner = next(balancer);
     ASSERT_EQ(owner.size(), 12u);
     for (const auto o : owner) EXPECT_EQ(o, owner.front());
     EXPECT_EQ(owner.front(), (frame + 1) % 3);
@@ -192,7 +197,7 @@ TEST(TileBalancer, RoundRobinWithoutBalancing) {
   std::vector<float> cost(12, 0.0f);
   cost[0] = 5;
   for (std::uint64_t frame = 0; frame < 20; ++frame) add_frame(balancer, frame, 2, cost);
-  EXPECT_EQ(balancer.next(), round_robin_tiles(4, 3, 2));
+  EXPECT_EQ(next(balancer), round_robin_tiles(4, 3, {0, 1}));
 }
 
 }  // namespace

@@ -527,6 +527,96 @@ TEST_F(CaptureNode, AssignsTheTilesByTheCostsOfItsFrames) {
   EXPECT_EQ(ended().drops.at("bad_tile_costs"), 2u);
 }
 
+// Plays two reconstruction nodes, which answer each frame, and a render_node.
+class CaptureNodeWithWorkers : public CaptureNode {
+ protected:
+  void SetUp() override {
+    write_pictures(20);
+    composited_.emplace(bus_.writer<bus::topics::FrameComposited>());
+    start_with(30, "    precomputed_frames: 20\n    max_frames_in_flight: 3\n", kTwoWorkers, false);
+    workers_.emplace(0, bus_.writer<bus::topics::TileCosts>());
+    workers_.emplace(1, bus_.writer<bus::topics::TileCosts>());
+    for (auto& [worker, costs] : workers_) wait_for_readers(costs);
+  }
+  // Answers the frames that have arrived, as these workers. A frame is composited if all owners of
+  // its tiles have answered.
+  void answer(const std::set<int>& workers) {
+    take();
+    for (; answered_ < poses_.all().size(); ++answered_) {
+      const Pose& pose = poses_.all()[answered_];
+      std::size_t tiles_made = 0;
+      for (const int worker : workers) {
+        std::vector<std::uint16_t> tiles;
+        for (std::size_t tile = 0; tile < pose.owners.size(); ++tile)
+          if (pose.owners[tile] == worker) tiles.push_back(std::uint16_t(tile));
+        std::vector<float> costs(tiles.size(), 1.0f);
+        tiles_made += tiles.size();
+        fivepipe_v1_TileCosts message{};
+        messages::set_text(message.viewer, "left_eye");
+        message.worker = std::uint16_t(worker);
+        message.frame = pose.frame;
+        messages::borrow(message.tiles, tiles);
+        messages::borrow(message.cost_ms, costs);
+        workers_.at(worker).write(message);
+      }
+      if (tiles_made == pose.owners.size()) send_composited(pose.frame);
+    }
+  }
+  // Whether `count` frames in a row have these owners, while these workers answer.
+  bool have_owners(const std::set<std::uint8_t>& owners, const std::set<int>& workers,
+                   int count = 5) {
+    int in_a_row = 0;
+    std::size_t seen = poses_.all().size();
+    return holds([&] {
+      answer(workers);
+      for (; seen < poses_.all().size(); ++seen) {
+        const Owners& of_frame = poses_.all()[seen].owners;
+        in_a_row =
+            std::set<std::uint8_t>(of_frame.begin(), of_frame.end()) == owners ? in_a_row + 1 : 0;
+      }
+      return in_a_row >= count;
+    });
+  }
+  // The longest time between two frames from frame `first` on.
+  double longest_gap_s(std::size_t first) {
+    std::int64_t longest_ns = 0;
+    const std::vector<Pose>& all = poses_.all();
+    for (std::size_t i = first + 1; i < all.size(); ++i)
+      longest_ns = std::max(longest_ns, all[i].source_stamp_ns - all[i - 1].source_stamp_ns);
+    return 1e-9 * double(longest_ns);
+  }
+
+  std::map<int, bus::Writer<bus::topics::TileCosts>> workers_;
+  std::size_t answered_ = 0;
+};
+
+TEST_F(CaptureNodeWithWorkers, GivesTheTilesOfASilentOneToTheOther) {
+  ASSERT_TRUE(have_owners({0, 1}, {0, 1}, 60)) << said();
+  const std::size_t before = poses_.all().size() - 1;
+  ASSERT_TRUE(have_owners({0}, {0})) << said();
+  // The frames in flight, which wait for the silent one, hold up the next ones no longer than that
+  // takes.
+  EXPECT_LT(longest_gap_s(before), kHasSanitizer ? 2 : 0.25);
+  EXPECT_NE(said().find("recon_b: gives no answer"), std::string::npos) << said();
+  EXPECT_TRUE(holds([&] { return report().diagnostics.contains("recon_b"); })) << said();
+  // It comes back.
+  EXPECT_TRUE(have_owners({0, 1}, {0, 1})) << said();
+  EXPECT_TRUE(holds([&] {
+    answer({0, 1});
+    return !report().diagnostics.contains("recon_b");
+  })) << said();
+}
+
+TEST_F(CaptureNodeWithWorkers, GivesTheTilesOfOneThatEndsToTheOtherAtOnce) {
+  ASSERT_TRUE(have_owners({0, 1}, {0, 1}, 60)) << said();
+  answer({0, 1});
+  const std::uint64_t newest = newest_frame();
+  workers_.erase(1);
+  ASSERT_TRUE(have_owners({0}, {0}, 1)) << said();
+  EXPECT_LE(newest_frame(), newest + (kHasSanitizer ? 8 : 2));
+  EXPECT_TRUE(have_owners({0}, {0}, 20)) << said();
+}
+
 // The node counts costs that are not finite if it considers them at all, so the count shows which
 // ages it considers. A frame is in flight for half a second, during which it stays the newest.
 TEST_F(CaptureNode, ConsidersCostsOfTheNewest64Frames) {

@@ -2,13 +2,16 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <set>
 
-#include "common/pipeline/bus/topics.h"
+#include "common/pipeline/bus/bus.h"
+#include "common/pipeline/messages/wire_conversions.h"
 #include "tests/support/deployments.h"
 #include "tests/support/process/test_hosts.h"
 #include "tests/support/sanitizer.h"
@@ -32,16 +35,18 @@ class TwoHosts : public testing::Test {
     ASSERT_FALSE(must_run()) << hosts_.why_not();
     GTEST_SKIP() << hosts_.why_not();
   }
-  // The small deployment with capture_node on alpha and the other nodes on beta.
+  // The small deployment with these nodes on alpha and the others on beta.
   std::string deployment(const std::string& alpha_interface = "",
-                         const std::string& profile = "lan") {
+                         const std::string& profile = "lan",
+                         const std::set<std::string>& on_alpha = {"capture"}) {
     std::string text = text_of(changed_deployment(
         folder_.path / "files", "nodes:\n",
         "network_profile: " + profile + "\nhosts:\n  alpha: {address: " + TestHosts::address(0) +
             alpha_interface + "}\n  beta: {address: " + TestHosts::address(1) + "}\nnodes:\n"));
     for (const std::string& node : kNodes)
-      text = replaced(text, "{name: " + node + ",",
-                      "{name: " + node + ", host: " + (node == "capture" ? "alpha" : "beta") + ",");
+      text = replaced(
+          text, "{name: " + node + ",",
+          "{name: " + node + ", host: " + (on_alpha.contains(node) ? "alpha" : "beta") + ",");
     const std::filesystem::path file = folder_.path / "files" / "lab.yaml";
     std::ofstream(file) << text;
     return file.string();
@@ -126,6 +131,52 @@ TEST_F(TwoHosts, OnePercentOfLostPacketsLosesNoFrame) {
   }
   EXPECT_LT(after["latency_ms"]["p99"].get<double>(),
             before["latency_ms"]["p99"].get<double>() + 50);
+}
+
+// FIVEPIPE_ROUNDS: how often.
+TEST_F(TwoHosts, AReconstructionNodeIsAddedAndRemovedWithoutALostFrame) {
+  const char* const rounds = std::getenv("FIVEPIPE_ROUNDS");
+  const std::string file = deployment("", "lan", {"capture", "recon_a", "simulation", "rendering"});
+  bus::Network network("lan");
+  network.interface = TestHosts::kObserver;
+  network.peers = {TestHosts::address(0), TestHosts::address(1), TestHosts::kObserver};
+  bus::Bus bus({0, network});
+  auto poses = bus.reader<bus::topics::HeadPose>();
+  auto composites = bus.reader<bus::topics::FrameComposited>();
+  std::set<std::uint64_t> sent, composited;  // frames
+  bool owns = false;                         // recon_b has a tile of the newest frame
+  const auto owns_tiles = [&](bool expected, std::chrono::seconds timeout) {
+    return holds(timeout, [&] {
+      for (const auto& sample : composites.take())
+        if (sample.valid()) composited.insert(sample->frame);
+      for (const auto& sample : poses.take()) {
+        if (!sample.valid()) continue;
+        owns = std::ranges::count(messages::span_of(sample->tile_owners), 1) > 0;
+        sent.insert(sample->frame);
+      }
+      return owns == expected;
+    });
+  };
+  const auto alpha = up(0, file);
+  ASSERT_TRUE(holds(kStart, [&] { return contains(alpha->said(), "frames composited"); }))
+      << alpha->said();
+  ASSERT_TRUE(owns_tiles(false, 5s)) << "recon_b does not run";
+  sent.clear();
+  for (int i = 0; i < (rounds ? std::atoi(rounds) : 2); ++i) {
+    const auto beta = up(1, file);
+    ASSERT_TRUE(owns_tiles(true, 20s)) << i << beta->said();
+    EXPECT_FALSE(owns_tiles(false, 1s)) << i << "it keeps them";
+    beta->signal(SIGINT);
+    EXPECT_TRUE(owns_tiles(false, 1s)) << i << beta->said();
+    EXPECT_EQ(beta->wait_for_end(5s * kSlowdown), 130) << beta->said();
+  }
+  EXPECT_FALSE(owns_tiles(true, 1s));
+  ASSERT_GT(sent.size(), 50u);
+  for (const std::uint64_t frame : sent)
+    EXPECT_TRUE(frame + 5 > *sent.rbegin() || composited.contains(frame)) << frame;
+  alpha->signal(SIGINT);
+  EXPECT_EQ(alpha->wait_for_end(5s * kSlowdown), 130) << alpha->said();
+  EXPECT_FALSE(contains(alpha->said(), "died")) << alpha->said();
 }
 
 // Longer than the lease: each host takes the other one's processes for gone, and finds them again.

@@ -1,0 +1,173 @@
+// How long the picture stops when a node is killed or stops, with real processes and DDS.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <iostream>
+#include <iterator>
+#include <map>
+#include <random>
+#include <tuple>
+#include <vector>
+
+#include "tests/support/deployments.h"
+#include "tests/support/process.h"
+#include "tests/support/process/memory.h"
+#include "tests/support/sanitizer.h"
+#include "tests/support/test_domain.h"
+#include "tests/support/test_folder.h"
+#include "tests/support/text.h"
+
+namespace fivepipe::test {
+namespace {
+
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
+
+constexpr auto kStart = 60s;
+// `up` restarts a node at once that ran this long.
+constexpr auto kHealthyAfter = 10s;
+
+// FIVEPIPE_ROUNDS: how often each node is killed, and how often stopped.
+int rounds() {
+  const char* const text = std::getenv("FIVEPIPE_ROUNDS");
+  return text ? std::atoi(text) : 1;
+}
+
+struct Fault {
+  std::string node;
+  int signal;
+  bool operator<(const Fault& other) const {
+    return std::tie(node, signal) < std::tie(other.node, other.signal);
+  }
+};
+
+double median(std::vector<double> values) {
+  std::nth_element(values.begin(), values.begin() + std::ptrdiff_t(values.size() / 2),
+                   values.end());
+  return values[values.size() / 2];
+}
+
+std::size_t open_files_of(pid_t pid) {
+  const std::filesystem::directory_iterator files("/proc/" + std::to_string(pid) + "/fd");
+  return std::size_t(std::distance(files, std::filesystem::directory_iterator()));
+}
+
+class LostNodes : public testing::Test {
+ protected:
+  LostNodes()
+      : deployed_(
+            changed_deployment(folder_.path / "files", "frame_rate_hz: 20", "frame_rate_hz: 30"),
+            domain_, folder_.path / "out") {}
+
+  // Takes the frames that were composited, and expects that none shows an earlier time than the
+  // one before.
+  void take() {
+    for (const auto& sample : composited_.take()) {
+      if (!sample.valid()) continue;
+      EXPECT_GT(sample->capture_stamp_ns, newest_stamp_ns_);
+      newest_stamp_ns_ = sample->capture_stamp_ns;
+      times_.push_back(Clock::now());
+    }
+  }
+  bool frames_go_on(std::size_t more, std::chrono::seconds timeout) {
+    const std::size_t before = (take(), times_.size());
+    return eventually(bus_, timeout, [&] {
+      take();
+      return times_.size() >= before + more;
+    });
+  }
+  void watch_for(Clock::duration time) {
+    const auto end = Clock::now() + time;
+    while (Clock::now() < end) {
+      bus_.wait(10ms);
+      take();
+    }
+  }
+  // Returns the longest time between two composited frames that ends after `from`.
+  double longest_gap_s(Clock::time_point from) {
+    double longest_s = 0;
+    for (std::size_t i = 1; i < times_.size(); ++i)
+      if (times_[i] > from)
+        longest_s =
+            std::max(longest_s, std::chrono::duration<double>(times_[i] - times_[i - 1]).count());
+    return longest_s;
+  }
+
+  struct Result {
+    std::vector<double> gap_s, back_s;
+  };
+  // Sends the signal to the node's process, and waits until the node has another one.
+  void inflict(const Fault& fault, Result& result) {
+    const auto started = starts_.find(fault.node);
+    if (started != starts_.end()) watch_for(started->second + kHealthyAfter + 500ms - Clock::now());
+    ASSERT_TRUE(frames_go_on(30, 20s * kSlowdown)) << fault.node << deployed_.said();
+    const std::optional<pid_t> process = deployed_.pid_of(fault.node);
+    ASSERT_TRUE(process) << fault.node << deployed_.said();
+    const auto at = Clock::now();
+    kill(*process, fault.signal);
+    while (deployed_.pid_of(fault.node).value_or(*process) == *process &&
+           Clock::now() < at + 10s * kSlowdown)
+      watch_for(10ms);
+    starts_[fault.node] = Clock::now();
+    result.back_s.push_back(std::chrono::duration<double>(Clock::now() - at).count());
+    EXPECT_TRUE(frames_go_on(30, 20s * kSlowdown)) << fault.node << deployed_.said();
+    result.gap_s.push_back(longest_gap_s(at));
+  }
+
+  TestFolder folder_;
+  std::uint32_t domain_ = own_domain();
+  bus::Bus bus_{{domain_}};
+  bus::Reader<bus::topics::FrameComposited> composited_ =
+      bus_.reader<bus::topics::FrameComposited>();
+  Deployed deployed_;
+  std::vector<Clock::time_point> times_;
+  std::int64_t newest_stamp_ns_ = 0;
+  std::map<std::string, Clock::time_point> starts_;
+};
+
+TEST_F(LostNodes, StopThePictureShortly) {
+  ASSERT_TRUE(frames_go_on(30, kStart)) << deployed_.said();
+  for (const std::string& node : kNodes) starts_[node] = Clock::now();
+  std::vector<Fault> faults;
+  for (int i = 0; i < rounds(); ++i)
+    for (const std::string& node : kNodes)
+      for (const int signal : {SIGKILL, SIGSTOP}) faults.push_back({node, signal});
+  std::mt19937_64 random(17);
+  std::map<Fault, Result> results;
+  const std::size_t files_before = open_files_of(deployed_.pid());
+  const std::size_t bytes_before = resident_bytes(deployed_.pid());
+  std::shuffle(faults.begin(), faults.end(), random);
+  for (const Fault& fault : faults) {
+    inflict(fault, results[fault]);
+    if (HasFatalFailure()) return;
+  }
+  std::cout << "node        signal  longest time without a frame, s: median, max  back after, s\n";
+  for (const auto& [fault, result] : results) {
+    const double gap_s = median(result.gap_s),
+                 max_gap_s = *std::max_element(result.gap_s.begin(), result.gap_s.end()),
+                 max_back_s = *std::max_element(result.back_s.begin(), result.back_s.end());
+    std::cout << fmt::format("{:11} {:7} {:.3f} {:.3f}  {:.3f}\n", fault.node,
+                             fault.signal == SIGKILL ? "SIGKILL" : "SIGSTOP", gap_s, max_gap_s,
+                             max_back_s);
+    EXPECT_LE(max_back_s, 2 * kSlowdown) << fault.node;
+    if (fault.node.starts_with("recon")) {
+      EXPECT_LE(gap_s, 0.2 * kSlowdown) << fault.node;
+      EXPECT_LE(max_gap_s, 0.5 * kSlowdown) << fault.node;
+    }
+    if (fault.signal == SIGKILL) {
+      EXPECT_LE(gap_s, (fault.node == "rendering" ? 0.5 : 1.0) * kSlowdown) << fault.node;
+    }
+  }
+  EXPECT_EQ(open_files_of(deployed_.pid()), files_before);
+  EXPECT_LE(resident_bytes(deployed_.pid()), bytes_before + 4'000'000);
+  EXPECT_TRUE(contains(deployed_.said(), "recon_a gives no answer") ||
+              contains(deployed_.said(), "recon_a: gives no answer"))
+      << deployed_.said();
+}
+
+}  // namespace
+}  // namespace fivepipe::test
