@@ -9,9 +9,11 @@
 #include "common/pipeline/node/replay_monitor.h"
 #include "common/pipeline/node/status_names.h"
 #include "render_node/messages.h"
+#include "render_node/notice.h"
 #include "render_node/overlays/messages_marks.h"
 #include "render_node/overlays/overlay_painter.h"
 #include "render_node/presenter.h"
+#include "render_node/simulation_age.h"
 #include "render_node/views/pending_frames.h"
 #include "render_node/views/view_assembler.h"
 #include "render_node/virtual_frames.h"
@@ -25,6 +27,7 @@ using Clock = PendingFrames::Clock;
 // A replay has fewer frames in flight. If a peer sends this many without the light's view, or after
 // a state without tiles, the node takes no further tiles before the timeout of the first one.
 constexpr std::size_t kMaxPending = 64;
+constexpr const char* kStandsStill = "No simulation: the virtual objects stand still";
 
 // Returns the times of the first and of the last tile of all eyes.
 node::InputTimes input_times(const EyeFrames& eyes) {
@@ -45,6 +48,12 @@ bool is_split_by_frames(const config::Deployment& deployment) {
                      });
 }
 
+bool has_simulation(const config::Deployment& deployment) {
+  return std::any_of(deployment.nodes.begin(), deployment.nodes.end(), [](const auto& node) {
+    return std::holds_alternative<config::SimConfig>(node.config);
+  });
+}
+
 class ParentPipe {
  public:
   explicit ParentPipe(node::NodeContext& node)
@@ -55,6 +64,7 @@ class ParentPipe {
                    node.deployment.frame_rate_hz, node.out),
         views_(config::hull_views(node.deployment)),
         is_split_by_frames_(is_split_by_frames(node.deployment)),
+        has_simulation_(has_simulation(node.deployment)),
         tiles_(node.bus.reader<bus::topics::HullTile>()),
         states_(node.bus.reader<bus::topics::VirtualState>()),
         collisions_(node.bus.reader<bus::topics::CollisionResult>()),
@@ -80,8 +90,7 @@ class ParentPipe {
       if (needs_tiles()) take_tiles();
       while (node::running() && !pending_.empty() && is_ready()) composite();
     }
-    if (unread_frame_ && presenter_.needs_still())
-      presenter_.present(*unread_frame_, renderer_.image_bgr());
+    if (unread_frame_ && presenter_.needs_still()) presenter_.present(*unread_frame_, image_bgr());
     presenter_.finish();
     report_drops();
   }
@@ -92,6 +101,7 @@ class ParentPipe {
     composited_ns_.reset();
     views_.reset();
     virtual_frames_ = {};
+    simulation_age_ = {};
   }
 
   // In a lossless replay only the tiles of the light's view and those of an overtaken frame may
@@ -252,6 +262,12 @@ class ParentPipe {
     static const VirtualFrame kNothing;
     const VirtualFrame* found = virtual_frames_.best_for(hull.frame);
     const VirtualFrame& virtual_frame = found ? *found : kNothing;
+    stands_still_ =
+        has_simulation_ &&
+        simulation_age_.is_missing(hull.capture_stamp_ns,
+                                   found ? std::optional(found->capture_stamp_ns) : std::nullopt);
+    node_.status.diagnostic("simulation",
+                            stands_still_ ? "sends no state; the virtual objects stand still" : "");
     node::FrameSteps steps;
     steps.begin("render");
     renderer_.draw(eyes, virtual_frame.poses, virtual_frame.colliding, virtual_frame.particles,
@@ -287,10 +303,18 @@ class ParentPipe {
   // Presents the last drawn frame. If no output needs it, waits for the GPU but does not read it
   // back. Returns false after the user has closed the window.
   bool present(std::uint64_t frame) {
-    if (presenter_.wants(frame)) return presenter_.present(frame, renderer_.image_bgr());
+    if (presenter_.wants(frame)) return presenter_.present(frame, image_bgr());
     unread_frame_ = frame;
     renderer_.finish();
     return true;
+  }
+
+  // Returns the last drawn frame.
+  cv::Mat image_bgr() const {
+    cv::Mat image_bgr = renderer_.image_bgr();
+    if (stands_still_)
+      draw_notice(image_bgr, kStandsStill, int(config::eye_positions_m(viewer_).size()));
+    return image_bgr;
   }
 
   void report_drops() {
@@ -315,7 +339,9 @@ class ParentPipe {
   VirtualFrames virtual_frames_;
   std::set<std::string> highlighted_;
   PendingFrames pending_;
-  bool is_split_by_frames_;
+  bool is_split_by_frames_, has_simulation_;
+  SimulationAge simulation_age_;
+  bool stands_still_ = false;                  // the virtual objects in the last drawn frame
   std::optional<std::int64_t> composited_ns_;  // capture stamp of the last composited frame
   std::uint32_t late_in_a_row_ = 0;            // see is_too_late()
   std::optional<std::uint64_t> unread_frame_;  // the last frame that was not read back

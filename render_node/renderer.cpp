@@ -344,13 +344,17 @@ void Renderer::draw_background() const {
   glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 
-void Renderer::finish() const { glFinish(); }
+void Renderer::finish() const {
+  glFinish();
+  gl::check_context();
+}
 
 cv::Mat Renderer::image_bgr() const {
   cv::Mat rgba(pinhole_.height_px, framebuffer_.colour().width_px(), CV_8UC4),
       image(rgba.size(), CV_8UC3);
   glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer_.get());
   glReadPixels(0, 0, rgba.cols, rgba.rows, GL_RGBA, GL_UNSIGNED_BYTE, rgba.data);
+  gl::check_context();
   for (int v = 0; v < image.rows; ++v) {  // GL's rows count from the bottom
     cv::Mat row = image.row(v);
     cv::cvtColor(rgba.row(rgba.rows - 1 - v), row, cv::COLOR_RGBA2BGR);

@@ -122,7 +122,10 @@ NodeRun run_nodes(const recording::Recording& recording, const NodeRunOptions& o
   const std::uint32_t domain = free_domain();
   const replay::ReplayPlan plan = plan_of(recording, options);
   NodeProcesses nodes(options, domain);
-  bus::Bus bus({.domain = domain, .participant = "replay", .frequent_heartbeats = true});
+  bus::Bus bus({.domain = domain,
+                .participant = "replay",
+                .deployment = options.deployment->name,
+                .frequent_heartbeats = true});
   RunObserver observer(bus, domain, {options.nodes.begin(), options.nodes.end()});
   if (std::any_of(plan.nodes.begin(), plan.nodes.end(), [&](const replay::ReplayedNode& node) {
         return replay::outputs_of(node.program, options.deployment->scene)

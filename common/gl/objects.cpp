@@ -194,4 +194,15 @@ void GlFramebuffer::bind() const {
   glViewport(0, 0, colour_.width_px(), colour_.height_px());
 }
 
+void check_context() {
+  switch (glGetGraphicsResetStatus()) {
+    case GL_NO_ERROR: return;
+    case GL_GUILTY_CONTEXT_RESET:
+      throw GlError("the GPU was reset because of this process; its OpenGL context is lost");
+    case GL_INNOCENT_CONTEXT_RESET:
+      throw GlError("the GPU was reset because of another process; the OpenGL context is lost");
+    default: throw GlError("the GPU was reset for an unknown reason; the OpenGL context is lost");
+  }
+}
+
 }  // namespace fivepipe::gl

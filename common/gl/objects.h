@@ -112,6 +112,10 @@ class GlProgram {
   GlName<delete_program> name_;
 };
 
+// Throws GlError if the GPU was reset since the creation of the current context: all of the
+// context's objects are lost, and what is read from them is undefined. Call it after reading back.
+void check_context();
+
 // Measures the GPU time of the commands between begin() and end().
 class GlTimer {
  public:

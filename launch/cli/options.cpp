@@ -127,7 +127,7 @@ JoinedNetwork network_from(const NetworkOptions& options) {
       config::load_deployment(deployment_file(options.deployment), settings_from(options.settings));
   const bool has_domain = options.domain_option && options.domain_option->count() > 0;
   return {has_domain ? options.domain : deployment.domain,
-          node::network_of(deployment, options.host, options.local)};
+          node::network_of(deployment, options.host, options.local), deployment.name};
 }
 
 }  // namespace fivepipe::launch

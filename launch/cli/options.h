@@ -54,6 +54,7 @@ void add_deployment_options(CLI::App* app, NetworkOptions& options);
 struct JoinedNetwork {
   std::uint32_t domain = 0;
   bus::Network network;
+  std::string deployment;  // name; empty: none
 };
 // Throws config::ConfigError.
 JoinedNetwork network_from(const NetworkOptions& options);

@@ -3,6 +3,7 @@
 #include <iostream>
 #include <optional>
 
+#include "common/recording/replay/recorded_deployment.h"
 #include "common/recording/replay/replay_session.h"
 #include "launch/cli/commands.h"
 #include "launch/cli/options.h"
@@ -47,6 +48,9 @@ int run_replay(const ReplayOptions& options) {
   const JoinedNetwork joined = network_from(network);
   request.domain = joined.domain;
   request.network = joined.network;
+  request.deployment = joined.deployment.empty()
+                           ? replay::recorded_deployment_name(recording, request.settings)
+                           : joined.deployment;
   request.wait_s = options.no_wait ? std::nullopt : std::optional(options.wait_s);
   catch_signals();
   std::optional<ReplayKeys> keys;  // created when sending starts, because it changes the terminal

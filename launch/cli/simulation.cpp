@@ -24,9 +24,21 @@ struct SimulationOptions {
   NetworkOptions network;
 };
 
+// Returns the deployment of the nodes that read commands, if all of them refuse those of `own`.
+std::string deployment_that_refuses(bus::Bus& bus, const std::string& own) {
+  std::string other;
+  for (const bus::EndpointDescription& endpoint : bus.endpoints()) {
+    if (endpoint.own || endpoint.writes || endpoint.topic != bus::topics::Command::name) continue;
+    if (endpoint.deployment.empty() || endpoint.deployment == own) return "";
+    other = endpoint.deployment;
+  }
+  return other;
+}
+
 int run_simulation(const SimulationOptions& options) {
   const JoinedNetwork joined = network_from(options.network);
-  bus::Bus bus({.domain = joined.domain, .network = joined.network});
+  bus::Bus bus(
+      {.domain = joined.domain, .network = joined.network, .deployment = joined.deployment});
   auto commands = bus.writer<bus::topics::Command>();
   const auto deadline = std::chrono::steady_clock::now() + kSimulationTimeout;
   while (commands.readers() == 0) {
@@ -37,6 +49,11 @@ int run_simulation(const SimulationOptions& options) {
       return 3;
     }
     bus.wait(20ms);
+  }
+  if (const std::string other = deployment_that_refuses(bus, joined.deployment); !other.empty()) {
+    std::cerr << "the sim_node in domain " << joined.domain << " belongs to deployment '" << other
+              << "' and accepts only its commands: add --deployment and its file\n";
+    return 3;
   }
   fivepipe_v1_Command command{};
   if (options.node.size() >= sizeof command.target) {
@@ -58,9 +75,11 @@ void add_simulation(CLI::App& app, Command& command) {
       app.add_subcommand("simulation", "Pause, resume or reset the running simulation");
   simulation->footer(
       "Examples:\n"
-      "  fivepipe simulation pause\n"
-      "  fivepipe simulation reset --node simulation --domain 7\n\n"
-      "Exit codes: 0 delivered, 1 not delivered, 2 usage, 3 no sim_node listens.");
+      "  fivepipe simulation pause --deployment demo\n"
+      "  fivepipe simulation reset --deployment demo --node simulation --domain 7\n\n"
+      "Exit codes: 0 delivered, 1 not delivered, 2 usage, 3 no sim_node listens, or only those of "
+      "another "
+      "deployment.");
   simulation
       ->add_option("what", options->what,
                    "pause, resume, or reset (moves every object to its start)")

@@ -28,7 +28,8 @@ struct TopOptions {
 int run_top(const TopOptions& options) {
   ignore_closed_pipes();
   const JoinedNetwork joined = network_from(options.network);
-  bus::Bus bus({joined.domain, joined.network});
+  bus::Bus bus(
+      {.domain = joined.domain, .network = joined.network, .deployment = joined.deployment});
   auto statuses_in = bus.reader<bus::topics::NodeStatus>();
   auto metrics_in = bus.reader<bus::topics::SimulationMetrics>();
   StatusRegistry registry;

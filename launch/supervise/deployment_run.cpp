@@ -82,7 +82,7 @@ class DeploymentRun {
         programs_(programs_of(nodes, settings)),
         conflicts_(conflicts),
         bus_({settings.domain, node::network_of(deployment, settings.host, settings.local),
-              conflicts_.participant()}),
+              conflicts_.participant(), deployment.name}),
         statuses_in_(bus_.reader<bus::topics::NodeStatus>()),
         metrics_in_(bus_.reader<bus::topics::SimulationMetrics>()),
         composited_in_(bus_.reader<bus::topics::FrameComposited>()),

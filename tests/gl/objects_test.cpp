@@ -36,6 +36,30 @@ TEST_F(GlObjects, TheContextIsACoreProfileOfOpenGl45) {
   EXPECT_EQ(context_.is_software(), renderer.starts_with("llvmpipe"));
 }
 
+// The status that the driver reports; see below.
+GLenum reported_status = GL_NO_ERROR;
+
+TEST_F(GlObjects, ACheckOfTheContextReportsAResetOfTheGpu) {
+  EXPECT_NO_THROW(check_context());
+  EXPECT_EQ(integer(GL_RESET_NOTIFICATION_STRATEGY), GLint(GL_LOSE_CONTEXT_ON_RESET));
+  // libepoxy calls each function of OpenGL by such a pointer.
+  const auto before = epoxy_glGetGraphicsResetStatus;
+  epoxy_glGetGraphicsResetStatus = [] { return reported_status; };
+  for (const auto& [status, text] :
+       {std::pair{GLenum(GL_GUILTY_CONTEXT_RESET), "because of this process"},
+        {GLenum(GL_INNOCENT_CONTEXT_RESET), "because of another process"},
+        {GLenum(GL_UNKNOWN_CONTEXT_RESET), "for an unknown reason"}}) {
+    reported_status = status;
+    try {
+      check_context();
+      ADD_FAILURE() << text;
+    } catch (const GlError& error) {
+      EXPECT_NE(std::string(error.what()).find(text), std::string::npos) << error.what();
+    }
+  }
+  epoxy_glGetGraphicsResetStatus = before;
+}
+
 // While it exists, lists the contexts that EGL destroys. The handle of a destroyed context is no
 // evidence: EGL may use it again.
 class DestroyedContexts {

@@ -20,15 +20,17 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr const char* kUsage = R"(Usage: hostile_peer DOMAIN SECONDS RATE_HZ [TOPIC]
+constexpr const char* kUsage =
+    R"(Usage: hostile_peer DOMAIN SECONDS RATE_HZ [TOPIC] [--deployment NAME]
 
 Sends SECONDS * RATE_HZ messages, at most RATE_HZ per second: of TOPIC, such as ObjectPixelMap, or
-of all topics in turn.
+of all topics in turn; as a process of the deployment NAME, or of none.
 )";
 
 class HostilePeer {
  public:
-  explicit HostilePeer(std::uint32_t domain) : bus_({domain, "loopback", "mallory"}) {}
+  HostilePeer(std::uint32_t domain, const std::string& deployment)
+      : bus_({domain, "loopback", "mallory", deployment}) {}
 
   // Sends message `number` of a topic.
   void send(std::size_t topic, std::uint64_t number) {
@@ -299,8 +301,9 @@ bool read(const char* text, auto& value) {
   return error == std::errc() && rest == end;
 }
 
-int run(std::uint32_t domain, double duration_s, double rate_hz, std::optional<std::size_t> topic) {
-  HostilePeer peer(domain);
+int run(std::uint32_t domain, double duration_s, double rate_hz, std::optional<std::size_t> topic,
+        const std::string& deployment) {
+  HostilePeer peer(domain, deployment);
   const auto start = Clock::now();
   const auto time_of = [&](double s) {
     return start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(s));
@@ -321,11 +324,16 @@ int main(int argc, char** argv) {
   std::uint32_t domain = 0;
   double duration_s = 0, rate_hz = 0;
   std::optional<std::size_t> topic;
+  std::string deployment;
+  if (argc > 2 && std::string_view(argv[argc - 2]) == "--deployment") {
+    deployment = argv[argc - 1];
+    argc -= 2;
+  }
   if (argc == 5) topic = fivepipe::test::HostilePeer::index_of(argv[4]);
   if (argc < 4 || argc > 5 || !read(argv[1], domain) || !read(argv[2], duration_s) ||
       !read(argv[3], rate_hz) || !(rate_hz > 0) || (argc == 5 && !topic)) {
     std::fputs(fivepipe::test::kUsage, stderr);
     return 2;
   }
-  return fivepipe::test::run(domain, duration_s, rate_hz, topic);
+  return fivepipe::test::run(domain, duration_s, rate_hz, topic, deployment);
 }

@@ -72,11 +72,14 @@ class HostilePeer : public RecordingTest {
     pids_["up"] = deployed_.pid();
   }
 
-  std::unique_ptr<Program> peer(int seconds, int rate_hz, const std::string& topic = "") {
+  // deployment: that the peer claims to belong to.
+  std::unique_ptr<Program> peer(int seconds, int rate_hz, const std::string& topic = "",
+                                const std::string& deployment = "small") {
     std::vector<std::string> words{std::string(FIVEPIPE_BINARY_DIR) + "/hostile_peer",
                                    std::to_string(domain_), std::to_string(seconds),
                                    std::to_string(rate_hz)};
     if (!topic.empty()) words.push_back(topic);
+    if (!deployment.empty()) words.insert(words.end(), {"--deployment", deployment});
     return std::make_unique<Program>(words, folder_ / "peer.log");
   }
 
@@ -256,6 +259,34 @@ TEST_F(HostilePeer, InventedNamesDoNotFillTheMemory) {
         watch_until(10s, [&] { return drops_[node]["too_many_keys"] >= kFillNames + kMinRefused; }))
         << node << ": " << testing::PrintToString(drops_[node]);
   expect_same_processes();
+}
+
+// It claims no deployment, or another one.
+TEST_F(HostilePeer, AStrangerIsRefusedAndNamed) {
+  longest_gap_ = {};
+  const auto stranger = peer(3, kRate_Hz, "", ""), other = peer(3, kRate_Hz, "", "elsewhere");
+  ASSERT_TRUE(watch_until(20s * kSlowdown, [&] {
+    return stranger->wait_for_end(0ms).has_value() && other->wait_for_end(0ms).has_value();
+  })) << deployed_.said();
+  EXPECT_LT(longest_gap_, kMaxFrameGap) << deployed_.said();
+  for (const std::string& node : kNodes) {
+    EXPECT_TRUE(
+        watch_until(10s * kSlowdown, [&] { return drops_[node]["other_deployment"] > 100; }))
+        << node << testing::PrintToString(drops_[node]);
+    for (const auto& [reason, count] : drops_[node])
+      EXPECT_FALSE(reason.starts_with("bad_")) << node << " " << reason;
+  }
+  expect_same_processes();
+  deployed_.signal(SIGINT);
+  EXPECT_EQ(deployed_.wait_for_end(5s * kSlowdown), 130) << deployed_.said();
+  const auto report = nlohmann::json::parse(std::ifstream(out_ / "report.json"));
+  EXPECT_EQ(report["refused_from"].size(), 2u) << report["refused_from"];
+  for (const auto& program : {&stranger, &other}) {
+    const std::string name = "process " + std::to_string((*program)->pid()) + " on host ";
+    EXPECT_TRUE(contains(report["refused_from"].dump(), name)) << report["refused_from"];
+  }
+  for (const char* text : {" of no deployment", " of deployment elsewhere"})
+    EXPECT_TRUE(contains(deployed_.said(), text)) << deployed_.said();
 }
 
 // Standard output is no terminal, so that `top` appends each update to the previous one.

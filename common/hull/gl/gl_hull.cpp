@@ -311,6 +311,7 @@ DepthTile GlHull::read_back(const PixelRect& rect) const {
   glGetTextureSubImage(depth().get(), 0, rect.u0_px, rect.v0_px, 0, rect.width_px(),
                        rect.height_px(), 1, GL_RED, GL_FLOAT,
                        GLsizei(tile.depth_m.size() * sizeof(float)), tile.depth_m.data());
+  gl::check_context();
   return tile;
 }
 

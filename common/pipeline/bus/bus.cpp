@@ -34,8 +34,9 @@ constexpr const char* kFrequentHeartbeats =
 
 using Qos = std::unique_ptr<dds_qos_t, void (*)(dds_qos_t*)>;
 
-Qos qos_of(topics::Delivery delivery, bool keep_all) {
+Qos qos_of(topics::Delivery delivery, bool keep_all, const std::string& identity) {
   Qos qos(dds_create_qos(), dds_delete_qos);
+  dds_qset_userdata(qos.get(), identity.data(), identity.size());
   dds_qset_reliability(qos.get(), DDS_RELIABILITY_RELIABLE, DDS_MSECS(100));
   dds_qset_writer_data_lifecycle(qos.get(), false);
   switch (delivery) {
@@ -57,9 +58,15 @@ Qos qos_of(topics::Delivery delivery, bool keep_all) {
 bool is_accepted(const dds_sample_info_t* info, void* reader_filter) {
   auto& filter = *static_cast<detail::ReaderFilter*>(reader_filter);
   const detail::Callback callback(filter.order);
+  if (filter.strangers.refuses(info->publication_handle)) return false;
   filter.arrival_times.add(info->publication_handle, info->source_timestamp,
                            base::now_realtime_ns());
   return filter.key_limit.accepts(info->publication_handle, info->instance_handle);
+}
+
+void on_match(dds_entity_t reader, dds_subscription_matched_status_t status, void* reader_filter) {
+  static_cast<detail::ReaderFilter*>(reader_filter)
+      ->report_match(reader, status.last_publication_handle, status.current_count_change > 0);
 }
 
 const char* policy_name(std::uint32_t policy) {
@@ -95,6 +102,7 @@ LoanedSamples take(Entity& reader) {
          info.source_timestamp,
          reader.filter->arrival_times.of(info.publication_handle, info.source_timestamp)
              .value_or(now_ns)});
+    taken.is_strangers.push_back(reader.filter->strangers.contains(info.publication_handle));
     reader.filter->key_limit.update(info);
   }
   return taken;
@@ -147,6 +155,7 @@ struct Bus::Impl {
   std::map<std::string, std::int32_t> topic_of_name;
   std::vector<Endpoint> endpoints;
   std::mutex mutex;
+  std::string deployment, identity;  // identity: the user data of each entity
 
   std::int32_t topic(const char* name, const dds_topic_descriptor_t* descriptor) {
     const auto [it, is_new] = topic_of_name.try_emplace(name, 0);
@@ -173,8 +182,9 @@ Bus::Bus(const BusOptions& options) : impl_(std::make_unique<Impl>()) {
                    dds_strretcode(-domain) + " (Cyclone DDS logs the reason in the lines above)");
   const Qos qos(dds_create_qos(), dds_delete_qos);
   if (!options.participant.empty()) dds_qset_entity_name(qos.get(), options.participant.c_str());
-  const std::string identity = to_user_data(this_process());
-  dds_qset_userdata(qos.get(), identity.data(), identity.size());
+  impl_->deployment = options.deployment;
+  impl_->identity = to_user_data(this_process(), options.deployment);
+  dds_qset_userdata(qos.get(), impl_->identity.data(), impl_->identity.size());
   impl_->participant = std::make_unique<detail::Entity>(
       checked(dds_create_participant(options.domain, qos.get(), nullptr),
               "DDS participant in domain " + std::to_string(options.domain)));
@@ -191,19 +201,23 @@ Bus::~Bus() {
 
 std::shared_ptr<detail::Entity> Bus::make_reader(const topics::Topic& topic, bool keep_all) {
   const std::scoped_lock lock(impl_->mutex);
-  const Qos qos = qos_of(topic.delivery, keep_all);
+  const Qos qos = qos_of(topic.delivery, keep_all, impl_->identity);
   // The filter belongs to a topic entity and must be set before the reader exists.
   const dds_entity_t filtered = checked(
       dds_create_topic(impl_->participant->handle, topic.descriptor, topic.name, nullptr, nullptr),
       std::string("topic ") + topic.name);
-  auto filter = std::make_unique<detail::ReaderFilter>(topic.max_keys);
+  auto filter = std::make_unique<detail::ReaderFilter>(topic.max_keys, impl_->deployment);
   dds_topic_filter topic_filter{};
   topic_filter.mode = DDS_TOPIC_FILTER_SAMPLEINFO_ARG;
   topic_filter.f.sampleinfo_arg = is_accepted;
   topic_filter.arg = filter.get();
   checked(dds_set_topic_filter_extended(filtered, &topic_filter), "topic filter");
+  // Exists before the reader, so that no writer is missed.
+  const std::unique_ptr<dds_listener_t, void (*)(dds_listener_t*)> listener(
+      dds_create_listener(filter.get()), dds_delete_listener);
+  dds_lset_subscription_matched(listener.get(), on_match);
   auto entity = std::make_shared<detail::Entity>(
-      checked(dds_create_reader(impl_->participant->handle, filtered, qos.get(), nullptr),
+      checked(dds_create_reader(impl_->participant->handle, filtered, qos.get(), listener.get()),
               std::string("reader of ") + topic.name),
       std::move(filter));
   const std::int32_t condition =
@@ -215,7 +229,7 @@ std::shared_ptr<detail::Entity> Bus::make_reader(const topics::Topic& topic, boo
 
 std::shared_ptr<detail::Entity> Bus::make_writer(const topics::Topic& topic, bool keep_all) {
   const std::scoped_lock lock(impl_->mutex);
-  const Qos qos = qos_of(topic.delivery, keep_all);
+  const Qos qos = qos_of(topic.delivery, keep_all, impl_->identity);
   auto entity = std::make_shared<detail::Entity>(
       checked(dds_create_writer(impl_->participant->handle,
                                 impl_->topic(topic.name, topic.descriptor), qos.get(), nullptr),
@@ -255,9 +269,15 @@ std::vector<RefusedSamples> Bus::take_refused() {
   const std::scoped_lock lock(impl_->mutex);
   std::vector<RefusedSamples> refused;
   for (Impl::Endpoint& endpoint : impl_->endpoints)
-    if (const auto entity = endpoint.entity.lock(); entity && endpoint.reads)
+    if (const auto entity = endpoint.entity.lock(); entity && endpoint.reads) {
       for (const auto& [writer, count] : entity->filter->key_limit.take_refused())
-        refused.push_back({endpoint.topic, endpoint.processes.of(entity->handle, writer), count});
+        refused.push_back({RefusedSamples::Reason::too_many_keys, endpoint.topic, "",
+                           endpoint.processes.of(entity->handle, writer), count});
+      for (const auto& [writer, of_writer] : entity->filter->strangers.take_refused())
+        refused.push_back({RefusedSamples::Reason::other_deployment, endpoint.topic,
+                           of_writer.deployment, endpoint.processes.of(entity->handle, writer),
+                           of_writer.samples});
+    }
   return refused;
 }
 

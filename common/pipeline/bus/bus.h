@@ -16,6 +16,7 @@
 #include "common/pipeline/bus/key_limit.h"
 #include "common/pipeline/bus/process_id.h"
 #include "common/pipeline/bus/profile.h"
+#include "common/pipeline/bus/strangers.h"
 #include "common/pipeline/bus/topics.h"
 #include "common/pipeline/bus/writer_processes.h"
 
@@ -40,10 +41,22 @@ struct WriteCounts {
 };
 // What DDS calls for each sample that arrives at a reader.
 struct ReaderFilter {
-  explicit ReaderFilter(std::size_t max_keys) : key_limit(max_keys) { order.pass(); }
+  ReaderFilter(std::size_t max_keys, std::string deployment)
+      : key_limit(max_keys), strangers(std::move(deployment)) {
+    order.pass();
+  }
   ~ReaderFilter() { order.pass(); }
+  // The reader has a new match with the writer, or the match has ended.
+  void report_match(std::int32_t reader, std::uint64_t writer, bool is_new) {
+    const Callback callback(order);
+    if (is_new)
+      strangers.matched(reader, writer);
+    else
+      strangers.unmatched(writer);
+  }
   CallbackOrder order;
   KeyLimit key_limit;
+  Strangers strangers;
   ArrivalTimes arrival_times;
 };
 struct Entity {  // owns a DDS entity
@@ -60,6 +73,7 @@ struct Entity {  // owns a DDS entity
 struct LoanedSamples {  // memory that the reader owns, until return_loan()
   std::vector<void*> samples;
   std::vector<SampleInfo> infos;
+  std::vector<bool> is_strangers;  // of another deployment
 };
 LoanedSamples take(Entity& reader);
 void return_loan(std::int32_t reader, LoanedSamples& taken);
@@ -100,7 +114,7 @@ class Batch {
   Batch(std::int32_t reader, detail::LoanedSamples taken)
       : reader_(reader), loan_(std::move(taken)) {
     for (std::size_t i = 0; i < loan_.infos.size(); ++i)
-      samples_.emplace_back(loan_.samples[i], loan_.infos[i]);
+      if (!loan_.is_strangers[i]) samples_.emplace_back(loan_.samples[i], loan_.infos[i]);
   }
   ~Batch() { detail::return_loan(reader_, loan_); }
   Batch(const Batch&) = delete;
@@ -163,6 +177,8 @@ struct BusOptions {
   std::uint32_t domain = 0;
   Network network = {};          // the environment variable CYCLONEDDS_URI overrides it
   std::string participant = "";  // name that other processes see, such as the node's
+  // Name of the deployment whose messages the readers accept. Empty: those of all.
+  std::string deployment = "";
   // Requests acknowledgements within milliseconds instead of 100 ms. Makes wait_for_delivery()
   // fast.
   bool frequent_heartbeats = false;
@@ -175,12 +191,16 @@ struct EndpointDescription {
   bool own;                                // belongs to this Bus
   std::string guid, participant_guid;      // 32 hexadecimal digits each
   std::string participant;                 // BusOptions::participant; empty: none
+  std::string deployment;                  // BusOptions::deployment; empty: none
   std::map<std::string, std::string> qos;  // such as "history": "keep_last 8"
 };
 
-// Samples that the readers of a bus refused, because their writer uses too many keys.
+// Samples that the readers of a bus refused.
 struct RefusedSamples {
+  enum class Reason { too_many_keys, other_deployment };
+  Reason reason;
   std::string topic;
+  std::string deployment;  // of the writer; empty: it states none, or another reason
   // Of the writer; see Reader::process(). Also nullopt for writers beyond KeyLimit::kMaxWriters.
   std::optional<ProcessId> process;
   std::uint64_t count = 0;
@@ -210,8 +230,8 @@ class Bus {
   // Returns a text for people for each topic and policy in which DDS refused peers since the last
   // call because their type or QoS differs.
   std::vector<std::string> problems();
-  // Returns the samples that the readers refused since the last call, by writer, because the writer
-  // uses more keys of the topic than detail::KeyLimit accepts.
+  // Returns the samples that the readers refused since the last call, by writer: the writer uses
+  // more keys of the topic than detail::KeyLimit accepts, or it is not of BusOptions::deployment.
   std::vector<RefusedSamples> take_refused();
   // Returns the number of samples dropped since the last call, by topic.
   std::map<std::string, std::uint64_t> take_not_sent();

@@ -38,6 +38,15 @@ std::string guid_text(const dds_guid_t& guid) {
   return text;
 }
 
+std::string user_data_of(const dds_qos_t* qos) {
+  void* bytes = nullptr;
+  std::size_t size = 0;
+  if (!dds_qget_userdata(qos, &bytes, &size) || !bytes) return "";
+  const std::string user_data(static_cast<const char*>(bytes), size);
+  dds_free(bytes);
+  return user_data;
+}
+
 std::map<std::string, std::string> qos_text(const dds_qos_t* qos) {
   std::map<std::string, std::string> text;
   dds_reliability_kind_t reliability;
@@ -65,12 +74,8 @@ DiscoveredProcess process_of_participant(dds_entity_t participant, const dds_gui
   for_each_endpoint<dds_builtintopic_participant_t>(
       participant, DDS_BUILTIN_TOPIC_DCPSPARTICIPANT, [&](const auto& known) {
         if (std::memcmp(known.key.v, described.v, sizeof described.v) != 0) return;
-        void* bytes = nullptr;
-        std::size_t size = 0;
         found.discovered = true;
-        dds_qget_userdata(known.qos, &bytes, &size);
-        found.process = from_user_data({static_cast<const char*>(bytes), size});
-        dds_free(bytes);
+        found.process = from_user_data(user_data_of(known.qos));
       });
   return found;
 }
@@ -91,7 +96,8 @@ std::vector<EndpointDescription> discovered_endpoints(dds_entity_t participant) 
     const std::string participant_guid = guid_text(known.participant_key);
     endpoints.push_back({known.topic_name, known.type_name, writes,
                          participant_guid == guid_text(own), guid_text(known.key), participant_guid,
-                         name_of_participant[participant_guid], qos_text(known.qos)});
+                         name_of_participant[participant_guid],
+                         deployment_from_user_data(user_data_of(known.qos)), qos_text(known.qos)});
   };
   for_each_endpoint<dds_builtintopic_endpoint_t>(participant, DDS_BUILTIN_TOPIC_DCPSPUBLICATION,
                                                  [&](const auto& known) { add(known, true); });

@@ -12,6 +12,7 @@
 namespace fivepipe::bus::detail {
 
 std::string guid_text(const dds_guid_t& guid);
+std::string user_data_of(const dds_qos_t* qos);
 std::map<std::string, std::string> qos_text(const dds_qos_t* qos);
 // What discovery knows about a participant's process.
 struct DiscoveredProcess {

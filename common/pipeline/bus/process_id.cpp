@@ -11,9 +11,11 @@
 namespace fivepipe::bus {
 namespace {
 
-constexpr std::string_view kPrefix = "fivepipe/1 pid=", kStart = " start=", kHost = " host=";
+constexpr std::string_view kPrefix = "fivepipe/1 pid=", kStart = " start=", kHost = " host=",
+                           kDeployment = " deployment=";
 constexpr std::size_t kStartDigits = 16;
 constexpr std::size_t kMaxHostBytes = 64;  // HOST_NAME_MAX of Linux
+constexpr std::size_t kMaxDeploymentBytes = 256;
 
 std::uint64_t random_bits() {
   std::random_device device;
@@ -49,24 +51,31 @@ ProcessId this_process() {
   return {base::host_name(), std::uint32_t(getpid()), start_id};
 }
 
-std::string to_user_data(const ProcessId& process) {
+std::string to_user_data(const ProcessId& process, const std::string& deployment) {
   static constexpr char kDigits[] = "0123456789abcdef";
   std::string start;
   for (int shift = 4 * (int(kStartDigits) - 1); shift >= 0; shift -= 4)
     start += kDigits[process.start_id >> shift & 15];
   return std::string(kPrefix) + std::to_string(process.pid) + std::string(kStart) + start +
-         std::string(kHost) + process.host;
+         std::string(kHost) + process.host +
+         (deployment.empty() ? "" : std::string(kDeployment) + deployment);
 }
 
 std::optional<ProcessId> from_user_data(std::string_view user_data) {
   if (!user_data.starts_with(kPrefix)) return std::nullopt;
   user_data.remove_prefix(kPrefix.size());
   const auto pid = cut_before(user_data, kStart), start = cut_before(user_data, kHost);
-  ProcessId process{std::string(user_data), 0, 0};
+  ProcessId process{std::string(user_data.substr(0, user_data.find(kDeployment))), 0, 0};
   if (!pid || !start || start->size() != kStartDigits || !parse(*pid, 10, process.pid) ||
       !parse(*start, 16, process.start_id) || !is_host_name(process.host))
     return std::nullopt;
   return process;
+}
+
+std::string deployment_from_user_data(std::string_view user_data) {
+  const std::size_t at = user_data.find(kDeployment);
+  if (at == std::string_view::npos || !from_user_data(user_data)) return "";
+  return std::string(user_data.substr(at + kDeployment.size(), kMaxDeploymentBytes));
 }
 
 }  // namespace fivepipe::bus

@@ -1,4 +1,4 @@
-// Identity of a process, which it publishes in the user data of its DDS participant.
+// Identity of a process, and the deployment that it belongs to.
 #pragma once
 #include <compare>
 #include <cstdint>
@@ -21,11 +21,16 @@ struct ProcessId {
 
 ProcessId this_process();
 
-// "fivepipe/1 pid=4711 start=0123456789abcdef host=alpha".
-std::string to_user_data(const ProcessId& process);
+// "fivepipe/1 pid=4711 start=0123456789abcdef host=alpha deployment=lab one", which a process
+// states in the user data of its DDS participant, of its readers and of its writers. deployment:
+// its name; empty: none.
+std::string to_user_data(const ProcessId& process, const std::string& deployment = "");
 // Parses the text of to_user_data(). Returns nullopt for any other text: the participant is of
 // another program.
 std::optional<ProcessId> from_user_data(std::string_view user_data);
+// Returns the deployment in the text of to_user_data(); empty if it names none, and for any other
+// text.
+std::string deployment_from_user_data(std::string_view user_data);
 
 // "process 4711 on host alpha", or "a process without identity".
 inline std::string text_of(const std::optional<ProcessId>& process) {

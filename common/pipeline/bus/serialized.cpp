@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "common/base/containers/bounded_map.h"
+#include "common/pipeline/bus/cdr_padding.h"
 #include "common/pipeline/bus/checked.h"
 #include "common/pipeline/bus/discovery.h"
 
@@ -75,6 +76,7 @@ struct SerializedReader::Writers {
   base::BoundedMap<std::uint64_t, WriterDescription> by_handle{kMaxDescribed};
 
   detail::CallbackOrder order;
+  detail::ReaderFilter* filter = nullptr;  // of the reader
 
   Writers() { order.pass(); }
   ~Writers() { order.pass(); }
@@ -92,12 +94,16 @@ struct SerializedReader::Writers {
                       void* writers) {
     auto& known = *static_cast<Writers*>(writers);
     const detail::Callback callback(known.order);
-    if (status.current_count_change > 0) known.add_writer(reader, status.last_publication_handle);
+    const bool is_new = status.current_count_change > 0;
+    known.filter->report_match(reader, status.last_publication_handle, is_new);
+    if (is_new) known.add_writer(reader, status.last_publication_handle);
   }
 };
 
 SerializedReader::SerializedReader(Bus& bus, const topics::Topic& topic)
     : writers_(std::make_unique<Writers>()), entity_(bus.make_reader(topic, true)) {
+  writers_->filter = entity_->filter.get();
+  writers_->order.pass();
   const std::unique_ptr<dds_listener_t, void (*)(dds_listener_t*)> listener(
       dds_create_listener(writers_.get()), dds_delete_listener);
   dds_lset_subscription_matched(listener.get(), Writers::matched);
@@ -148,6 +154,10 @@ std::size_t SerializedReader::take(const std::function<void(const SerializedSamp
                                   "dds_takecdr"));
     for (std::size_t i = 0; i < count; ++i) {
       const Serdata sample(taken[i]);
+      if (entity_->filter->strangers.contains(infos[i].publication_handle)) {
+        entity_->filter->key_limit.update(infos[i]);
+        continue;
+      }
       if (infos[i].valid_data) {
         deliver(sample.data, SampleKind::data, infos[i], each);
         ++all;
@@ -190,10 +200,13 @@ bool SerializedWriter::write(const SerializedSample& sample) {
   if (sample.cdr.size() < kHeaderBytes)
     throw BusError(topic_ + ": " + std::to_string(sample.cdr.size()) +
                    " bytes are not a serialised message");
+  std::vector<std::byte> padded;  // the key of a changed state is recorded without padding
+  if (sample.cdr.size() % 4 != 0) padded = detail::padded_to_words(sample.cdr);
+  const std::span<const std::byte> cdr = padded.empty() ? sample.cdr : padded;
   ddsrt_iovec_t bytes;
   // The C interface lacks const; Cyclone DDS only reads.
-  bytes.iov_base = const_cast<std::byte*>(sample.cdr.data());
-  bytes.iov_len = sample.cdr.size();
+  bytes.iov_base = const_cast<std::byte*>(cdr.data());
+  bytes.iov_len = cdr.size();
   ddsi_serdata* data = ddsi_serdata_from_ser_iov(
       type_, sample.kind == SampleKind::data ? SDK_DATA : SDK_KEY, 1, &bytes, bytes.iov_len);
   if (!data)

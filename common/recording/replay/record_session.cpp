@@ -87,7 +87,8 @@ RecordResult record(const RecordRequest& request, const std::function<int()>& si
   recording::RecordingWriter recording(request.file, std::string("fivepipe ") + base::version(),
                                        request.writer);
   write_header(recording, request.deployment, request.settings, request.domain);
-  bus::Bus bus({request.domain, request.network, request.name});
+  bus::Bus bus({request.domain, request.network, request.name,
+                request.deployment ? request.deployment->name : ""});
   for (const std::string& warning : bus.warnings()) spdlog::warn("{}", warning);
   Recorder recorder(bus, recording, request.topics);
   node::NodeStatusReporter status(bus, request.name);

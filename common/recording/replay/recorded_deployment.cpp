@@ -42,4 +42,14 @@ RecordedDeployment::~RecordedDeployment() {
   std::filesystem::remove_all(folder_, ignored);
 }
 
+std::string recorded_deployment_name(const recording::Recording& recording,
+                                     const std::map<std::string, std::string>& changes) {
+  try {
+    return RecordedDeployment(recording, changes).deployment().name;
+  } catch (const recording::RecordingError&) {
+  } catch (const config::ConfigError&) {
+  }
+  return "";
+}
+
 }  // namespace fivepipe::replay

@@ -78,10 +78,27 @@ ReplayPlan plan_for(const recording::Recording& recording, const ReplayRequest& 
   return plan;
 }
 
+// Returns the deployment of nodes that would refuse the replay; empty: there is none.
+std::string other_deployment(bus::Bus& bus, const ReplayRequest& request) {
+  const base::Regex wanted(request.topics);
+  for (const bus::EndpointDescription& endpoint : bus.endpoints())
+    if (!endpoint.own && !endpoint.writes && !endpoint.deployment.empty() &&
+        endpoint.deployment != request.deployment && wanted.found_in(endpoint.topic))
+      return endpoint.deployment;
+  return "";
+}
+
 // Returns why the replay must not send, or an empty text.
-std::string conflict_of(const Replayer& replayer, const ReplayRequest& request) {
+std::string conflict_of(bus::Bus& bus, const Replayer& replayer, const ReplayRequest& request) {
+  if (request.ignore_conflicts) return {};
+  if (const std::string other = other_deployment(bus, request); !other.empty())
+    return fmt::format(
+        "the nodes in domain {0} belong to deployment '{1}' and accept only messages of it; this "
+        "replay is of {2}. Add --deployment and the file of '{1}', or choose another --domain",
+        request.domain, other,
+        request.deployment.empty() ? "no deployment" : "deployment '" + request.deployment + "'");
   const auto conflicts = replayer.conflicts();
-  if (conflicts.empty() || request.ignore_conflicts) return {};
+  if (conflicts.empty()) return {};
   return fmt::format(
       "domain {} has other writers of the same topics:\n  {}\nNodes would mix their messages with "
       "the replay. Choose another --domain, or use --force",
@@ -96,11 +113,11 @@ ReplayResult replay(const recording::Recording& recording, const ReplayRequest& 
   if (plan.channels.empty())
     return {End::refused, "nothing to replay: no topic of " + file +
                               " matches; `fivepipe info` lists its topics"};
-  bus::Bus bus({request.domain, request.network, "replay", request.lossless});
+  bus::Bus bus({request.domain, request.network, "replay", request.deployment, request.lossless});
   const auto discovery_time = request.wait_s ? kDiscoveryTime : kDiscoveryTimeOfNoWait;
   for (const auto until = Clock::now() + discovery_time; Clock::now() < until;) bus.wait(20ms);
   Replayer replayer(bus, recording, plan);
-  if (const std::string conflict = conflict_of(replayer, request); !conflict.empty())
+  if (const std::string conflict = conflict_of(bus, replayer, request); !conflict.empty())
     return {End::refused, conflict};
   if (request.wait_s) {
     if (const std::string missing =
@@ -109,7 +126,7 @@ ReplayResult replay(const recording::Recording& recording, const ReplayRequest& 
       return {callbacks.interrupted() ? End::stopped : End::no_reader,
               fmt::format("no reader: {} (domain {}); wait longer with --wait S, or use --no-wait",
                           missing, request.domain)};
-    if (const std::string conflict = conflict_of(replayer, request); !conflict.empty())
+    if (const std::string conflict = conflict_of(bus, replayer, request); !conflict.empty())
       return {End::refused, conflict};
   }
 

@@ -22,6 +22,7 @@ struct ReplayRequest {
   int frames_in_flight = 2;
   std::uint32_t domain = 0;
   bus::Network network = {};
+  std::string deployment;  // whose nodes accept the messages; empty: those started without one
   bool ignore_conflicts = false;      // replay although other writers publish the same topics
   std::optional<double> wait_s = 20;  // maximum wait for readers; nullopt: do not wait
 };

@@ -11,6 +11,7 @@
 
 #include "common/base/timing.h"
 #include "common/pipeline/bus/bus.h"
+#include "tests/support/deployments.h"
 #include "tests/support/process.h"
 #include "tests/support/process/cpu_time.h"
 #include "tests/support/test_domain.h"
@@ -139,6 +140,25 @@ TEST(RecordingCommandsLive, SimulationCommandsReachTheirNode) {
     }
     EXPECT_EQ(received, 1) << what;
   }
+}
+
+TEST(RecordingCommandsLive, ASimulationOfADeploymentTakesOnlyItsCommands) {
+  const std::uint32_t domain = test::own_domain();
+  const std::string in_domain = " --domain " + std::to_string(domain);
+  bus::Bus bus({.domain = domain, .deployment = "small"});
+  auto commands = bus.reader<bus::topics::Command>();
+  const Answer refused = fivepipe("simulation pause" + in_domain);
+  EXPECT_EQ(refused.exit_code, 3);
+  EXPECT_EQ(refused.text,
+            "the sim_node in domain " + std::to_string(domain) +
+                " belongs to deployment 'small' and accepts only its commands: add --deployment "
+                "and its file\n");
+  const Answer sent =
+      fivepipe("simulation pause --deployment " + test::kSmallDeployment + in_domain);
+  EXPECT_EQ(sent.exit_code, 0) << sent.text;
+  int received = 0;
+  for (const auto& command : commands.take()) received += command.valid();
+  EXPECT_EQ(received, 1);
 }
 
 TEST(RecordingCommandsLive, TopPrintsOneTableOfTheNodes) {

@@ -381,22 +381,22 @@ TEST(TopicList, ShortensQosAndSkipsOwnEndpoints) {
   EXPECT_EQ(short_qos({}), "");
   EXPECT_EQ(short_qos({{"durability", "persistent"}, {"history", "other"}}), "other, persistent");
   const std::vector<bus::EndpointDescription> endpoints{
-      {"v/T", "T", true, false, "g1", "0123456789ab", "", {}},
-      {"v/T", "T", true, false, "g2", "p2", "b", {}},
-      {"v/T", "T", false, false, "g3", "p3", "b", {{"history", "keep_all"}}},
-      {"v/T", "T", false, true, "g4", "p4", "me", {}},
-      {"v/U", "U", true, true, "g5", "p4", "me", {}},
-      {"v/T", "T", true, false, "g6", "p6", "b", {}}};
+      {"v/T", "T", true, false, "g1", "0123456789ab", "", "", {}},
+      {"v/T", "T", true, false, "g2", "p2", "b", "", {}},
+      {"v/T", "T", false, false, "g3", "p3", "b", "", {{"history", "keep_all"}}},
+      {"v/T", "T", false, true, "g4", "p4", "me", "", {}},
+      {"v/U", "U", true, true, "g5", "p4", "me", "", {}},
+      {"v/T", "T", true, false, "g6", "p6", "b", "", {}}};
   const auto topics = topics_of(endpoints);
   ASSERT_EQ(topics.size(), 1u);
   EXPECT_EQ(topics[0].writers, (std::map<std::string, int>{{"(01234567)", 1}, {"b", 2}}));
   EXPECT_EQ(topics[0].readers, (std::map<std::string, int>{{"b", 1}}));
   EXPECT_EQ(topics[0].types, std::set<std::string>{"T"});
   EXPECT_EQ(topics[0].qos, std::set<std::string>{""}) << "that of the writers";
-  EXPECT_EQ(
-      topics_of(std::vector<bus::EndpointDescription>{{"v/T", "T", true, false, "", "", "", {}}})[0]
-          .writers,
-      (std::map<std::string, int>{{"?", 1}}));
+  EXPECT_EQ(topics_of(std::vector<bus::EndpointDescription>{
+                {"v/T", "T", true, false, "", "", "", "", {}}})[0]
+                .writers,
+            (std::map<std::string, int>{{"?", 1}}));
   EXPECT_NE(topics_text(topics, false).find("b x2"), std::string::npos);
   EXPECT_EQ(nodes_text(topics, false),
             "node        writes  reads\n(01234567)  T       -\nb           T x2    T\n");

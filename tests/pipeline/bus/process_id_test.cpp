@@ -26,6 +26,17 @@ TEST(ProcessId, SurvivesItsUserData) {
   EXPECT_EQ(from_user_data(to_user_data(this_process())), this_process());
 }
 
+TEST(ProcessId, StandsBesideTheDeployment) {
+  const ProcessId process{"alpha", 4711, 0x0123456789abcdef};
+  const std::string text = to_user_data(process, "lab one");
+  EXPECT_EQ(text, "fivepipe/1 pid=4711 start=0123456789abcdef host=alpha deployment=lab one");
+  EXPECT_EQ(from_user_data(text), process);
+  EXPECT_EQ(deployment_from_user_data(text), "lab one");
+  EXPECT_EQ(deployment_from_user_data(to_user_data(process)), "");
+  EXPECT_EQ(deployment_from_user_data("other deployment=lab one"), "");
+  EXPECT_EQ(deployment_from_user_data(to_user_data(process, std::string(300, 'a'))).size(), 256u);
+}
+
 TEST(ProcessId, EachPartDistinguishesProcesses) {
   const ProcessId process{"alpha", 4711, 1};
   EXPECT_NE(process, (ProcessId{"beta", 4711, 1}));

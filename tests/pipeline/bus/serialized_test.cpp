@@ -1,4 +1,5 @@
 #include "common/pipeline/bus/serialized.h"
+#include "common/pipeline/bus/cdr_padding.h"
 
 #include <gtest/gtest.h>
 
@@ -196,6 +197,18 @@ TEST(SerializedBus, TakeReturnsTheNumberOfSamplesAndChangesOfKeys) {
   EXPECT_EQ(returned, samples);
   EXPECT_EQ(reader.take([&](const SerializedSample&) { ++samples; }), 0u);
   EXPECT_EQ(samples, 322u);
+}
+
+TEST(SerializedBus, PadsToWordsAndStatesThePadding) {
+  for (std::size_t size = 4; size < 20; ++size) {
+    std::vector<std::byte> cdr(size, std::byte(7));
+    cdr[3] = std::byte(0);
+    const std::vector<std::byte> padded = detail::padded_to_words(cdr);
+    ASSERT_EQ(padded.size(), (size + 3) / 4 * 4);
+    EXPECT_EQ(padded[3], std::byte(padded.size() - size));
+    for (std::size_t i = 0; i < padded.size(); ++i)
+      EXPECT_TRUE(i == 3 || padded[i] == std::byte(i < size ? 7 : 0)) << size << " " << i;
+  }
 }
 
 // A late reader of a latched topic needs the newest sample alone.

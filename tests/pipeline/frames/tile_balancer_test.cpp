@@ -6,6 +6,7 @@
 #include <limits>
 #include <numeric>
 #include <random>
+#include <set>
 
 #include "common/pipeline/frames/tile_balancer.h"
 
@@ -190,6 +191,26 @@ TEST(TileBalancer, WholeFramesAreRoundRobin) {
     ++taken.at(owner.front());
   }
   EXPECT_EQ(taken, (std::vector<int>{10, 10, 10}));
+}
+
+TEST(TileBalancer, AssignsTilesToTheWorkersThatTakePart) {
+  const std::vector<int> workers{0, 2};
+  EXPECT_EQ(round_robin_tiles(4, 3, workers),
+            (std::vector<std::uint8_t>{0, 2, 0, 2, 2, 0, 2, 0, 0, 2, 0, 2}));
+  TileBalancer balancer(config(4, 3, 3));
+  EXPECT_EQ(balancer.next(workers), round_robin_tiles(4, 3, workers));
+  std::vector<float> cost(12, 0.0f);
+  cost[0] = cost[2] = 5;  // round-robin assigns both to worker 0
+  for (std::uint64_t frame = 0; frame < 8; ++frame) add_frame(balancer, frame, 3, cost);
+  const std::vector<std::uint8_t> owners = balancer.next(workers);
+  EXPECT_EQ(std::set<std::uint8_t>(owners.begin(), owners.end()), (std::set<std::uint8_t>{0, 2}));
+  EXPECT_NE(owners[0], owners[2]);
+  TileBalancer whole(config(4, 3, 3, true, config::ReconSplit::frames));
+  std::vector<int> order;
+  for (int frame = 0; frame < 4; ++frame) order.push_back(whole.next(workers).front());
+  EXPECT_EQ(order, (std::vector<int>{2, 0, 2, 0}));
+  EXPECT_EQ(whole.next({1}).front(), 1);
+  EXPECT_EQ(next(whole).front(), 2);
 }
 
 TEST(TileBalancer, RoundRobinWithoutBalancing) {

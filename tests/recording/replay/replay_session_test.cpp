@@ -194,6 +194,31 @@ TEST_F(ReplaySessionTest, RefusesADomainWithOtherWritersUnlessForced) {
   EXPECT_EQ(sent_, 3u);
 }
 
+TEST_F(ReplaySessionTest, RefusesADomainWithNodesOfAnotherDeployment) {
+  bus::Bus node({.domain = domain_, .participant = "node", .deployment = "lab"});
+  auto commands = node.reader<topics::Command>();
+  ReplayRequest request = this->request();
+  const std::string refusal = "the nodes in domain " + std::to_string(domain_) +
+                              " belong to deployment 'lab' and accept only messages of it; this "
+                              "replay is of ";
+  ReplayResult result = replayed(request);
+  EXPECT_EQ(result.end, End::refused);
+  EXPECT_EQ(result.message, refusal +
+                                "no deployment. Add --deployment and the file of 'lab', or "
+                                "choose another --domain");
+  request.deployment = "demo";
+  EXPECT_EQ(replayed(request).message.substr(0, refusal.size() + 17),
+            refusal + "deployment 'demo'");
+  request.deployment = "lab";
+  result = replayed(request);
+  EXPECT_EQ(result.end, End::complete) << result.message;
+  int received = 0;
+  EXPECT_TRUE(test::eventually(node, 10s, [&] {
+    for (const auto& command : commands.take()) received += command.valid();
+    return received == 3;
+  })) << received;
+}
+
 TEST_F(ReplaySessionTest, NamesTheMissingReader) {
   ReplayRequest request = this->request();
   request.wait_s = 0.05;

@@ -11,9 +11,11 @@ using namespace std::chrono_literals;
 
 }  // namespace
 
-RecordingTest::RecordingTest(bool frequent_heartbeats)
+RecordingTest::RecordingTest(bool frequent_heartbeats, const std::string& deployment)
     : domain_(own_domain()),
-      bus_({.domain = domain_, .frequent_heartbeats = frequent_heartbeats}) {}
+      bus_({.domain = domain_,
+            .deployment = deployment,
+            .frequent_heartbeats = frequent_heartbeats}) {}
 
 std::filesystem::path RecordingTest::recorded(double duration_s, const std::string& deployment,
                                               const std::vector<std::string>& options) {

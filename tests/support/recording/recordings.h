@@ -28,7 +28,8 @@ inline constexpr std::chrono::seconds kStart{60};
 // Has its own domain, folder and bus, and starts programs in that domain.
 class RecordingTest : public testing::Test {
  protected:
-  explicit RecordingTest(bool frequent_heartbeats = false);  // see BusOptions
+  // See BusOptions.
+  explicit RecordingTest(bool frequent_heartbeats = false, const std::string& deployment = "");
 
   std::uint32_t domain_;
   const TestFolder test_folder_;

@@ -47,7 +47,8 @@ TracedFrame traced(const bus::Sample<bus::topics::FrameTrace>& sample) {
 
 }  // namespace
 
-ScriptedPeer::ScriptedPeer() : RecordingTest(true), out_(folder_ / "out"), traces_(bus_, traced) {}
+ScriptedPeer::ScriptedPeer()
+    : RecordingTest(true, kScriptedDeployment), out_(folder_ / "out"), traces_(bus_, traced) {}
 
 std::string ScriptedPeer::file(const std::string& name, const std::string& text) const {
   std::ofstream(folder_ / name) << text;

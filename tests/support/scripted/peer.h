@@ -65,6 +65,9 @@ class Collected {
   std::vector<Value> all_;
 };
 
+// The name of the deployments of these tests: a node accepts the messages of its own one.
+inline const std::string kScriptedDeployment = "scripted";
+
 class ScriptedPeer : public RecordingTest {
  protected:
   // Maximum time for a node to answer on a busy machine.

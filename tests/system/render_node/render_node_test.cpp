@@ -369,6 +369,27 @@ TEST_F(RenderNode, NamesTheCamerasThatEmptyTheHullWhileTheyDo) {
   }
 }
 
+// The deployment has a sim_node, which was killed, for example.
+TEST_F(RenderNode, ThePictureSaysThatTheSimulationIsMissing) {
+  const std::string simulation = "}\n  - {name: simulation, program: sim_node";
+  start_with(", video: false, still_frame: 40" + simulation);
+  send_state(1);
+  send_hull(1);
+  ASSERT_TRUE(has_composited(1)) << said();
+  // Capture stamps are one period apart.
+  for (const std::uint64_t frame : {10, 40}) {
+    send_hull(frame);
+    ASSERT_TRUE(has_composited(frame == 10 ? 2 : 3)) << said();
+    EXPECT_TRUE(holds([&] { return report().diagnostics.contains("simulation") == (frame == 40); }))
+        << said();
+  }
+  const cv::Mat image = still();
+  EXPECT_LT(cv::mean(image.row(47))[1], 0.5 * cv::mean(image.row(40))[1]) << "a dark bar";
+  send_state(41);
+  send_hull(41);
+  EXPECT_TRUE(holds([&] { return !report().diagnostics.contains("simulation"); })) << said();
+}
+
 // The gap of 0.9 s at 1000 Hz is filled with 899 images, more than the encoder's queue holds.
 TEST_F(RenderNode, CountsTheFramesThatTheVideoLacks) {
   frame_rate_hz_ = 1000;

@@ -257,6 +257,7 @@ std::vector<OpenTriangle> GlContactPasses::open_triangles() {
   glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
   descent_timer_.end();
   glGetNamedBufferSubData(open_buffer_.get(), 0, sizeof header, &header);
+  gl::check_context();
   std::vector<OpenTriangle> open(header.count);
   if (!open.empty())
     glGetNamedBufferSubData(open_buffer_.get(), sizeof header,
@@ -287,6 +288,7 @@ std::optional<GlContactPasses::Refined> GlContactPasses::refine(
     beyond = std::max(beyond, int(t.finest - t.sampled));
   run_passes(sampled + 1, beyond, room);
   glGetNamedBufferSubData(found_buffer_.get(), 0, sizeof header, &header);
+  gl::check_context();
   if (header.overflow) return std::nullopt;
   refined.parts = first.size() + 4 * std::size_t(header.split);
   refined.found.resize(header.found);

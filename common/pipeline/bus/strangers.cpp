@@ -1,0 +1,47 @@
+#include "common/pipeline/bus/strangers.h"
+
+#include <dds/dds.h>
+
+#include <utility>
+
+#include "common/pipeline/bus/discovery.h"
+#include "common/pipeline/bus/process_id.h"
+
+namespace fivepipe::bus::detail {
+
+void Strangers::matched(std::int32_t reader, std::uint64_t writer) {
+  if (deployment_.empty()) return;
+  dds_builtintopic_endpoint_t* const described = dds_get_matched_publication_data(reader, writer);
+  if (!described) return;  // it is gone
+  const std::string theirs = deployment_from_user_data(user_data_of(described->qos));
+  dds_builtintopic_free_endpoint(described);
+  const std::scoped_lock lock(mutex_);
+  if (theirs != deployment_) deployment_of_stranger_[writer] = theirs;
+}
+
+void Strangers::unmatched(std::uint64_t writer) {
+  const std::scoped_lock lock(mutex_);
+  deployment_of_stranger_.erase(writer);
+}
+
+bool Strangers::contains(std::uint64_t writer) const {
+  const std::scoped_lock lock(mutex_);
+  return deployment_of_stranger_.contains(writer);
+}
+
+bool Strangers::refuses(std::uint64_t writer) {
+  const std::scoped_lock lock(mutex_);
+  const auto stranger = deployment_of_stranger_.find(writer);
+  if (stranger == deployment_of_stranger_.end()) return false;
+  Refused& refused = refused_[writer];
+  refused.deployment = stranger->second;
+  ++refused.samples;
+  return true;
+}
+
+std::map<std::uint64_t, Strangers::Refused> Strangers::take_refused() {
+  const std::scoped_lock lock(mutex_);
+  return std::exchange(refused_, {});
+}
+
+}  // namespace fivepipe::bus::detail
