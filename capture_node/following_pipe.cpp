@@ -4,7 +4,7 @@
 #include <utility>
 #include <variant>
 
-#include "capture_node/pacing.h"
+#include "capture_node/pacing/pacing.h"
 #include "capture_node/publishing_pipe.h"
 #include "common/config/deployment.h"
 #include "common/pipeline/frames/camera_writers.h"

@@ -7,10 +7,10 @@
 #include <set>
 
 #include "capture_node/following_pipe.h"
-#include "capture_node/frame_by_frame.h"
-#include "capture_node/pacing.h"
+#include "capture_node/pacing/frame_by_frame.h"
+#include "capture_node/pacing/pacing.h"
 #include "capture_node/publishing_pipe.h"
-#include "capture_node/tile_assignment.h"
+#include "capture_node/tile_assignment_pipe.h"
 #include "common/base/realtime.h"
 #include "common/config/deployment.h"
 #include "common/pipeline/messages/view_messages.h"
@@ -76,7 +76,11 @@ class VideoPipe {
       update_tiles();
       const auto now = Pacing::Clock::now();
       if (const auto lost = tiles_.take_lost()) pacing.give_up(*lost, now);
-      if (const auto frame = pacing.next(now, composited_.writers() > 0)) {
+      // A render_node that joins gets no tiles of the frames before.
+      const int renderers = composited_.writers();
+      if (renderers > renderers_) pacing.give_up_all(now);
+      renderers_ = renderers;
+      if (const auto frame = pacing.next(now, renderers > 0)) {
         publish(*frame);
         node_.status.drop("pipeline_busy", pacing.take_skipped());
         continue;
@@ -206,6 +210,7 @@ class VideoPipe {
   node::NodeContext& node_;
   const config::Deployment& deployment_;
   const config::CaptureConfig& config_;
+  int renderers_ = 0;                // writers of FrameComposited
   bool has_followers_;               // other capture nodes
   std::int64_t first_stamp_ns_ = 0;  // of frame 0, with --every-frame
   bus::Writer<bus::topics::ViewInfo> view_info_;

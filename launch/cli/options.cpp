@@ -122,7 +122,7 @@ void add_deployment_options(CLI::App* app, NetworkOptions& options) {
 }
 
 JoinedNetwork network_from(const NetworkOptions& options) {
-  if (options.deployment.empty()) return {options.domain, options.profile};
+  if (options.deployment.empty()) return {options.domain, options.profile, ""};
   const config::Deployment deployment =
       config::load_deployment(deployment_file(options.deployment), settings_from(options.settings));
   const bool has_domain = options.domain_option && options.domain_option->count() > 0;

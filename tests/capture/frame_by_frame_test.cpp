@@ -1,4 +1,4 @@
-#include "capture_node/frame_by_frame.h"
+#include "capture_node/pacing/frame_by_frame.h"
 
 #include <gtest/gtest.h>
 

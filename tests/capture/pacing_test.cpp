@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "capture_node/pacing.h"
+#include "capture_node/pacing/pacing.h"
 
 namespace fivepipe::capture {
 namespace {
@@ -74,6 +74,43 @@ TEST(Pacing, StallTimeoutBeginsAtTheLastComposite) {
   EXPECT_EQ(pacing.next(kStart + 1299ms, true), std::nullopt);
   EXPECT_EQ(pacing.next(kStart + 1300ms, true), 130);
   EXPECT_EQ(pacing.take_skipped(), 130u - 5);
+}
+
+// Composited every 10 ms at first.
+TEST(Pacing, TheStallTimeoutIsFourUsualPeriods) {
+  Pacing pacing(1000, 2, kStart);
+  EXPECT_EQ(pacing.stall_timeout(), 500ms);
+  auto composite_every = [&, frame = 0, now = kStart](std::chrono::milliseconds period,
+                                                      int times) mutable {
+    for (int i = 0; i < times; ++i, ++frame) {
+      now += period;
+      pacing.next(now, true);
+      pacing.composited(std::uint64_t(frame), now);
+    }
+  };
+  composite_every(10ms, 1);
+  EXPECT_EQ(pacing.stall_timeout(), 500ms) << "no period yet";
+  composite_every(10ms, 1);
+  EXPECT_EQ(pacing.stall_timeout(), 150ms);
+  composite_every(60ms, 9);
+  EXPECT_EQ(pacing.stall_timeout(), 240ms);
+  composite_every(400ms, 9);
+  EXPECT_EQ(pacing.stall_timeout(), 500ms);
+}
+
+TEST(Pacing, FramesThatAreGivenUpAreNotInFlight) {
+  Pacing pacing(100, 2, kStart);
+  EXPECT_EQ(pacing.next(kStart, true), 0);
+  EXPECT_EQ(pacing.next(kStart + 10ms, true), 1);
+  EXPECT_EQ(pacing.next(kStart + 20ms, true), std::nullopt);
+  pacing.give_up(0, kStart + 20ms);
+  EXPECT_EQ(pacing.next(kStart + 20ms, true), 2);
+  EXPECT_EQ(pacing.next(kStart + 30ms, true), std::nullopt);
+  pacing.give_up_all(kStart + 30ms);
+  EXPECT_EQ(pacing.next(kStart + 30ms, true), 3);
+  EXPECT_EQ(pacing.next(kStart + 40ms, true), 4);
+  EXPECT_EQ(pacing.next(kStart + 50ms, true), std::nullopt);
+  EXPECT_EQ(pacing.stall_timeout(), 500ms) << "a frame that is given up is not composited";
 }
 
 TEST(Pacing, CompositesInAnyOrderReleaseOnlyOlderFrames) {

@@ -26,7 +26,7 @@ struct ScriptedEgl {
   bool lists_devices = true, binds_api = true;
   // Displays and contexts of which a call fails.
   std::vector<std::uintptr_t> software, without_display, uninitialised, without_context,
-      not_current;
+      without_reset_notification, not_current;
   std::vector<std::string> calls;
   EGLint error = EGL_SUCCESS;
 
@@ -75,9 +75,15 @@ class ScriptedContext : public testing::Test {
     });
     replace(epoxy_eglBindAPI, [](EGLenum) -> EGLBoolean { return egl->binds_api; });
     replace(epoxy_eglCreateContext,
-            [](EGLDisplay display, EGLConfig, EGLContext, const EGLint*) -> EGLContext {
-              note("create", display);
-              return egl->succeeds(egl->without_context, id_of(display), EGL_BAD_MATCH)
+            [](EGLDisplay display, EGLConfig, EGLContext, const EGLint* attributes) -> EGLContext {
+              bool notifies = false;
+              for (; *attributes != EGL_NONE; attributes += 2)
+                notifies |= attributes[0] == EGL_CONTEXT_OPENGL_RESET_NOTIFICATION_STRATEGY &&
+                            attributes[1] == EGL_LOSE_CONTEXT_ON_RESET;
+              note(notifies ? "create" : "create without notification", display);
+              return egl->succeeds(egl->without_context, id_of(display), EGL_BAD_MATCH) &&
+                             (!notifies || egl->succeeds(egl->without_reset_notification,
+                                                         id_of(display), EGL_BAD_ATTRIBUTE))
                          ? handle_of(1000 + id_of(display))
                          : EGL_NO_CONTEXT;
             });
@@ -138,10 +144,24 @@ TEST_F(ScriptedContext, TriesHardwareDevicesThenSurfacelessAndNamesEachFailure) 
             "EGL device 4: no OpenGL 4.5 core context (0x3002); "
             "Mesa surfaceless: no OpenGL 4.5 core context (0x3009)");
   EXPECT_EQ(egl_.calls,
-            (std::vector<std::string>{"initialise 101", "initialise 103", "initialise 104",
-                                      "create 104", "terminate 104", "initialise 105", "create 105",
-                                      "make current 1105", "destroy 1105", "terminate 105",
-                                      "initialise 200", "create 200", "terminate 200"}));
+            (std::vector<std::string>{
+                "initialise 101", "initialise 103", "initialise 104", "create 104",
+                "create without notification 104", "terminate 104", "initialise 105", "create 105",
+                "make current 1105", "destroy 1105", "terminate 105", "initialise 200",
+                "create 200", "create without notification 200", "terminate 200"}));
+}
+
+// Not every driver reports a reset of the GPU.
+TEST_F(ScriptedContext, NeedsNoNotificationOfResets) {
+  egl_.devices = 1;
+  egl_.without_reset_notification = {101};
+  egl_.not_current = {1101};
+  egl_.uninitialised = {kSurfaceless};
+  error();
+  EXPECT_EQ(egl_.calls,
+            (std::vector<std::string>{"initialise 101", "create 101",
+                                      "create without notification 101", "make current 1101",
+                                      "destroy 1101", "terminate 101", "initialise 200"}));
 }
 
 TEST_F(ScriptedContext, NeedsBothExtensionsOfDevicesAsWholeWords) {

@@ -3,7 +3,7 @@
 
 #include <opencv2/core.hpp>
 
-#include "render_node/notice.h"
+#include "render_node/output/notice.h"
 #include "render_node/simulation_age.h"
 
 namespace fivepipe::render {

@@ -1,4 +1,4 @@
-#include "render_node/outputs.h"
+#include "render_node/output/outputs.h"
 #include "tests/support/process/file_size_limit.h"
 #include "tests/support/test_folder.h"
 

@@ -1,4 +1,4 @@
-#include "render_node/presenter.h"
+#include "render_node/output/presenter.h"
 #include "tests/support/test_folder.h"
 
 #include <gtest/gtest.h>

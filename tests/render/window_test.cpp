@@ -1,4 +1,4 @@
-#include "render_node/window.h"
+#include "render_node/output/window.h"
 
 #include <gtest/gtest.h>
 

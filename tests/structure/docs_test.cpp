@@ -158,7 +158,7 @@ TEST(Docs, QuotedConstantsAreThoseOfTheCode) {
        "render_node/views/pending_frames.h", R"(kStateTimeout\{(\d+)\})"},
       {"docs/collision.md", R"(touch the hull first, within ([\d.]+) pixels)",
        "sim_node/contact/support_points.h", R"(kTouchesFirst = ([\d.]+))"},
-      {"docs/architecture.md", R"(composites nothing for (\d+) ms)", "capture_node/pacing.h",
+      {"docs/architecture.md", R"(composites nothing for (\d+) ms)", "capture_node/pacing/pacing.h",
        R"(kStallTimeout\{(\d+)\})"},
       {"docs/architecture.md", R"(After (\d+) ms it drops the sample)",
        "common/pipeline/bus/bus.cpp", R"(RELIABLE, DDS_MSECS\((\d+)\))"},

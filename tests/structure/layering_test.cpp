@@ -106,7 +106,7 @@ TEST(Layering, OnlyProgramsAndTheWindowMakeGlContexts) {
   for (const Source& source : production()) {
     const bool may = source.path.starts_with("common/gl/context.") || source.name == "main.cpp" ||
                      source.name == "doctor.cpp" || source.name.starts_with("bench_") ||
-                     source.path.starts_with("render_node/window.");
+                     source.path.starts_with("render_node/output/window.");
     for (const std::string& include : source.includes)
       EXPECT_TRUE(may || (include != "common/gl/context.h" && include != "epoxy/egl.h" &&
                           include != "EGL/egl.h"))

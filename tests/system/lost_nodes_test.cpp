@@ -157,15 +157,22 @@ class LostNodes : public testing::Test {
 TEST_F(LostNodes, StopThePictureShortly) {
   ASSERT_TRUE(frames_go_on(30, kStart)) << deployed_.said();
   for (const std::string& node : kNodes) starts_[node] = Clock::now();
-  std::vector<Fault> faults;
-  for (int i = 0; i < rounds(); ++i)
-    for (const std::string& node : kNodes)
-      for (const int signal : {SIGKILL, SIGSTOP}) faults.push_back({node, signal});
   std::mt19937_64 random(17);
   std::map<Fault, Result> results;
   const std::size_t files_before = open_files_of(deployed_.pid());
   const std::size_t bytes_before = resident_bytes(deployed_.pid());
-  std::shuffle(faults.begin(), faults.end(), random);
+  // Each node is killed in one of two passes and stopped in the other one.
+  std::vector<Fault> faults;
+  for (int round = 0; round < rounds(); ++round) {
+    std::map<std::string, int> first;
+    for (const std::string& node : kNodes) first[node] = random() % 2 ? SIGKILL : SIGSTOP;
+    for (const bool second : {false, true}) {
+      std::vector<std::string> nodes(std::begin(kNodes), std::end(kNodes));
+      std::shuffle(nodes.begin(), nodes.end(), random);
+      for (const std::string& node : nodes)
+        faults.push_back({node, second ? SIGKILL + SIGSTOP - first[node] : first[node]});
+    }
+  }
   for (const Fault& fault : faults) {
     inflict(fault, results[fault]);
     if (HasFatalFailure()) return;

@@ -454,8 +454,9 @@ TEST_F(Pipeline, SimulationIsPausedAndResumedFromTheCommandLine) {
     }));
     return moved;
   };
-  const std::string command = std::string(FIVEPIPE_BINARY_DIR) + "/fivepipe simulation --domain " +
-                              std::to_string(domain_) + " ";
+  const std::string command = std::string(FIVEPIPE_BINARY_DIR) +
+                              "/fivepipe simulation --deployment " + kSmallDeployment +
+                              " --domain " + std::to_string(domain_) + " ";
   // After a command, the reader still has 8 states from before. The node takes commands before each
   // state.
   constexpr int kUntilCommandActs = 13;

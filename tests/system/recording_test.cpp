@@ -71,7 +71,8 @@ TEST_F(RecordingPipeline, ReplayAndRerecordIsIdentical) {
 TEST_F(RecordingPipeline, RecordingOfKilledRecorderIsRepaired) {
   const auto file = folder_ / "killed.mcap";
   const auto recorder = this->recorder(file, {"--deployment", kSmallDeployment});
-  auto commands = bus_.writer<bus::topics::Command>();
+  bus::Bus member({.domain = domain_, .deployment = "small"});
+  auto commands = member.writer<bus::topics::Command>();
   ASSERT_TRUE(eventually(bus_, 10s, [&] { return commands.readers() == 1; }));
   std::uint64_t sent = 0;
   // Waits until the first chunk is on the disk.

@@ -2,6 +2,7 @@
 
 #include <dds/dds.h>
 
+#include <algorithm>
 #include <array>
 #include <map>
 #include <mutex>
@@ -134,10 +135,10 @@ int matched_readers(std::int32_t writer) {
              : 0;
 }
 
-int matched_writers(std::int32_t reader) {
+int matched_writers(const Entity& reader) {
   dds_subscription_matched_status_t status;
-  return dds_get_subscription_matched_status(reader, &status) == DDS_RETCODE_OK
-             ? int(status.current_count)
+  return dds_get_subscription_matched_status(reader.handle, &status) == DDS_RETCODE_OK
+             ? std::max(0, int(status.current_count) - reader.filter->strangers.count())
              : 0;
 }
 

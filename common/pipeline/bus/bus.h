@@ -80,7 +80,7 @@ void return_loan(std::int32_t reader, LoanedSamples& taken);
 void write(Entity& writer, const void* message, const char* topic);
 bool wait_for_acks(std::int32_t writer, std::chrono::nanoseconds timeout);
 int matched_readers(std::int32_t writer);
-int matched_writers(std::int32_t reader);
+int matched_writers(const Entity& reader);  // of its deployment
 }  // namespace detail
 
 template <class Topic>
@@ -143,8 +143,8 @@ class Reader {
   std::optional<ProcessId> process(std::uint64_t writer) {  // Sample::writer()
     return processes_.of(entity_->handle, writer);
   }
-  // Number of matched writers.
-  int writers() const { return detail::matched_writers(entity_->handle); }
+  // Number of matched writers of the deployment.
+  int writers() const { return detail::matched_writers(*entity_); }
 
  private:
   std::shared_ptr<detail::Entity> entity_;
@@ -205,6 +205,13 @@ struct RefusedSamples {
   std::optional<ProcessId> process;
   std::uint64_t count = 0;
 };
+
+// "process 4711 on host alpha of deployment demo".
+inline std::string text_of(const RefusedSamples& refused) {
+  return text_of(refused.process) + (refused.deployment.empty()
+                                         ? " of no deployment"
+                                         : " of deployment " + refused.deployment);
+}
 
 // A DDS participant with its readers and writers, which must not outlive it. Thread-safe, except
 // that each reader and each writer must be used by one thread at a time.

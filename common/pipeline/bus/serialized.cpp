@@ -186,7 +186,7 @@ std::optional<WriterDescription> SerializedReader::writer(std::uint64_t handle) 
   return known ? std::optional(*known) : std::nullopt;
 }
 
-int SerializedReader::writers() const { return detail::matched_writers(entity_->handle); }
+int SerializedReader::writers() const { return detail::matched_writers(*entity_); }
 
 SerializedWriter::SerializedWriter(Bus& bus, const topics::Topic& topic, WriterHistory history)
     : topic_(topic.name),

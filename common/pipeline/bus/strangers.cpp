@@ -29,6 +29,11 @@ bool Strangers::contains(std::uint64_t writer) const {
   return deployment_of_stranger_.contains(writer);
 }
 
+int Strangers::count() const {
+  const std::scoped_lock lock(mutex_);
+  return int(deployment_of_stranger_.size());
+}
+
 bool Strangers::refuses(std::uint64_t writer) {
   const std::scoped_lock lock(mutex_);
   const auto stranger = deployment_of_stranger_.find(writer);

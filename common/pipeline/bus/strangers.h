@@ -20,6 +20,7 @@ class Strangers {
   void unmatched(std::uint64_t writer);
   // Returns true if the writer is known to be of another deployment.
   bool contains(std::uint64_t writer) const;
+  int count() const;  // of matched writers
   // Returns as contains(), and counts a sample of it.
   bool refuses(std::uint64_t writer);
 

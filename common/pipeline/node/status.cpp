@@ -266,11 +266,7 @@ struct NodeStatusReporter::Impl {
   void count_refused() {
     for (const bus::RefusedSamples& refused : bus.take_refused()) {
       if (refused.reason == bus::RefusedSamples::Reason::other_deployment)
-        drop({"other_deployment", refused.topic,
-              bus::text_of(refused.process) + (refused.deployment.empty()
-                                                   ? " of no deployment"
-                                                   : " of deployment " + refused.deployment)},
-             refused.count);
+        drop({"other_deployment", refused.topic, bus::text_of(refused)}, refused.count);
       else
         drop({"too_many_keys", refused.topic, ""}, refused.count);
       refuse(refused.process, refused.count);

@@ -139,7 +139,7 @@ TEST_F(Up, AReportThatCannotBeWrittenIsAnError) {
 }
 
 TEST_F(Up, WrongFramesOfItsViewerAreCountedAsDrops) {
-  bus::Bus bus({domain_});
+  bus::Bus bus({.domain = domain_, .deployment = "demo"});
   auto composited = bus.writer<bus::topics::FrameComposited>();
   Program& up = start_up();
   ASSERT_TRUE(all_nodes_run()) << up.said();

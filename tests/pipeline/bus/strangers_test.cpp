@@ -53,6 +53,7 @@ TEST_F(Strangers, AreRefusedAndNamed) {
   Bus bus({.domain = test::own_domain(), .deployment = "lab one"});
   auto reader = bus.reader<topics::FrameComposited>();
   wait_until_matched(bus);
+  EXPECT_TRUE(eventually(bus, kMatched, [&] { return reader.writers() == 1; })) << "its own one";
   send();
   std::set<std::uint64_t> frames;
   EXPECT_TRUE(eventually(bus, kMatched, [&] {

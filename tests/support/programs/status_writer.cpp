@@ -1,5 +1,5 @@
-// Publishes NodeStatus as a node does, until SIGTERM: status_writer NODE DOMAIN [VIEWER]. With a
-// viewer's name it also composites 50 frames per second.
+// Publishes NodeStatus as a node of the deployment `demo` does, until SIGTERM: status_writer NODE
+// DOMAIN [VIEWER]. With a viewer's name it also composites 50 frames per second.
 #include <sys/prctl.h>
 
 #include <chrono>
@@ -25,7 +25,7 @@ int main(int argc, char** argv) {
   if (argc < 3) return 2;
   prctl(PR_SET_PDEATHSIG, SIGKILL);  // ends with the test
   signal(SIGTERM, [](int) { ending = 1; });
-  bus::Bus bus({std::uint32_t(std::stoul(argv[2])), "loopback", argv[1]});
+  bus::Bus bus({std::uint32_t(std::stoul(argv[2])), "loopback", argv[1], "demo"});
   node::NodeStatusReporter status(bus, argv[1]);
   auto composited = bus.writer<bus::topics::FrameComposited>();
   fivepipe_v1_FrameComposited message{};

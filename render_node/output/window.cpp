@@ -1,4 +1,4 @@
-#include "render_node/window.h"
+#include "render_node/output/window.h"
 
 #include <epoxy/gl.h>
 // Include epoxy before GLFW, which otherwise includes the system's GL header.

@@ -1,4 +1,4 @@
-#include "render_node/presenter.h"
+#include "render_node/output/presenter.h"
 
 namespace fivepipe::render {
 namespace {

@@ -1,4 +1,4 @@
-#include "capture_node/pacing.h"
+#include "capture_node/pacing/pacing.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,6 +6,11 @@
 #include <utility>
 
 namespace fivepipe::capture {
+namespace {
+
+constexpr std::size_t kIntervals = 8;  // whose mean counts
+
+}  // namespace
 
 Pacing::Pacing(double frame_rate_hz, int max_in_flight, Clock::time_point start)
     : frame_rate_hz_(frame_rate_hz),
@@ -35,7 +40,7 @@ std::optional<std::int64_t> Pacing::next(Clock::time_point now, bool has_rendere
   const std::int64_t frame = frame_at(now);
   if (frame <= last_) return std::nullopt;
   if (max_in_flight_ > 0 && has_renderer && in_flight() >= max_in_flight_) {
-    if (now - last_progress_ < kStallTimeout) return std::nullopt;
+    if (now - last_progress_ < stall_timeout()) return std::nullopt;
     last_progress_ = now;
     composited_ = last_;
   }
@@ -53,9 +58,21 @@ void Pacing::composited(std::uint64_t frame, Clock::time_point now) {
   if (std::int64_t(frame) > last_) return;  // a frame of an earlier process
   composited_ = std::max(composited_, std::int64_t(frame));
   last_progress_ = now;
+  composited_at_.push_back(now);
+  if (composited_at_.size() > kIntervals + 1) composited_at_.pop_front();
 }
 
-void Pacing::give_up(std::uint64_t frame, Clock::time_point now) { composited(frame, now); }
+void Pacing::give_up(std::uint64_t frame, Clock::time_point now) {
+  composited_ = std::max(composited_, std::min(std::int64_t(frame), last_));
+  last_progress_ = now;
+}
+
+Pacing::Clock::duration Pacing::stall_timeout() const {
+  if (composited_at_.size() < 2) return kStallTimeout;
+  const Clock::duration mean = (composited_at_.back() - composited_at_.front()) /
+                               Clock::duration::rep(composited_at_.size() - 1);
+  return std::clamp<Clock::duration>(kStallPeriods * mean, kMinStallTimeout, kStallTimeout);
+}
 
 std::uint64_t Pacing::take_skipped() { return std::exchange(skipped_, 0); }
 

@@ -1,4 +1,4 @@
-#include "capture_node/tile_assignment.h"
+#include "capture_node/tile_assignment_pipe.h"
 
 #include <utility>
 

@@ -1,4 +1,4 @@
-#include "render_node/outputs.h"
+#include "render_node/output/outputs.h"
 
 #include <sys/resource.h>
 #include <unistd.h>

@@ -8,8 +8,8 @@
 #include <string>
 
 #include "common/config/deployment.h"
-#include "render_node/outputs.h"
-#include "render_node/window.h"
+#include "render_node/output/outputs.h"
+#include "render_node/output/window.h"
 
 namespace fivepipe::render {
 
