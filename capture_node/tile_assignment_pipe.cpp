@@ -36,13 +36,17 @@ TileAssignment::TileAssignment(node::NodeContext& node)
 
 void TileAssignment::update(const std::function<bool(std::uint64_t)>& has_published_lately) {
   take_answers(has_published_lately);
-  presence_.update(frames::WorkerPresence::Clock::now());
-  for (std::size_t worker = 0; worker < nodes_.size(); ++worker)
-    if (!nodes_[worker].empty())
-      node_.status.diagnostic(nodes_[worker], presence_.is_missing(int(worker))
-                                                  ? "gives no answer; the other reconstruction "
-                                                    "nodes take its tiles"
-                                                  : "");
+  // With --every-frame, a frame takes as long as it needs.
+  if (!node_.every_frame) presence_.update(frames::WorkerPresence::Clock::now());
+  for (std::size_t worker = 0; worker < nodes_.size(); ++worker) {
+    if (nodes_[worker].empty()) continue;
+    const int w = int(worker);
+    node_.status.diagnostic(nodes_[worker], !presence_.is_missing(w) ? ""
+                                            : presence_.has_left(w)
+                                                ? "has ended; it gets no tiles"
+                                                : "gives no answer; the other reconstruction nodes "
+                                                  "take its tiles");
+  }
 }
 
 void TileAssignment::take_answers(const std::function<bool(std::uint64_t)>& has_published_lately) {

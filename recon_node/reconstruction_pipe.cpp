@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <deque>
+#include <limits>
 #include <optional>
 #include <span>
 #include <utility>
@@ -64,14 +65,25 @@ class ReconstructionPipe {
     reconstruct_frames_with_pose();
   }
 
-  // Tells capture_node by the end of the writer to give this node's tiles to others, and
-  // reconstructs the frames that it has assigned before.
+  // Returns how many frames can have been assigned before capture_node sees that this node ends.
+  int max_frames_in_flight() const {
+    const config::Node* const capture = config::first_capture_node(node_.deployment);
+    const int most = capture ? std::get<config::CaptureConfig>(capture->config).max_frames_in_flight
+                             : config::CaptureConfig{}.max_frames_in_flight;
+    return most > 0 ? most : std::numeric_limits<int>::max();
+  }
+
+  // Reports to capture_node by the end of the writer that this node ends, and reconstructs the
+  // frames that it has assigned before. With `split: frames` the others own the frames in between.
   void leave() {
     if (config_.worker_count == 1) return;
     costs_.reset();
-    owns_tiles_ = true;
+    frames_ = frames_without_tiles_ = 0;
+    const int until = config_.split == config::ReconSplit::frames ? config_.worker_count : 1;
     const auto end = std::chrono::steady_clock::now() + kMaxLeave;
-    while (owns_tiles_ && poses_.writers() > 0 && std::chrono::steady_clock::now() < end) step();
+    while (frames_without_tiles_ < until && frames_ < max_frames_in_flight() &&
+           poses_.writers() > 0 && std::chrono::steady_clock::now() < end)
+      step();
   }
 
   static config::ReconConfig decided(config::ReconConfig config, config::HullBackend backend) {
@@ -235,10 +247,11 @@ class ReconstructionPipe {
     check_common_point(set);
   }
 
-  // Tells capture_node that this node is there, and what its tiles of the frame have cost.
+  // Reports to capture_node that this node is there, and what its tiles of the frame have cost.
   void answer(const frames::FrameSet& set, const hull::View& view,
               std::span<const ReconTile> tiles) {
-    owns_tiles_ = !tiles.empty();
+    ++frames_;
+    frames_without_tiles_ = tiles.empty() ? frames_without_tiles_ + 1 : 0;
     if (costs_ && costs_->readers() > 0)
       costs_->write(
           costs_message(frame_of(set, viewer_, view), config_.worker_index, tiles).message());
@@ -284,7 +297,7 @@ class ReconstructionPipe {
   node::FrameTracer traces_;
   bus::Writer<bus::topics::HullTile> tiles_;
   std::optional<bus::Writer<bus::topics::TileCosts>> costs_;  // until the node leaves
-  bool owns_tiles_ = true;                                    // of the newest frame
+  int frames_ = 0, frames_without_tiles_ = 0;  // answered; the latter: the newest ones in a row
   base::WorkerPool check_pool_{1};
   hull::CpuHull checked_{check_pool_};
   std::chrono::steady_clock::time_point next_check_;

@@ -65,6 +65,7 @@ class ParentPipe {
         views_(config::hull_views(node.deployment)),
         is_split_by_frames_(is_split_by_frames(node.deployment)),
         has_simulation_(has_simulation(node.deployment)),
+        simulation_age_(node.deployment.frame_rate_hz),
         tiles_(node.bus.reader<bus::topics::HullTile>()),
         states_(node.bus.reader<bus::topics::VirtualState>()),
         collisions_(node.bus.reader<bus::topics::CollisionResult>()),
@@ -101,7 +102,7 @@ class ParentPipe {
     composited_ns_.reset();
     views_.reset();
     virtual_frames_ = {};
-    simulation_age_ = {};
+    simulation_age_ = SimulationAge(node_.deployment.frame_rate_hz);
   }
 
   // In a lossless replay only the tiles of the light's view and those of an overtaken frame may

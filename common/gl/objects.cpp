@@ -198,10 +198,17 @@ void check_context() {
   switch (glGetGraphicsResetStatus()) {
     case GL_NO_ERROR: return;
     case GL_GUILTY_CONTEXT_RESET:
-      throw GlError("the GPU was reset because of this process; its OpenGL context is lost");
+      throw GlError(
+          "the GPU was reset because of this process; its OpenGL context is lost, and the node has "
+          "to start again");
     case GL_INNOCENT_CONTEXT_RESET:
-      throw GlError("the GPU was reset because of another process; the OpenGL context is lost");
-    default: throw GlError("the GPU was reset for an unknown reason; the OpenGL context is lost");
+      throw GlError(
+          "the GPU was reset because of another process; the OpenGL context is lost, and the node "
+          "has to start again");
+    default:
+      throw GlError(
+          "the GPU was reset for an unknown reason; the OpenGL context is lost, and the node has "
+          "to start again");
   }
 }
 

@@ -115,7 +115,7 @@ void add_host_options(CLI::App* app, NetworkOptions& options) {
 void add_deployment_options(CLI::App* app, NetworkOptions& options) {
   app->add_option("--deployment", options.deployment,
                   "join the network of this deployment (file, or name of a shipped one): its "
-                  "domain, profile and hosts")
+                  "domain, profile and hosts. Its nodes accept only messages that are sent with it")
       ->excludes(app->get_option("--profile"));
   if (!app->get_option_no_throw("--set")) add_set_option(app, options.settings);
   add_host_options(app, options);

@@ -25,12 +25,13 @@ struct SimulationOptions {
 };
 
 // Returns the deployment of the nodes that read commands, if all of them refuse those of `own`.
+// Readers without a deployment are no nodes: `fivepipe echo`, for example.
 std::string deployment_that_refuses(bus::Bus& bus, const std::string& own) {
   std::string other;
   for (const bus::EndpointDescription& endpoint : bus.endpoints()) {
     if (endpoint.own || endpoint.writes || endpoint.topic != bus::topics::Command::name) continue;
-    if (endpoint.deployment.empty() || endpoint.deployment == own) return "";
-    other = endpoint.deployment;
+    if (!own.empty() && endpoint.deployment == own) return "";
+    if (!endpoint.deployment.empty()) other = endpoint.deployment;
   }
   return other;
 }
@@ -77,9 +78,9 @@ void add_simulation(CLI::App& app, Command& command) {
       "Examples:\n"
       "  fivepipe simulation pause --deployment demo\n"
       "  fivepipe simulation reset --deployment demo --node simulation --domain 7\n\n"
-      "Exit codes: 0 delivered, 1 not delivered, 2 usage, 3 no sim_node listens, or only those of "
-      "another "
-      "deployment.");
+      "Exit codes: 0 delivered, 1 not delivered, 2 usage, 3 no sim_node listens, or all of them "
+      "belong "
+      "to another deployment.");
   simulation
       ->add_option("what", options->what,
                    "pause, resume, or reset (moves every object to its start)")

@@ -50,7 +50,7 @@ TEST(Notice, StandsInTheImageOfEachEye) {
 }
 
 TEST(SimulationAge, IsCountedFromTheNewestState) {
-  SimulationAge age;
+  SimulationAge age(30);
   EXPECT_FALSE(age.is_missing(100, 100));
   EXPECT_FALSE(age.is_missing(100 + kMax_ns, 100));
   EXPECT_TRUE(age.is_missing(101 + kMax_ns, 100));
@@ -60,15 +60,21 @@ TEST(SimulationAge, IsCountedFromTheNewestState) {
 }
 
 TEST(SimulationAge, IsCountedFromTheFirstFrameWithoutAnyState) {
-  SimulationAge age;
+  SimulationAge age(30);
   EXPECT_FALSE(age.is_missing(1000, {}));
   EXPECT_FALSE(age.is_missing(1000 + kMax_ns, {}));
   EXPECT_TRUE(age.is_missing(1001 + kMax_ns, {}));
   EXPECT_FALSE(age.is_missing(1002 + kMax_ns, 1002 + kMax_ns));
 }
 
+TEST(SimulationAge, AtALowRateItMayBeThreePeriods) {
+  SimulationAge age(2);
+  EXPECT_FALSE(age.is_missing(1'500'000'000, 0));
+  EXPECT_TRUE(age.is_missing(1'500'000'001, 0));
+}
+
 TEST(SimulationAge, AStateOfTheFutureDoesNotCount) {
-  SimulationAge age;
+  SimulationAge age(30);
   EXPECT_FALSE(age.is_missing(1000, 1000'000 * kMax_ns));
   EXPECT_FALSE(age.is_missing(1000 + kMax_ns, {}));
   EXPECT_TRUE(age.is_missing(1001 + kMax_ns, {}));

@@ -631,7 +631,8 @@ TEST_F(Pipeline, CollisionResultsHoldRequestedOutputs) {
 TEST_F(Pipeline, MalformedMapsAreDroppedAndCounted) {
   Deployed deployed(kSmallDeployment, domain_, out_);
   ASSERT_TRUE(frames_go_on(5, kStart)) << log();
-  auto writer = bus_.writer<bus::topics::ObjectPixelMap>();
+  bus::Bus member({.domain = domain_, .deployment = "small"});
+  auto writer = member.writer<bus::topics::ObjectPixelMap>();
   ASSERT_TRUE(eventually(bus_, 10s, [&] { return writer.readers() >= 3; }));
   hull::ObjectPixels pixels(180, 122);
   pixels.set(90, 60);

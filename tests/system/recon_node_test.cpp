@@ -287,6 +287,20 @@ TEST_F(ReconNode, OneThatEndsReconstructsTheFramesThatItOwns) {
   EXPECT_EQ(report().counts.at(node::kFrameSetsComplete), 3u);
 }
 
+TEST_F(ReconNode, OneThatEndsReconstructsItsWholeFramesToo) {
+  std::string nodes = kTwoWorkers;
+  for (const char* worker : {"worker: 0,", "worker: 1,"})
+    nodes = replaced(nodes, worker, std::string("split: frames, ") + worker);
+  start_with(nodes);
+  program_->signal(SIGTERM);
+  ASSERT_TRUE(holds([&] { return costs_.writers() == 0; })) << said();
+  const Owners owner_of_frame{0, 0, 1, 0, 1, 1};  // from frame 1 on
+  for (std::uint64_t frame = 1; frame < owner_of_frame.size(); ++frame)
+    send_frame(frame, Owners(4, owner_of_frame[frame]));
+  EXPECT_TRUE(holds([&] { return (tiles_.take(), tiles_of(3).size() == 4); })) << said();
+  EXPECT_EQ(wait_for_end(), 0) << said();
+}
+
 TEST_F(ReconNode, OneThatEndsWithoutFramesDoesNotWaitForThem) {
   start_with(kTwoWorkers);
   const auto start = std::chrono::steady_clock::now();

@@ -325,6 +325,7 @@ std::vector<DepthTile> GlHull::depth(const View& view, std::span<const PixelRect
 GlHull::Counts GlHull::counts() const {
   Work work;
   glGetNamedBufferSubData(work_buffer_.get(), 0, sizeof work, &work);
+  gl::check_context();
   return {candidates_, work.tiles, work.rays};
 }
 

@@ -2,7 +2,6 @@
 
 #include <dds/dds.h>
 
-#include <algorithm>
 #include <array>
 #include <map>
 #include <mutex>
@@ -136,9 +135,10 @@ int matched_readers(std::int32_t writer) {
 }
 
 int matched_writers(const Entity& reader) {
+  if (const std::optional<int> own = reader.filter->strangers.own_writers()) return *own;
   dds_subscription_matched_status_t status;
   return dds_get_subscription_matched_status(reader.handle, &status) == DDS_RETCODE_OK
-             ? std::max(0, int(status.current_count) - reader.filter->strangers.count())
+             ? int(status.current_count)
              : 0;
 }
 

@@ -38,6 +38,10 @@ bool parse(std::string_view digits, int base, Number& number) {
   return error == std::errc() && rest == end;
 }
 
+bool is_printable(std::string_view text) {
+  return std::all_of(text.begin(), text.end(), [](char c) { return c >= ' ' && c <= '~'; });
+}
+
 // The name is printed on terminals, so it must not contain control characters.
 bool is_host_name(std::string_view host) {
   return !host.empty() && host.size() <= kMaxHostBytes &&
@@ -75,7 +79,8 @@ std::optional<ProcessId> from_user_data(std::string_view user_data) {
 std::string deployment_from_user_data(std::string_view user_data) {
   const std::size_t at = user_data.find(kDeployment);
   if (at == std::string_view::npos || !from_user_data(user_data)) return "";
-  return std::string(user_data.substr(at + kDeployment.size(), kMaxDeploymentBytes));
+  const std::string_view name = user_data.substr(at + kDeployment.size(), kMaxDeploymentBytes);
+  return is_printable(name) ? std::string(name) : "";
 }
 
 }  // namespace fivepipe::bus

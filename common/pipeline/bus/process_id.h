@@ -21,7 +21,7 @@ struct ProcessId {
 
 ProcessId this_process();
 
-// "fivepipe/1 pid=4711 start=0123456789abcdef host=alpha deployment=lab one", which a process
+// "fivepipe/1 pid=4711 start=0123456789abcdef host=alpha deployment=lab", which a process
 // states in the user data of its DDS participant, of its readers and of its writers. deployment:
 // its name; empty: none.
 std::string to_user_data(const ProcessId& process, const std::string& deployment = "");

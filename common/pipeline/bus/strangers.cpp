@@ -16,12 +16,16 @@ void Strangers::matched(std::int32_t reader, std::uint64_t writer) {
   const std::string theirs = deployment_from_user_data(user_data_of(described->qos));
   dds_builtintopic_free_endpoint(described);
   const std::scoped_lock lock(mutex_);
-  if (theirs != deployment_) deployment_of_stranger_[writer] = theirs;
+  if (theirs != deployment_)
+    deployment_of_stranger_[writer] = theirs;
+  else
+    own_.insert(writer);
 }
 
 void Strangers::unmatched(std::uint64_t writer) {
   const std::scoped_lock lock(mutex_);
   deployment_of_stranger_.erase(writer);
+  own_.erase(writer);
 }
 
 bool Strangers::contains(std::uint64_t writer) const {
@@ -29,17 +33,19 @@ bool Strangers::contains(std::uint64_t writer) const {
   return deployment_of_stranger_.contains(writer);
 }
 
-int Strangers::count() const {
+std::optional<int> Strangers::own_writers() const {
+  if (deployment_.empty()) return std::nullopt;
   const std::scoped_lock lock(mutex_);
-  return int(deployment_of_stranger_.size());
+  return int(own_.size());
 }
 
 bool Strangers::refuses(std::uint64_t writer) {
   const std::scoped_lock lock(mutex_);
   const auto stranger = deployment_of_stranger_.find(writer);
   if (stranger == deployment_of_stranger_.end()) return false;
-  Refused& refused = refused_[writer];
-  refused.deployment = stranger->second;
+  const bool is_known = refused_.size() < kMaxRefused || refused_.contains(writer);
+  Refused& refused = refused_[is_known ? writer : 0];
+  if (is_known) refused.deployment = stranger->second;
   ++refused.samples;
   return true;
 }

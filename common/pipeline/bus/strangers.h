@@ -3,8 +3,10 @@
 #include <cstdint>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <unordered_map>
+#include <unordered_set>
 
 namespace fivepipe::bus::detail {
 
@@ -20,7 +22,8 @@ class Strangers {
   void unmatched(std::uint64_t writer);
   // Returns true if the writer is known to be of another deployment.
   bool contains(std::uint64_t writer) const;
-  int count() const;  // of matched writers
+  // Number of matched writers of the own deployment; nullopt if every writer is accepted.
+  std::optional<int> own_writers() const;
   // Returns as contains(), and counts a sample of it.
   bool refuses(std::uint64_t writer);
 
@@ -28,13 +31,16 @@ class Strangers {
     std::string deployment;  // empty: the writer states none
     std::uint64_t samples = 0;
   };
-  // Returns what has been refused since the last call, by writer.
+  // At most this many writers are distinguished in one call of take_refused().
+  static constexpr std::size_t kMaxRefused = 256;
+  // Returns what has been refused since the last call, by writer; that of further ones under 0.
   std::map<std::uint64_t, Refused> take_refused();
 
  private:
   const std::string deployment_;
   mutable std::mutex mutex_;
   std::unordered_map<std::uint64_t, std::string> deployment_of_stranger_;  // matched writers
+  std::unordered_set<std::uint64_t> own_;                                  // matched writers
   std::map<std::uint64_t, Refused> refused_;
 };
 

@@ -90,7 +90,6 @@ std::string other_deployment(bus::Bus& bus, const ReplayRequest& request) {
 
 // Returns why the replay must not send, or an empty text.
 std::string conflict_of(bus::Bus& bus, const Replayer& replayer, const ReplayRequest& request) {
-  if (request.ignore_conflicts) return {};
   if (const std::string other = other_deployment(bus, request); !other.empty())
     return fmt::format(
         "the nodes in domain {0} belong to deployment '{1}' and accept only messages of it; this "
@@ -98,7 +97,7 @@ std::string conflict_of(bus::Bus& bus, const Replayer& replayer, const ReplayReq
         request.domain, other,
         request.deployment.empty() ? "no deployment" : "deployment '" + request.deployment + "'");
   const auto conflicts = replayer.conflicts();
-  if (conflicts.empty()) return {};
+  if (conflicts.empty() || request.ignore_conflicts) return {};
   return fmt::format(
       "domain {} has other writers of the same topics:\n  {}\nNodes would mix their messages with "
       "the replay. Choose another --domain, or use --force",

@@ -34,6 +34,7 @@ TEST(ProcessId, StandsBesideTheDeployment) {
   EXPECT_EQ(deployment_from_user_data(text), "lab one");
   EXPECT_EQ(deployment_from_user_data(to_user_data(process)), "");
   EXPECT_EQ(deployment_from_user_data("other deployment=lab one"), "");
+  EXPECT_EQ(deployment_from_user_data(to_user_data(process, "a\x1b[2J")), "");
   EXPECT_EQ(deployment_from_user_data(to_user_data(process, std::string(300, 'a'))).size(), 256u);
 }
 

@@ -107,8 +107,7 @@ TEST_F(Strangers, LatchedMessagesAreRefusedToo) {
   EXPECT_EQ(cameras, std::set<std::string>{"own"});
 }
 
-// It would take a camera away from its deployment.
-TEST_F(Strangers, CannotEndAKey) {
+TEST_F(Strangers, TheEndOfTheirKeysIsNotReported) {
   Bus bus({.domain = test::own_domain(), .deployment = "lab one"});
   auto reader = bus.reader<topics::FrameComposited>();
   {

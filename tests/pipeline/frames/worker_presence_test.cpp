@@ -41,7 +41,8 @@ class WorkersThatAnswer : public testing::Test {
     presence_.published(frame_, Owners{0, 1});
     presence_.answered(frame_, 0, now_);
     const auto start = now_;
-    while (presence_.present() == Workers{0, 1} && now_ < start + 2s) presence_.update(now_ += 1ms);
+    while (presence_.present() == Workers{0, 1} && now_ < start + 10s)
+      presence_.update(now_ += 1ms);
     ++frame_;
     return now_ - start;
   }
@@ -68,18 +69,21 @@ TEST_F(WorkersThatAnswer, OneThatIsSilentLosesItsTilesAfterSixtyMilliseconds) {
 }
 
 TEST_F(WorkersThatAnswer, SlowOnesGetThreeTimesTheirDelay) {
-  frames(int(WorkerPresence::kDelays), {5ms, 45ms});
+  frames(int(WorkerPresence::kDelaysPerWorker), {5ms, 45ms});
   EXPECT_EQ(time_until_silent(), 3 * 40ms + 1ms);
 }
 
 TEST_F(WorkersThatAnswer, ThePatienceHasAnUpperBound) {
-  frames(int(WorkerPresence::kDelays), {5ms, 605ms});
+  frames(int(WorkerPresence::kDelaysPerWorker), {5ms, 605ms});
+  EXPECT_EQ(time_until_silent(), 1800ms + 1ms);
+  presence_ = WorkerPresence(2);
+  frames(int(WorkerPresence::kDelaysPerWorker), {5ms, 4s});
   EXPECT_EQ(time_until_silent(), WorkerPresence::kMaxPatience + 1ms);
 }
 
 TEST_F(WorkersThatAnswer, TheFirstFramesMayTakeLonger) {
   frames(2, {5ms, 12ms});
-  EXPECT_EQ(time_until_silent(), WorkerPresence::kMaxPatience + 1ms);
+  EXPECT_EQ(time_until_silent(), WorkerPresence::kFirstPatience + 1ms);
 }
 
 TEST_F(WorkersThatAnswer, AllOfThemMaySlowDownTogether) {
@@ -127,13 +131,49 @@ TEST_F(WorkersThatAnswer, TheLastOneKeepsItsTiles) {
   EXPECT_FALSE(presence_.take_lost());
 }
 
-TEST_F(WorkersThatAnswer, OneThatLeavesFinishesItsFrames) {
+TEST_F(WorkersThatAnswer, OneThatLeavesHasTimeForItsFrames) {
   frames(20, {5ms, 12ms});
+  presence_.published(frame_, Owners{0, 1});
+  presence_.answered(frame_, 0, now_);
   presence_.left(1);
   EXPECT_EQ(presence_.present(), Workers{0});
   EXPECT_TRUE(presence_.is_missing(1));
+  EXPECT_TRUE(presence_.has_left(1));
+  presence_.update(now_ + WorkerPresence::kMinPatience);
+  EXPECT_FALSE(presence_.take_lost());
+  // It may have ended by an error.
+  presence_.update(now_ + WorkerPresence::kMinPatience + 1ms);
+  EXPECT_EQ(presence_.take_lost(), frame_);
+  presence_.update(now_ + 10s);
   EXPECT_FALSE(presence_.take_lost());
   presence_.left(0);
+  EXPECT_EQ(presence_.present(), (Workers{0, 1}));
+}
+
+TEST_F(WorkersThatAnswer, OneThatReturnsHasNotLeft) {
+  frames(20, {5ms, 12ms});
+  presence_.left(1);
+  frames(1, {5ms, 6ms}, {0, 0});
+  EXPECT_EQ(presence_.present(), (Workers{0, 1}));
+  EXPECT_FALSE(presence_.has_left(1));
+}
+
+// Forty frames are in flight.
+TEST_F(WorkersThatAnswer, AnswersMayComeManyFramesLater) {
+  const auto late = [&](int count, bool both) {
+    for (int i = 0; i < count; ++i, ++frame_) {
+      presence_.published(frame_, Owners{0, 1});
+      presence_.answered(frame_ - 40, 0, now_);
+      if (both) presence_.answered(frame_ - 40, 1, now_ + 5ms);
+      presence_.update(now_ += kPeriod);
+    }
+  };
+  frame_ = 1000;
+  late(100, true);
+  EXPECT_EQ(presence_.present(), (Workers{0, 1}));
+  late(10, false);
+  EXPECT_EQ(presence_.present(), Workers{0});
+  late(2, true);
   EXPECT_EQ(presence_.present(), (Workers{0, 1}));
 }
 

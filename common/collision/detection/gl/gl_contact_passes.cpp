@@ -262,6 +262,7 @@ std::vector<OpenTriangle> GlContactPasses::open_triangles() {
   if (!open.empty())
     glGetNamedBufferSubData(open_buffer_.get(), sizeof header,
                             GLsizeiptr(open.size() * sizeof(OpenTriangle)), open.data());
+  gl::check_context();
   return open;
 }
 
@@ -297,6 +298,7 @@ std::optional<GlContactPasses::Refined> GlContactPasses::refine(
                             GLsizeiptr(refined.found.size() * sizeof(Part)), refined.found.data());
   glGetNamedBufferSubData(state_buffer_.get(), 0, GLsizeiptr(refined.states.size() * sizeof(State)),
                           refined.states.data());
+  gl::check_context();
   std::sort(refined.found.begin(), refined.found.end(), [](const Part& a, const Part& b) {
     return std::tuple(a.triangle, a.b, a.a) < std::tuple(b.triangle, b.b, b.a);
   });
