@@ -151,7 +151,9 @@ class DeploymentRun {
         supervisor_.mark_healthy(node.name, newest->start_stamp_ns);
     take_composited();
     for (const bus::RefusedSamples& refused : bus_.take_refused())
-      drops_["other_deployment: " + refused.topic] += refused.count;
+      drops_[(refused.reason == bus::RefusedSamples::Reason::other_deployment ? "other_deployment: "
+                                                                              : "too_many_keys: ") +
+             refused.topic] += refused.count;
     for (const std::string& problem : bus_.problems()) spdlog::error("{}", problem);
     for (const DuplicateNode& duplicate : statuses_.duplicates())
       if (reported_duplicates_.insert(duplicate.node).second)
