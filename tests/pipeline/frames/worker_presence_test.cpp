@@ -90,7 +90,7 @@ TEST_F(WorkersThatAnswer, AllOfThemMaySlowDownTogether) {
   frames(20, {5ms, 12ms});
   frames(20, {900ms, 920ms});
   EXPECT_EQ(presence_.present(), (Workers{0, 1}));
-  // Nobody answers: there is nobody to take the tiles.
+  // No worker answers, so none can take the tiles.
   frames(100, {{}, {}});
   EXPECT_EQ(presence_.present(), (Workers{0, 1}));
   EXPECT_FALSE(presence_.take_lost());

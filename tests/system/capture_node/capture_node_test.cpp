@@ -533,7 +533,7 @@ class CaptureNodeWithWorkers : public CaptureNode {
   void SetUp() override {
     write_pictures(20);
     composited_.emplace(bus_.writer<bus::topics::FrameComposited>());
-    start_with(30, "    precomputed_frames: 20\n    max_frames_in_flight: 3\n", kTwoWorkers, false);
+    start_with(10, "    precomputed_frames: 20\n    max_frames_in_flight: 1\n", kTwoWorkers, false);
     workers_.emplace(0, bus_.writer<bus::topics::TileCosts>());
     workers_.emplace(1, bus_.writer<bus::topics::TileCosts>());
     for (auto& [worker, costs] : workers_) wait_for_readers(costs);
@@ -591,7 +591,7 @@ class CaptureNodeWithWorkers : public CaptureNode {
 };
 
 TEST_F(CaptureNodeWithWorkers, GivesTheTilesOfASilentOneToTheOther) {
-  ASSERT_TRUE(have_owners({0, 1}, {0, 1}, 60)) << said();
+  ASSERT_TRUE(have_owners({0, 1}, {0, 1}, 20)) << said();
   const std::size_t before = poses_.all().size() - 1;
   ASSERT_TRUE(have_owners({0}, {0})) << said();
   // The frames in flight, which wait for the silent one, hold up the next ones no longer than that
@@ -608,13 +608,13 @@ TEST_F(CaptureNodeWithWorkers, GivesTheTilesOfASilentOneToTheOther) {
 }
 
 TEST_F(CaptureNodeWithWorkers, GivesTheTilesOfOneThatEndsToTheOtherAtOnce) {
-  ASSERT_TRUE(have_owners({0, 1}, {0, 1}, 60)) << said();
+  ASSERT_TRUE(have_owners({0, 1}, {0, 1}, 20)) << said();
   answer({0, 1});
   const std::uint64_t newest = newest_frame();
   workers_.erase(1);
   ASSERT_TRUE(have_owners({0}, {0}, 1)) << said();
   EXPECT_LE(newest_frame(), newest + (kHasSanitizer ? 8 : 2));
-  EXPECT_TRUE(have_owners({0}, {0}, 20)) << said();
+  EXPECT_TRUE(have_owners({0}, {0}, 8)) << said();
 }
 
 // The node counts costs that are not finite if it considers them at all, so the count shows which
