@@ -44,6 +44,7 @@ std::optional<FramePublisher::Set> FramePublisher::capture(std::int64_t frame,
   set.frame = std::uint64_t(frame);
   set.start_ns = base::now_realtime_ns();
   set.cameras = capture_.capture(frame, colours_.readers() > 0, stamp_ns);
+  use_capture_clock(set.cameras);
   if (capture_.ended()) return std::nullopt;
   set.cpu_before_publish_s = base::thread_cpu_s();
   set.stamp_ns = earliest_stamp_ns(set.cameras)
@@ -52,6 +53,14 @@ std::optional<FramePublisher::Set> FramePublisher::capture(std::int64_t frame,
   name_late_cameras(set.cameras, node_.deployment.frame_rate_hz);
   set.steps.begin("publish");
   return set;
+}
+
+// The stamps of all capture_nodes are by the clock of the first one's host.
+void FramePublisher::use_capture_clock(std::vector<CapturedCamera>& cameras) const {
+  const std::optional<std::int64_t> offset_ns =
+      node_.capture_clock ? node_.capture_clock->offset_ns() : std::nullopt;
+  for (CapturedCamera& camera : cameras)
+    if (offset_ns && camera.has_clock) camera.image_stamp_ns += *offset_ns;
 }
 
 void FramePublisher::publish(Set set) {
@@ -79,9 +88,12 @@ void FramePublisher::publish(Set set) {
   if (published_) count_cpu(set.cameras, base::thread_cpu_s() - set.cpu_before_publish_s);
   published_ = set.frame;
   // With --every-frame the timestamps are nominal, one period apart.
-  const std::int64_t captured_ns = node_.every_frame ? set.start_ns : set.stamp_ns;
-  node_.status.latency(node::kCaptureToPublished,
-                       1e-9 * double(base::now_realtime_ns() - captured_ns));
+  if (node_.every_frame)
+    node_.status.latency(node::kCaptureToPublished,
+                         1e-9 * double(base::now_realtime_ns() - set.start_ns));
+  else
+    node_.status.latency_since_capture(node::kCaptureToPublished, set.stamp_ns,
+                                       base::now_realtime_ns());
   traces_.handled(set.frame, set.stamp_ns, {}, std::move(set.steps));
 }
 

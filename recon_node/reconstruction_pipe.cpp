@@ -240,8 +240,8 @@ class ReconstructionPipe {
       node_.status.latency("arrival_to_tiles",
                            1e-9 * double(base::now_realtime_ns() - times.first_ns));
     else
-      node_.status.latency("capture_to_tiles",
-                           1e-9 * double(base::now_realtime_ns() - set.capture_stamp_ns));
+      node_.status.latency_since_capture("capture_to_tiles", set.capture_stamp_ns,
+                                         base::now_realtime_ns());
     traces_.handled(set.frame, set.capture_stamp_ns, times, std::move(steps));
     inputs_.drop_colours_up_to(set.frame);
     check_common_point(set);

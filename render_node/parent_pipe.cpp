@@ -282,8 +282,7 @@ class ParentPipe {
     if (replay_.replaying())
       node_.status.latency(node::kArrivalToComposite, 1e-9 * double(now_ns - times.first_ns));
     else
-      node_.status.latency(node::kCaptureToComposite,
-                           1e-9 * double(now_ns - hull.capture_stamp_ns));
+      node_.status.latency_since_capture(node::kCaptureToComposite, hull.capture_stamp_ns, now_ns);
     composited_ns_ = hull.capture_stamp_ns;
     node_.status.count(node::kFramesComposited);
     traces_.handled(hull.frame, hull.capture_stamp_ns, times, std::move(steps));

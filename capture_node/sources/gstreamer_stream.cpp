@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "capture_node/sources/stream_modules.h"
+#include "common/base/realtime.h"
 
 namespace fivepipe::capture {
 namespace {
@@ -31,12 +32,6 @@ struct Unref {
 };
 template <class T>
 using Owned = std::unique_ptr<T, Unref>;
-
-std::int64_t now_realtime_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(
-             std::chrono::system_clock::now().time_since_epoch())
-      .count();
-}
 
 // "source: Could not open resource. (Connection refused)": the last line of the debug text is the
 // cause.
@@ -198,7 +193,7 @@ class GstreamerStream final : public ImageStream {
   // The time at which the image entered the pipeline: its running time, from the pipeline's clock
   // to CLOCK_REALTIME; the present time if it has none.
   std::int64_t taken_ns(const GstSegment* segment, GstClockTime pts) const {
-    const std::int64_t now_ns = now_realtime_ns();
+    const std::int64_t now_ns = base::now_realtime_ns();
     const Owned<GstClock> clock(gst_element_get_clock(pipeline_.get()));
     const GstClockTime running = gst_segment_to_running_time(segment, GST_FORMAT_TIME, pts),
                        base = gst_element_get_base_time(pipeline_.get());

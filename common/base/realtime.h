@@ -4,13 +4,25 @@
 #include <chrono>
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
 
 namespace fivepipe::base {
+
+// How far a test sets the clock of this process ahead, by this environment variable [ms].
+inline constexpr const char* kTestClockVariable = "FIVEPIPE_TEST_CLOCK_OFFSET_MS";
+inline std::int64_t test_clock_offset_ns() {
+  static const std::int64_t offset_ns = [] {
+    const char* const ms = std::getenv(kTestClockVariable);
+    return ms ? std::int64_t(1'000'000) * std::atoi(ms) : 0;
+  }();
+  return offset_ns;
+}
 
 inline std::int64_t now_realtime_ns() {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(
              std::chrono::system_clock::now().time_since_epoch())
-      .count();
+             .count() +
+         test_clock_offset_ns();
 }
 
 // Returns a - b, saturated to the range of the type.

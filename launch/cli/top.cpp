@@ -2,10 +2,14 @@
 
 #include <chrono>
 #include <iostream>
+#include <map>
+#include <utility>
+#include <vector>
 
 #include "common/base/output_queue.h"
 #include "launch/cli/commands.h"
 #include "launch/cli/options.h"
+#include "launch/supervise/hosts/host_exchange.h"
 #include "launch/supervise/interrupt.h"
 #include "launch/supervise/status/live_status.h"
 #include "launch/supervise/status/status_messages.h"
@@ -19,11 +23,31 @@ using Clock = std::chrono::steady_clock;
 constexpr auto kRefreshPeriod = 1s;
 // Discovery takes up to 1 s, and nodes publish twice per second.
 constexpr auto kListeningTime = 2500ms;
+// `up` speaks for a host once per second.
+constexpr auto kMaxHostSilence = 5s;
 
 struct TopOptions {
   NetworkOptions network;
   bool once = false;
 };
+
+// The state of each host, and when it arrived.
+using HostStates = std::map<std::string, std::pair<HostState, Clock::time_point>>;
+
+void take_hosts(bus::Reader<bus::topics::HostStatus>& reader, HostStates& hosts) {
+  for (const auto& sample : reader.take())
+    if (HostState state = sample.valid() ? state_from(*sample) : HostState{};
+        state.speaker.program == "up" &&
+        (hosts.size() < kMaxListed || hosts.contains(state.speaker.host)))
+      hosts[state.speaker.host] = {state, Clock::now()};
+}
+
+std::vector<HostState> newest_of(const HostStates& hosts) {
+  std::vector<HostState> states;
+  for (const auto& [host, state] : hosts)
+    if (Clock::now() - state.second < kMaxHostSilence) states.push_back(state.first);
+  return states;
+}
 
 int run_top(const TopOptions& options) {
   ignore_closed_pipes();
@@ -32,6 +56,8 @@ int run_top(const TopOptions& options) {
       {.domain = joined.domain, .network = joined.network, .deployment = joined.deployment});
   auto statuses_in = bus.reader<bus::topics::NodeStatus>();
   auto metrics_in = bus.reader<bus::topics::SimulationMetrics>();
+  auto hosts_in = bus.reader<bus::topics::HostStatus>();
+  HostStates hosts;
   StatusRegistry registry;
   SimulationRegistry simulations;
   const bool on_terminal = isatty(STDOUT_FILENO) && !options.once;
@@ -42,6 +68,7 @@ int run_top(const TopOptions& options) {
       if (!bus.wait(std::chrono::ceil<std::chrono::milliseconds>(next - Clock::now()))) continue;
       take_statuses(statuses_in, registry);
       take_metrics(metrics_in, simulations);
+      take_hosts(hosts_in, hosts);
     }
     const bool is_silent = registry.processes().empty();
     if (on_terminal) std::cout << "\x1b[H\x1b[2J";  // cursor to the top left corner, clear
@@ -51,7 +78,7 @@ int run_top(const TopOptions& options) {
     else
       std::cout << nodes_table(registry, arrival_clock_ns()) << node_messages(registry)
                 << simulations_table(simulations, registry, arrival_clock_ns())
-                << (on_terminal ? "" : "\n");
+                << hosts_table(newest_of(hosts)) << (on_terminal ? "" : "\n");
     std::cout << std::flush;
     if (options.once) return is_silent ? 3 : 0;
     if (!std::cout) return base::is_broken_pipe(STDOUT_FILENO) ? 0 : 1;
@@ -71,7 +98,9 @@ void add_top(CLI::App& app, Command& command) {
       "objects, the deepest penetration at the end of the newest frame and of all frames since "
       "the\n"
       "start of `top`, and as resets the objects respawned, cloths reset, and particles removed\n"
-      "because they were stuck in the hull or not finite.\n\n"
+      "because they were stuck in the hull or not finite.\n"
+      "The third table has a line per host of a deployment on several: version, clock against\n"
+      "that of the first host, and whether the files are the same.\n\n"
       "Examples:\n  fivepipe top\n  fivepipe top --domain 7 --once\n"
       "  fivepipe top --deployment launch/deployments/two_hosts.yaml\n\n"
       "Exit codes with --once: 0 done, 3 no node publishes a status.");

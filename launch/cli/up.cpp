@@ -126,6 +126,8 @@ void add_up(CLI::App& app, Command& command) {
   up->add_flag("--every-frame", run.every_frame,
                "process every frame of the files, without a clock, as fast as the nodes can, and "
                "end with the files");
+  up->add_flag("--allow-clock-offset", run.any_clock,
+               "run although the clock of another host differs by more than 20 ms");
   up->add_flag("--no-watchdog", options->without_watchdog,
                "do not kill and restart a stalled node; for a debugger that stops it");
   up->add_option("--record", run.record,

@@ -22,6 +22,7 @@
 #include "common/pipeline/messages/wire_conversions.h"
 #include "common/pipeline/node/deployment_network.h"
 #include "launch/supervise/hosts/conflict_search.h"
+#include "launch/supervise/hosts/host_exchange.h"
 #include "launch/supervise/hosts/hosts.h"
 #include "launch/supervise/interrupt.h"
 #include "launch/supervise/node_programs.h"
@@ -59,17 +60,11 @@ SupervisorOutput console_output(const std::vector<Program>& programs) {
           .event = [](const std::string& text) { spdlog::warn("{}", text); }};
 }
 
-std::unique_ptr<RecorderProcess> started_recorder(bus::Bus& bus, const RunSettings& settings) {
-  if (settings.record.empty()) return nullptr;
-  std::vector<std::string> arguments{"-o",           settings.record,
-                                     "--deployment", settings.deployment,
-                                     "--domain",     std::to_string(settings.domain)};
-  for (const std::string& setting : settings.settings)
-    arguments.insert(arguments.end(), {"--set", setting});
-  if (settings.local) arguments.push_back("--local");
-  if (!settings.host.empty()) arguments.insert(arguments.end(), {"--host", settings.host});
-  arguments.insert(arguments.end(), settings.record_options.begin(), settings.record_options.end());
-  return std::make_unique<RecorderProcess>(bus, arguments);
+std::unique_ptr<HostExchange> host_exchange(bus::Bus& bus, const config::Deployment& deployment,
+                                            const std::vector<config::Node>& nodes,
+                                            const RunSettings& settings) {
+  if (settings.local || deployment.hosts.size() < 2) return nullptr;
+  return std::make_unique<HostExchange>(bus, deployment, HostSpeaker{nodes.front().host, "up"});
 }
 
 class DeploymentRun {
@@ -86,9 +81,13 @@ class DeploymentRun {
         statuses_in_(bus_.reader<bus::topics::NodeStatus>()),
         metrics_in_(bus_.reader<bus::topics::SimulationMetrics>()),
         composited_in_(bus_.reader<bus::topics::FrameComposited>()),
-        recorder_(started_recorder(bus_, settings)),
+        recorder_(settings.record.empty()
+                      ? nullptr
+                      : std::make_unique<RecorderProcess>(bus_, recorder_arguments(settings))),
         start_stamp_ns_(base::now_realtime_ns()),
         other_hosts_(deployment, nodes),
+        host_exchange_(host_exchange(bus_, deployment, nodes, settings)),
+        host_checks_(settings.any_clock),
         supervisor_(programs_, RestartSettings{}, console_output(programs_),
                     watchdog_of(settings)) {
     for (const config::Node& node : deployment.nodes) names_.insert(node.name);
@@ -150,6 +149,7 @@ class DeploymentRun {
           newest && newest->has_handled_frame)
         supervisor_.mark_healthy(node.name, newest->start_stamp_ns);
     take_composited();
+    compare_hosts();
     for (const bus::RefusedSamples& refused : bus_.take_refused())
       drops_[(refused.reason == bus::RefusedSamples::Reason::other_deployment ? "other_deployment: "
                                                                               : "too_many_keys: ") +
@@ -163,6 +163,14 @@ class DeploymentRun {
             text_of(duplicate), settings_.domain);
   }
 
+  void compare_hosts() {
+    if (!host_exchange_) return;
+    host_exchange_->step();
+    for (const std::string& text : host_checks_.check(
+             host_exchange_->own(), host_exchange_->others(), host_exchange_->is_starting()))
+      spdlog::warn("{}", text);
+  }
+
   void take_composited() {
     for (const auto& frame : composited_in_.take()) {
       if (!frame.valid() || deployment_.viewer.name != frame->viewer) continue;
@@ -172,7 +180,8 @@ class DeploymentRun {
       }
       newest_composited_seen_ = Clock::now();
       if (first_composited_seen_) continue;
-      first_composited_stamp_ns_ = frame->composited_stamp_ns;
+      // By the clock of this host.
+      first_composited_stamp_ns_ = frame.arrived_ns();
       first_composited_seen_ = newest_composited_seen_;
     }
   }
@@ -208,6 +217,7 @@ class DeploymentRun {
       return supervisor_.failure()->node + " " + supervisor_.failure()->reason;
     if (signals_received() > 0) return std::string("SIG") + sigabbrev_np(newest_signal());
     if (const std::string why = conflicts_.find(bus_); !why.empty()) return why;
+    if (!host_checks_.refusal().empty()) return host_checks_.refusal();
     if (duration_is_over()) return "duration";
     if (all_exited_cleanly("render_node")) return "every render_node ended";
     if (!all_exited_cleanly("capture_node")) return "";
@@ -215,9 +225,13 @@ class DeploymentRun {
     return Clock::now() - *input_ended_ >= kDrainTime ? "every capture_node ended" : "";
   }
 
+  const std::string& refusal() const {
+    return conflicts_.refusal().empty() ? host_checks_.refusal() : conflicts_.refusal();
+  }
+
   void stop(const std::string& why) {
     note_stop(why);
-    const bool at_once = signals_received() > 0 || !conflicts_.refusal().empty();
+    const bool at_once = signals_received() > 0 || !refusal().empty();
     supervisor_.stop(at_once ? kInterruptGrace : kFinishGrace);
   }
 
@@ -290,7 +304,7 @@ class DeploymentRun {
     for (const config::Node& node : deployment_.nodes)
       if (std::none_of(nodes_.begin(), nodes_.end(),
                        [&](const config::Node& own) { return own.name == node.name; }))
-        input.programs.push_back({node.name, config::program_of(node), {}});
+        input.programs.push_back({node.name, config::program_of(node), {}, node.host});
     if (recorder_)
       input.recorder = {settings_.record,
                         own_recorder_name(),
@@ -301,6 +315,7 @@ class DeploymentRun {
     input.statuses = statuses_;
     input.simulations = simulations_;
     input.drops = drops_;
+    if (host_exchange_) input.hosts = host_exchange_->others();
     return input;
   }
 
@@ -323,8 +338,8 @@ class DeploymentRun {
       for (const std::string& line : failure->last_lines) std::cerr << "  " << line << '\n';
       return failure->exit_code;
     }
-    if (!conflicts_.refusal().empty()) {
-      std::cerr << conflicts_.refusal() << '\n';
+    if (!refusal().empty()) {
+      std::cerr << refusal() << '\n';
       return 2;
     }
     if (!is_recording_complete()) return 1;  // the table of the report states why
@@ -359,6 +374,8 @@ class DeploymentRun {
   std::optional<Clock::time_point> input_ended_, first_composited_seen_, newest_composited_seen_;
   bool rendering_stalled_ = false;
   OtherHosts other_hosts_;
+  std::unique_ptr<HostExchange> host_exchange_;  // nullptr: the deployment has one host
+  HostChecks host_checks_;
   Supervisor supervisor_;
 };
 

@@ -19,9 +19,10 @@ struct RunSettings {
   std::filesystem::path record;       // recording to write; empty: none
   std::vector<std::string> record_options;  // further arguments for `fivepipe record`
   bool every_frame = false;                 // capture_nodes process files without a clock
-  std::string host;      // name of this machine in the deployment; empty: find it
-  bool watchdog = true;  // kills and restarts stalled nodes
-  bool local = false;    // all hosts' nodes run on this machine, over the loopback interface
+  std::string host;        // name of this machine in the deployment; empty: find it
+  bool watchdog = true;    // kills and restarts stalled nodes
+  bool any_clock = false;  // a host whose clock is wrong is no reason to end
+  bool local = false;      // all hosts' nodes run on this machine, over the loopback interface
 };
 
 // Starts the nodes, supervises them until the duration is over, the input ends, a node cannot start

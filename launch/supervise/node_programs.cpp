@@ -30,6 +30,18 @@ std::vector<Program> programs_of(const std::vector<config::Node>& nodes,
   return programs;
 }
 
+std::vector<std::string> recorder_arguments(const RunSettings& settings) {
+  std::vector<std::string> arguments{"-o",           settings.record,
+                                     "--deployment", settings.deployment,
+                                     "--domain",     std::to_string(settings.domain)};
+  for (const std::string& setting : settings.settings)
+    arguments.insert(arguments.end(), {"--set", setting});
+  if (settings.local) arguments.push_back("--local");
+  if (!settings.host.empty()) arguments.insert(arguments.end(), {"--host", settings.host});
+  arguments.insert(arguments.end(), settings.record_options.begin(), settings.record_options.end());
+  return arguments;
+}
+
 std::optional<WatchdogSettings> watchdog_of(const RunSettings& settings) {
   if (!settings.watchdog) return std::nullopt;
   WatchdogSettings watchdog;

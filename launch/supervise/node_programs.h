@@ -1,6 +1,7 @@
-// How `fivepipe up` starts and watches the nodes of this host.
+// How `fivepipe up` starts and watches the nodes of this host and the recorder.
 #pragma once
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "common/config/deployment.h"
@@ -11,6 +12,8 @@ namespace fivepipe::launch {
 
 std::vector<Program> programs_of(const std::vector<config::Node>& nodes,
                                  const RunSettings& settings);
+// The arguments of `fivepipe record` for RunSettings::record.
+std::vector<std::string> recorder_arguments(const RunSettings& settings);
 // nullopt: stalled nodes are not noticed.
 std::optional<WatchdogSettings> watchdog_of(const RunSettings& settings);
 

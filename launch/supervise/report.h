@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "launch/supervise/hosts/host_checks.h"
 #include "launch/supervise/status/node_status.h"
 #include "launch/supervise/status/simulation_status.h"
 #include "launch/supervise/supervisor.h"
@@ -38,6 +39,7 @@ struct ReportInput {
   std::optional<RecorderHistory> recorder;  // nullopt: nothing was to be recorded
   StatusRegistry statuses;                  // of the programs and of the recorder
   SimulationRegistry simulations = {};
+  std::vector<ComparedHost> hosts = {};        // the others that have spoken
   std::map<std::string, std::uint64_t> drops;  // of `fivepipe up`, by text_of(BadMessage)
 };
 
@@ -46,7 +48,8 @@ struct ReportInput {
 // set that two nodes miss counts twice. frame_rate_hz: frames composited after the first one,
 // divided by the time from the first one to the stop. latency_ms: of the slowest render_node; null
 // if no frame was composited. Counts of a restarted node are sums over its processes; its latencies
-// are those of the process that handled the most frames. core_ms_per_set, rate_bound:
+// are those of the process that handled the most frames. hosts: the others, each with how far its
+// clock was ahead at the end; null if the clocks were not compared. core_ms_per_set, rate_bound:
 // work_per_set.h.
 nlohmann::json report_from(const ReportInput& input);
 

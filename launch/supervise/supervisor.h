@@ -34,6 +34,7 @@ struct ProcessRecord {
 struct ProgramHistory {
   std::string name, program;
   std::vector<ProcessRecord> processes;  // by start; all but the first are restarts
+  std::string other_host = {};           // on which the node runs; empty: this host
 };
 
 struct Failure {

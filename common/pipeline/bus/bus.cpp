@@ -200,9 +200,10 @@ Bus::~Bus() {
   impl_.reset();
 }
 
-std::shared_ptr<detail::Entity> Bus::make_reader(const topics::Topic& topic, bool keep_all) {
+std::shared_ptr<detail::Entity> Bus::make_reader(const topics::Topic& topic,
+                                                 const ReaderOptions& options) {
   const std::scoped_lock lock(impl_->mutex);
-  const Qos qos = qos_of(topic.delivery, keep_all, impl_->identity);
+  const Qos qos = qos_of(topic.delivery, options.keep_all, impl_->identity);
   // The filter belongs to a topic entity and must be set before the reader exists.
   const dds_entity_t filtered = checked(
       dds_create_topic(impl_->participant->handle, topic.descriptor, topic.name, nullptr, nullptr),
@@ -221,9 +222,11 @@ std::shared_ptr<detail::Entity> Bus::make_reader(const topics::Topic& topic, boo
       checked(dds_create_reader(impl_->participant->handle, filtered, qos.get(), listener.get()),
               std::string("reader of ") + topic.name),
       std::move(filter));
-  const std::int32_t condition =
-      checked(dds_create_readcondition(entity->handle, DDS_ANY_STATE), "read condition");
-  checked(dds_waitset_attach(impl_->waitset->handle, condition, 0), "waitset");
+  if (options.ends_wait) {
+    const std::int32_t condition =
+        checked(dds_create_readcondition(entity->handle, DDS_ANY_STATE), "read condition");
+    checked(dds_waitset_attach(impl_->waitset->handle, condition, 0), "waitset");
+  }
   impl_->endpoints.push_back({entity, topic.name, true, entity->written});
   return entity;
 }

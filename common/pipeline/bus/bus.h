@@ -226,6 +226,11 @@ class Bus {
   Reader<Topic> reader() {
     return Reader<Topic>(make_reader(topics::described<Topic>()));
   }
+  // A reader whose samples do not end wait(), for a thread that takes them now and then.
+  template <class Topic>
+  Reader<Topic> polled_reader() {
+    return Reader<Topic>(make_reader(topics::described<Topic>(), {.ends_wait = false}));
+  }
   template <class Topic>
   Writer<Topic> writer() {
     return Writer<Topic>(make_writer(topics::described<Topic>()));
@@ -256,7 +261,12 @@ class Bus {
   friend class SerializedReader;
   friend class SerializedWriter;
   struct Impl;
-  std::shared_ptr<detail::Entity> make_reader(const topics::Topic& topic, bool keep_all = false);
+  struct ReaderOptions {
+    bool keep_all = false;
+    bool ends_wait = true;
+  };
+  std::shared_ptr<detail::Entity> make_reader(const topics::Topic& topic,
+                                              const ReaderOptions& options = {false, true});
   std::shared_ptr<detail::Entity> make_writer(const topics::Topic& topic, bool keep_all = false);
   std::int32_t participant() const;
   std::unique_ptr<Impl> impl_;

@@ -101,7 +101,7 @@ struct SerializedReader::Writers {
 };
 
 SerializedReader::SerializedReader(Bus& bus, const topics::Topic& topic)
-    : writers_(std::make_unique<Writers>()), entity_(bus.make_reader(topic, true)) {
+    : writers_(std::make_unique<Writers>()), entity_(bus.make_reader(topic, {.keep_all = true})) {
   writers_->filter = entity_->filter.get();
   writers_->order.pass();
   const std::unique_ptr<dds_listener_t, void (*)(dds_listener_t*)> listener(

@@ -38,6 +38,7 @@ inline constexpr std::uint32_t kMaxKeys = 1024, kMaxTiles = 4096;
   TOPIC(HullTile, stream, kMaxTiles)         \
   TOPIC(FrameComposited, event, kMaxKeys)    \
   TOPIC(FrameTrace, event, kMaxKeys)         \
+  TOPIC(HostStatus, event, kMaxKeys)         \
   TOPIC(NodeStatus, event, kMaxKeys)
 
 #define FIVEPIPE_TOPIC(NAME, DELIVERY, MAX_KEYS)                                            \

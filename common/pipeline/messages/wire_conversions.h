@@ -1,5 +1,6 @@
 // Converts the types that several messages share: poses, pinholes, rectangles, texts, sequences.
 #pragma once
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -42,6 +43,14 @@ void set_text(char (&field)[N], const std::string& text) {
                             " characters");
   text.copy(field, text.size());
   field[text.size()] = '\0';
+}
+
+// Copies as much of the text as fits, for texts that people read.
+template <std::size_t N>
+void set_truncated(char (&field)[N], const std::string& text) {
+  const std::size_t n = std::min(text.size(), N - 1);
+  text.copy(field, n);
+  field[n] = '\0';
 }
 
 // Points a sequence to `storage`, which must outlive the message.

@@ -44,8 +44,10 @@ int run(const std::string& program, const Arguments& args,
   for (const std::string& warning : bus.warnings()) spdlog::warn("{}", warning);
   if (std::string(base::build_type()) != "Release")
     spdlog::warn("this is a {} build, which is many times slower than Release", base::build_type());
-  NodeStatusReporter status(bus, node->name);
-  NodeContext context{deployment, *node, args.out, args.every_frame, bus, status};
+  const std::unique_ptr<CaptureClock> clock =
+      capture_clock_of(deployment, args.host, args.local, bus);
+  NodeStatusReporter status(bus, node->name, clock.get());
+  NodeContext context{deployment, *node, args.out, args.every_frame, bus, status, clock.get()};
   body(context);
   return 0;
 }

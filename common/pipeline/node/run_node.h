@@ -7,6 +7,7 @@
 
 #include "common/config/deployment.h"
 #include "common/pipeline/bus/bus.h"
+#include "common/pipeline/node/capture_clock.h"
 #include "common/pipeline/node/status.h"
 
 namespace fivepipe::node {
@@ -24,6 +25,8 @@ struct NodeContext {
   bool every_frame;           // --every-frame
   bus::Bus& bus;
   NodeStatusReporter& status;
+  // Of another host that captures; nullptr: this host does.
+  const CaptureClock* capture_clock = nullptr;
 };
 
 // Returns false after SIGTERM, SIGINT or stop_running(). Loops must test it at least every

@@ -7,8 +7,6 @@
 
 #include <algorithm>
 #include <condition_variable>
-#include <cstring>
-#include <deque>
 #include <fstream>
 #include <map>
 #include <mutex>
@@ -20,50 +18,24 @@
 #include "common/base/timing.h"
 #include "common/base/version.h"
 #include "common/pipeline/messages/wire_conversions.h"
-#include "common/pipeline/node/drop_counts.h"
 #include "common/pipeline/node/log_budget.h"
+#include "common/pipeline/node/node_state.h"
 #include "common/pipeline/node/status_names.h"
 
 namespace fivepipe::node {
 namespace {
 
+using messages::set_truncated;
+
 constexpr std::chrono::milliseconds kPublishPeriod{500};
 // Minimum time between statuses, if a new diagnostic does not wait for kPublishPeriod.
 constexpr std::chrono::milliseconds kMinPublishPeriod{100};
 constexpr std::chrono::seconds kDropLogPeriod{1};
-// At most this many senders of refused messages are named.
-constexpr std::size_t kMaxSenders = 16;
-constexpr std::size_t kLatencySamples = 1 << 14;  // the newest per name: nine minutes at 30 Hz
 constexpr double kRateWindow_s = 1.0;
 // Bounds the memory of a node that handles frames faster than this within kRateWindow_s.
 constexpr std::size_t kMaxFrameTimes = 4096;
 
 using Clock = std::chrono::steady_clock;
-
-// People read statuses: a truncated text is better than none.
-template <std::size_t N>
-void set_truncated(char (&field)[N], const std::string& text) {
-  const std::size_t n = std::min(text.size(), N - 1);
-  std::memcpy(field, text.data(), n);
-  field[n] = '\0';
-}
-
-// Returns the q quantile (0..1). `sorted` must not be empty.
-double quantile(const std::vector<float>& sorted, double q) {
-  return sorted[std::min(sorted.size() - 1, std::size_t(q * double(sorted.size())))];
-}
-
-struct LatencyWindow {
-  std::vector<float> newest_ms;
-  std::uint64_t count = 0;
-  void add(double ms) {
-    if (newest_ms.size() < kLatencySamples)
-      newest_ms.push_back(float(ms));
-    else
-      newest_ms[count % kLatencySamples] = float(ms);
-    ++count;
-  }
-};
 
 double resident_mb() {
   std::ifstream statm("/proc/self/statm");
@@ -72,117 +44,13 @@ double resident_mb() {
   return double(resident) * double(sysconf(_SC_PAGESIZE)) / 1e6;
 }
 
-struct CollisionTotals {
-  std::uint64_t frames = 0, points = 0, first_contacts = 0;
-};
-struct TopicTotals {
-  std::uint64_t sent = 0, not_sent = 0;
-  RecordedCounts recorded;
-};
-
-// The node's state that a status reports.
-struct NodeState {
-  std::uint64_t newest_frame = 0;
-  bool has_handled_frame = false;
-  double cpu_at_first_frame_s = 0;  // of the process; valid if has_handled_frame
-  std::deque<Clock::time_point> frame_times;
-  std::string gl_renderer;
-  std::map<std::string, std::uint64_t> counts, empty_cameras;
-  DropCounts drops;
-  NamedCounts refused{kMaxSenders, std::string(kRefusedFrom) + "other processes"};
-  std::map<std::string, TopicTotals> topics;
-  std::map<std::string, CollisionTotals> collisions;
-  std::map<std::string, LatencyWindow> latencies;
-  std::map<std::string, std::string> diagnostics;  // by subject
-};
-
-fivepipe_v1_DropCount drop_count(const messages::BadMessage& bad, std::uint64_t n) {
-  fivepipe_v1_DropCount drop{};
-  set_truncated(drop.reason, bad.reason);
-  set_truncated(drop.subject, bad.subject);
-  set_truncated(drop.detail, bad.detail);
-  drop.count = n;
-  return drop;
-}
-
-fivepipe_v1_TopicCounts topic_counts(const std::string& topic, const TopicTotals& totals) {
-  fivepipe_v1_TopicCounts counts{};
-  set_truncated(counts.topic, topic);
-  counts.sent = totals.sent;
-  counts.not_sent = totals.not_sent;
-  counts.received = totals.recorded.received;
-  counts.recorded = totals.recorded.recorded;
-  counts.lost = totals.recorded.lost;
-  return counts;
-}
-
-fivepipe_v1_LatencySummary latency_summary(const std::string& name, const LatencyWindow& window) {
-  std::vector<float> sorted = window.newest_ms;
-  std::sort(sorted.begin(), sorted.end());
-  fivepipe_v1_LatencySummary summary{};
-  set_truncated(summary.name, name);
-  summary.p50_ms = quantile(sorted, 0.50);
-  summary.p95_ms = quantile(sorted, 0.95);
-  summary.p99_ms = quantile(sorted, 0.99);
-  summary.max_ms = sorted.back();
-  summary.count = window.count;
-  return summary;
-}
-
-// The sequences of a NodeStatus with their storage.
-struct StatusLists {
-  std::vector<fivepipe_v1_NamedCount> counts;
-  std::vector<fivepipe_v1_DropCount> drops;
-  std::vector<fivepipe_v1_TopicCounts> topics;
-  std::vector<fivepipe_v1_EmptyCameraCount> empty_cameras;
-  std::vector<fivepipe_v1_ObjectCollisionCounts> collisions;
-  std::vector<fivepipe_v1_LatencySummary> latencies;
-  std::vector<fivepipe_v1_Diagnostic> diagnostics;
-
-  explicit StatusLists(const NodeState& state) {
-    for (const auto* named : {&state.counts, &state.refused.counts()})
-      for (const auto& [name, n] : *named) {
-        set_truncated(counts.emplace_back().name, name);
-        counts.back().count = n;
-      }
-    for (const auto& [bad, n] : state.drops.counts()) drops.push_back(drop_count(bad, n));
-    for (const auto& [topic, totals] : state.topics) topics.push_back(topic_counts(topic, totals));
-    for (const auto& [camera, frames] : state.empty_cameras) {
-      set_truncated(empty_cameras.emplace_back().camera, camera);
-      empty_cameras.back().frames = frames;
-    }
-    for (const auto& [object, totals] : state.collisions) {
-      fivepipe_v1_ObjectCollisionCounts& entry = collisions.emplace_back();
-      set_truncated(entry.object, object);
-      entry.frames = totals.frames;
-      entry.points = totals.points;
-      entry.first_contacts = totals.first_contacts;
-    }
-    for (const auto& [name, window] : state.latencies)
-      latencies.push_back(latency_summary(name, window));
-    for (const auto& [subject, text] : state.diagnostics) {
-      set_truncated(diagnostics.emplace_back().subject, subject);
-      set_truncated(diagnostics.back().text, text);
-    }
-  }
-
-  void lend_to(fivepipe_v1_NodeStatus& message) {
-    messages::borrow(message.counts, counts);
-    messages::borrow(message.drops, drops);
-    messages::borrow(message.topics, topics);
-    messages::borrow(message.empty_cameras, empty_cameras);
-    messages::borrow(message.collisions, collisions);
-    messages::borrow(message.latencies, latencies);
-    messages::borrow(message.diagnostics, diagnostics);
-  }
-};
-
 }  // namespace
 
 struct NodeStatusReporter::Impl {
   std::string node;
   bus::Bus& bus;
   bus::Writer<bus::topics::NodeStatus> writer;
+  CaptureClock* clock;
   std::int64_t start_stamp_ns = base::now_realtime_ns();
 
   std::mutex mutex;
@@ -194,8 +62,8 @@ struct NodeStatusReporter::Impl {
   LogBudget log_budget;
   std::thread publisher;
 
-  Impl(bus::Bus& b, std::string n)
-      : node(std::move(n)), bus(b), writer(b.writer<bus::topics::NodeStatus>()) {}
+  Impl(bus::Bus& b, std::string n, CaptureClock* c)
+      : node(std::move(n)), bus(b), writer(b.writer<bus::topics::NodeStatus>()), clock(c) {}
 
   void publish(bool final_report) {
     std::unique_lock lock(mutex);
@@ -273,6 +141,14 @@ struct NodeStatusReporter::Impl {
     }
   }
 
+  void update_clock() {
+    if (!clock) return;
+    clock->update();
+    const std::string problem = clock->problem();
+    const std::scoped_lock lock(mutex);
+    if (set_diagnostic("clock", problem)) spdlog::warn("clock: {}", problem);
+  }
+
   void publish_until_ending() {
     std::unique_lock lock(mutex);
     while (!ending) {
@@ -280,6 +156,7 @@ struct NodeStatusReporter::Impl {
       for (const std::string& problem : bus.problems()) spdlog::error("{}", problem);
       collect_sent();
       count_refused();
+      update_clock();
       publish(false);
       lock.lock();
       if (const std::uint64_t lines = log_budget.take_suppressed(Clock::now()))
@@ -292,8 +169,8 @@ struct NodeStatusReporter::Impl {
   }
 };
 
-NodeStatusReporter::NodeStatusReporter(bus::Bus& bus, std::string node)
-    : impl_(std::make_unique<Impl>(bus, std::move(node))) {
+NodeStatusReporter::NodeStatusReporter(bus::Bus& bus, std::string node, CaptureClock* clock)
+    : impl_(std::make_unique<Impl>(bus, std::move(node), clock)) {
   impl_->publisher = std::thread([this] { impl_->publish_until_ending(); });
 }
 
@@ -331,6 +208,14 @@ void NodeStatusReporter::drop_from(const std::optional<bus::ProcessId>& sender,
 void NodeStatusReporter::latency(const std::string& name, double seconds) {
   const std::scoped_lock lock(impl_->mutex);
   impl_->state.latencies[name].add(1e3 * seconds);
+}
+
+void NodeStatusReporter::latency_since_capture(const std::string& name,
+                                               std::int64_t capture_stamp_ns, std::int64_t now_ns) {
+  const std::optional<std::int64_t> offset_ns =
+      impl_->clock ? impl_->clock->offset_ns() : std::optional<std::int64_t>(0);
+  latency(offset_ns ? name : name + kNotCompared,
+          base::difference_s(now_ns + offset_ns.value_or(0), capture_stamp_ns));
 }
 
 void NodeStatusReporter::frame_handled(std::uint64_t frame) {

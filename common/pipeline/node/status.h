@@ -12,6 +12,7 @@
 #include "common/hull/hull.h"
 #include "common/pipeline/bus/bus.h"
 #include "common/pipeline/messages/bad_message.h"
+#include "common/pipeline/node/capture_clock.h"
 
 namespace fivepipe::node {
 
@@ -26,7 +27,8 @@ struct RecordedCounts {
 // NodeStatus are truncated.
 class NodeStatusReporter {
  public:
-  NodeStatusReporter(bus::Bus& bus, std::string node);
+  // clock: of another host that captures, which this updates; nullptr: this host captures.
+  NodeStatusReporter(bus::Bus& bus, std::string node, CaptureClock* clock = nullptr);
   ~NodeStatusReporter();  // publishes the final report
   NodeStatusReporter(const NodeStatusReporter&) = delete;
   NodeStatusReporter& operator=(const NodeStatusReporter&) = delete;
@@ -46,6 +48,10 @@ class NodeStatusReporter {
   void refuse(const std::optional<bus::ProcessId>& sender, std::uint64_t n);
   // Adds one value to the latency of this name.
   void latency(const std::string& name, double seconds);
+  // Adds the time from the capture, by the clock of the host that captures, until now_ns, by the
+  // clock of this host. If the clocks are not compared, adds it to `name` with kNotCompared.
+  void latency_since_capture(const std::string& name, std::int64_t capture_stamp_ns,
+                             std::int64_t now_ns);
   // Call once per frame; the status reports the newest frame and the rate.
   void frame_handled(std::uint64_t frame);
 

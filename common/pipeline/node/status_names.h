@@ -25,6 +25,8 @@ inline constexpr const char* kStart = "start";
 // Latencies.
 inline constexpr const char* kCaptureToPublished = "capture_to_published";
 inline constexpr const char* kCaptureToComposite = "capture_to_composite";
+// Ends the name of a latency between two hosts whose clocks are not compared.
+inline constexpr const char* kNotCompared = " (clocks not compared)";
 // From the first tile of a frame to its composite. During a replay it replaces the latency since
 // the capture, which was long ago.
 inline constexpr const char* kArrivalToComposite = "arrival_to_composite";

@@ -67,8 +67,11 @@ std::vector<bus::topics::Topic> topics_to_record(const std::string& expression, 
     const std::string name = topic.name;
     const bool is_image =
         name == bus::topics::ObjectColour::name || name == bus::topics::HullTile::name;
-    const bool is_session = name == bus::topics::ReplaySession::name;
-    if (is_session && expression.find("ReplaySession") == std::string::npos) continue;
+    // They describe the present, and would mislead the programs that a replay feeds.
+    const bool is_of_present =
+        name == bus::topics::ReplaySession::name || name == bus::topics::HostStatus::name;
+    if (is_of_present && expression.find(name.substr(name.rfind('/') + 1)) == std::string::npos)
+      continue;
     if (wanted.found_in(name) && (with_images || !is_image)) chosen.push_back(topic);
   }
   return chosen;

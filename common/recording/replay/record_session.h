@@ -15,8 +15,9 @@
 
 namespace fivepipe::replay {
 
-// Returns the topics of this build whose name matches the regular expression. ReplaySession, which
-// belongs to a replay and not to its content, is included only if the expression names it.
+// Returns the topics of this build whose name matches the regular expression. ReplaySession and
+// HostStatus, which describe the replay and the hosts of the present, are included only if the
+// expression names them.
 // `with_images`: include ObjectColour and HullTile, which show people.
 std::vector<bus::topics::Topic> topics_to_record(const std::string& expression, bool with_images);
 

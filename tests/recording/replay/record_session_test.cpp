@@ -27,6 +27,7 @@ std::set<std::string> names(const std::vector<topics::Topic>& chosen) {
 TEST(TopicsToRecord, AreThoseThatMatchWithoutSessionsAndOnRequestWithoutImages) {
   std::set<std::string> expected = names({topics::all().begin(), topics::all().end()});
   expected.erase(topics::ReplaySession::name);
+  expected.erase(topics::HostStatus::name);
   EXPECT_EQ(names(topics_to_record(".*", true)), expected);
   expected.erase(topics::ObjectColour::name);
   expected.erase(topics::HullTile::name);
@@ -35,6 +36,7 @@ TEST(TopicsToRecord, AreThoseThatMatchWithoutSessionsAndOnRequestWithoutImages) 
             (std::set<std::string>{topics::HeadPose::name, topics::HullTile::name}));
   EXPECT_EQ(names(topics_to_record("ReplaySession", false)),
             std::set<std::string>{topics::ReplaySession::name});
+  EXPECT_EQ(names(topics_to_record(".*|HostStatus", true)).count(topics::HostStatus::name), 1u);
   EXPECT_TRUE(topics_to_record("NoSuchTopic", true).empty());
 }
 

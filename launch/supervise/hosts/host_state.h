@@ -1,0 +1,40 @@
+// What the hosts of one deployment know of each other. Pure.
+#pragma once
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "launch/supervise/hosts/clock_comparison.h"
+
+namespace fivepipe::launch {
+
+// A program that speaks for a host.
+struct HostSpeaker {
+  std::string host;     // name in the deployment
+  std::string program;  // "up" or "doctor"
+  friend auto operator<=>(const HostSpeaker&, const HostSpeaker&) = default;  // NOLINT
+};
+
+using Checksums = std::map<std::string, std::uint64_t>;  // by name of the file
+
+struct HostState {
+  HostSpeaker speaker;
+  std::string machine, version;
+  Checksums files;
+  std::map<HostSpeaker, ClockOffset> clocks;  // of others, as this host measures them
+};
+
+// Returns the FNV-1a hash of the bytes, 64 bits.
+std::uint64_t checksum_of(const std::string& bytes);
+
+// Returns a text for each thing that should be the same on both hosts and is not: the version of
+// fivepipe, and the files of the deployment.
+std::vector<std::string> differences(const HostState& own, const HostState& other);
+
+// The table of `fivepipe top`, with a row per host; empty if there is no state. The clocks are
+// compared with that of the first host, by name, that measures them.
+std::string hosts_table(const std::vector<HostState>& states);
+
+}  // namespace fivepipe::launch

@@ -1,0 +1,111 @@
+// The exchange between the hosts of a deployment, over DDS.
+#include "launch/supervise/hosts/host_exchange.h"
+
+#include <gtest/gtest.h>
+
+#include <thread>
+
+#include "common/base/realtime.h"
+#include "common/pipeline/messages/wire_conversions.h"
+#include "common/pipeline/node/capture_clock.h"
+#include "tests/support/deployments.h"
+#include "tests/support/sanitizer.h"
+#include "tests/support/test_domain.h"
+
+namespace fivepipe::launch {
+namespace {
+
+using namespace std::chrono_literals;
+using bus::topics::HostStatus;
+
+config::Deployment deployment() { return config::load_deployment(test::kSmallDeployment); }
+
+bool eventually(const std::function<bool()>& condition) {
+  const auto until = std::chrono::steady_clock::now() + 10s * test::kSlowdown;
+  while (!condition()) {
+    if (std::chrono::steady_clock::now() > until) return false;
+    std::this_thread::sleep_for(20ms);
+  }
+  return true;
+}
+
+class HostExchanges : public testing::Test {
+ protected:
+  bus::Bus bus_{{.domain = test::own_domain(), .deployment = "small"}};
+  HostExchange alpha_{bus_, deployment(), {"alpha", "up"}};
+  HostExchange beta_{bus_, deployment(), {"beta", "up"}};
+};
+
+TEST_F(HostExchanges, TwoHostsCompareTheirClocksAndFiles) {
+  const auto step = [&] {
+    alpha_.step();
+    beta_.step();
+  };
+  ASSERT_TRUE(eventually([&] {
+    step();
+    return !alpha_.others().empty() && alpha_.others()[0].clock && !beta_.others().empty() &&
+           beta_.others()[0].clock;
+  }));
+  const ComparedHost beta = alpha_.others().front();
+  EXPECT_EQ(beta.state.speaker, (HostSpeaker{"beta", "up"}));
+  EXPECT_EQ(beta.state.version, alpha_.own().version);
+  EXPECT_EQ(beta.state.files, checksums_of(deployment()));
+  EXPECT_FALSE(beta.state.files.empty());
+  EXPECT_LE(std::abs(beta.clock->offset_ns), beta.clock->error_ns);
+  EXPECT_LT(beta.clock->error_ns, 100'000'000 * test::kSlowdown);
+  // The nodes read what `up` has measured.
+  node::CaptureClock seen(bus_, "beta", "alpha"), by_nobody(bus_, "gamma", "alpha");
+  EXPECT_EQ(seen.offset_ns(), std::nullopt);
+  EXPECT_TRUE(eventually([&] {
+    step();
+    seen.update();
+    by_nobody.update();
+    return seen.offset_ns().has_value();
+  }));
+  EXPECT_EQ(by_nobody.offset_ns(), std::nullopt);
+  EXPECT_EQ(seen.problem(), "");
+}
+
+// A message of a replay answers messages of the past.
+TEST_F(HostExchanges, AnAnswerToNoMessageIsIgnored) {
+  auto writer = bus_.writer<HostStatus>();
+  ASSERT_TRUE(eventually([&] {
+    const std::int64_t now_ns = base::now_realtime_ns();
+    std::vector<fivepipe_v1_ClockAnswer> clocks(1);
+    messages::set_text(clocks[0].host, "alpha");
+    messages::set_text(clocks[0].program, "up");
+    clocks[0].sent_ns = now_ns - 1'000'000;
+    clocks[0].received_ns = now_ns;
+    fivepipe_v1_HostStatus message{};
+    messages::set_text(message.host, "gamma");
+    messages::set_text(message.program, "up");
+    message.sent_ns = now_ns;
+    messages::borrow(message.clocks, clocks);
+    writer.write(message);
+    alpha_.step();
+    return !alpha_.others().empty();
+  }));
+  for (int i = 0; i < 5; ++i) {
+    alpha_.step();
+    std::this_thread::sleep_for(20ms);
+  }
+  for (const ComparedHost& other : alpha_.others())
+    EXPECT_EQ(other.clock, std::nullopt) << other.state.speaker.host;
+}
+
+TEST_F(HostExchanges, TheNumberOfOthersIsBounded) {
+  auto writer = bus_.writer<HostStatus>();
+  ASSERT_TRUE(eventually([&] { return writer.readers() >= 2; }));
+  for (std::size_t i = 0; i < HostExchange::kMaxOthers + 20; ++i) {
+    fivepipe_v1_HostStatus message{};
+    messages::set_text(message.host, "host " + std::to_string(i));
+    messages::set_text(message.program, "up");
+    writer.write(message);
+  }
+  EXPECT_TRUE(writer.wait_for_delivery(5s));
+  alpha_.step();
+  EXPECT_EQ(alpha_.others().size(), HostExchange::kMaxOthers);
+}
+
+}  // namespace
+}  // namespace fivepipe::launch

@@ -1,0 +1,116 @@
+// Hosts whose clocks and files differ.
+#include <cmath>
+#include <iostream>
+
+#include "tests/system/hosts/two_hosts.h"
+
+namespace fivepipe::test {
+namespace {
+
+using namespace std::chrono_literals;
+using nlohmann::json;
+
+class HostClocks : public TwoHosts {
+ protected:
+  // Runs both hosts with the clock of alpha, which captures, ahead by clock_ms. Returns the report
+  // of beta.
+  json run(int clock_ms, const std::vector<std::string>& more) {
+    const std::string file = deployment();
+    std::vector<std::string> of_beta = more;
+    of_beta.insert(of_beta.end(), {"--duration", "6"});
+    const auto alpha = up(0, file, more, clock_ms), beta = up(1, file, of_beta);
+    EXPECT_EQ(beta->wait_for_end(90s * kSlowdown), 0) << beta->said() << alpha->said();
+    alpha->signal(SIGINT);
+    EXPECT_EQ(alpha->wait_for_end(5s * kSlowdown), 130) << alpha->said();
+    said_ = beta->said();
+    return json::parse(std::ifstream(folder_.path / "beta/report.json"));
+  }
+  // The clock that beta has measured, and the latencies and the rate of its report.
+  static void expect_right(const json& report, int clock_ms) {
+    const json& alpha = report["hosts"]["alpha"];
+    std::cout << "set " << clock_ms << " ms, measured " << alpha.dump() << ", latency "
+              << report["latency_ms"].dump() << '\n';
+    ASSERT_TRUE(alpha["clock_offset_ms"].is_number()) << alpha;
+    const double offset_ms = alpha["clock_offset_ms"], error_ms = alpha["clock_error_ms"];
+    EXPECT_NEAR(offset_ms, clock_ms, error_ms);
+    EXPECT_TRUE(kHasSanitizer || std::abs(offset_ms - clock_ms) < 1) << alpha;
+    // Uncorrected, they would be negative.
+    ASSERT_FALSE(report["latency_ms"].is_null());
+    EXPECT_GT(report["latency_ms"]["p50"].get<double>(), 0);
+    EXPECT_LT(report["latency_ms"]["p50"].get<double>(), 150 * kSlowdown);
+    for (const auto& [name, node] : report["nodes"].items())
+      for (const auto& [latency, ms] : node["latencies_ms"].items())
+        if (latency == "capture_to_tiles" || latency == "capture_to_composite") {
+          EXPECT_GT(ms["p50"].get<double>(), 0) << name;
+          EXPECT_LT(ms["p99"].get<double>(), 1000 * kSlowdown) << name;
+        }
+    const double rate_hz = report["frame_rate_hz"];
+    // The deployment has 20 Hz.
+    EXPECT_GT(rate_hz, kHasSanitizer ? 2 : 15);
+    EXPECT_LT(rate_hz, 22);
+    for (const auto& [name, node] : report["nodes"].items())
+      EXPECT_LT(node.value("cpu_percent", 0.0), 110) << name;
+  }
+  std::string said_;  // by beta
+};
+
+TEST_F(HostClocks, EqualClocksAreNotWorthALine) {
+  expect_right(run(0, {}), 0);
+  EXPECT_FALSE(contains(said_, "the clock of host")) << said_;
+}
+
+TEST_F(HostClocks, FiveMillisecondsAreAWarning) {
+  expect_right(run(5, {}), 5);
+  EXPECT_TRUE(kHasSanitizer || contains(said_, "the clock of host alpha is ")) << said_;
+}
+
+TEST_F(HostClocks, AHundredAndFiftyMillisecondsAreRefusedUnlessAllowed) {
+  const std::string file = deployment();
+  {
+    const auto alpha = up(0, file, {}, 150), beta = up(1, file);
+    for (Program* const host : {alpha.get(), beta.get()}) {
+      EXPECT_EQ(host->wait_for_end(20s * kSlowdown), 2) << host->said();
+      EXPECT_TRUE(contains(host->said(), "start with --allow-clock-offset")) << host->said();
+    }
+    EXPECT_TRUE(contains(alpha->said(), "the clock of host beta is 1")) << alpha->said();
+    EXPECT_TRUE(contains(alpha->said(), " ms behind")) << alpha->said();
+    EXPECT_TRUE(contains(beta->said(), " ms ahead")) << beta->said();
+  }
+  expect_right(run(150, {"--allow-clock-offset"}), 150);
+}
+
+TEST_F(HostClocks, TwoSecondsAreCorrectedIfAllowed) {
+  expect_right(run(2000, {"--allow-clock-offset"}), 2000);
+  expect_right(run(-2000, {"--allow-clock-offset"}), -2000);
+}
+
+// A host that runs goes on when another joins it whose clock is wrong: that one ends.
+TEST_F(HostClocks, AHostThatJoinsLaterGivesWay) {
+  const std::string file = deployment();
+  const auto beta = up(1, file);
+  ASSERT_TRUE(holds(kStart, [&] { return contains(beta->said(), "waiting for host alpha"); }))
+      << beta->said();
+  std::this_thread::sleep_for(11s);
+  const auto alpha = up(0, file, {}, 150);
+  EXPECT_EQ(alpha->wait_for_end(20s * kSlowdown), 2) << alpha->said();
+  EXPECT_EQ(beta->wait_for_end(1s), std::nullopt) << beta->said();
+}
+
+TEST_F(HostClocks, ARigThatDiffersIsNamedWithBothSides) {
+  const std::string file = deployment();
+  const std::filesystem::path other = folder_.path / "other";
+  std::filesystem::copy(folder_.path / "files", other);
+  std::ofstream(other / "rig.yaml", std::ios::app) << "# calibrated again\n";
+  const auto alpha = up(0, (other / "lab.yaml").string()), beta = up(1, file);
+  EXPECT_TRUE(
+      holds(kStart,
+            [&] {
+              return contains(beta->said(), "rig.yaml is not the same on host alpha (machine ") &&
+                     contains(alpha->said(), "rig.yaml is not the same on host beta (machine ");
+            }))
+      << alpha->said() << beta->said();
+  EXPECT_FALSE(contains(beta->said(), "lab.yaml is not the same")) << beta->said();
+}
+
+}  // namespace
+}  // namespace fivepipe::test

@@ -1,0 +1,94 @@
+// Two hosts with the small deployment, for tests with real processes.
+#pragma once
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "common/base/realtime.h"
+#include "tests/support/deployments.h"
+#include "tests/support/process/test_hosts.h"
+#include "tests/support/sanitizer.h"
+#include "tests/support/test_folder.h"
+#include "tests/support/text.h"
+
+namespace fivepipe::test {
+
+inline constexpr auto kStart = std::chrono::seconds(60);
+
+// In CI, which may make namespaces, a skipped test would be a hidden failure.
+inline bool must_run() { return std::getenv("CI") != nullptr; }
+
+class TwoHosts : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (hosts_.why_not().empty()) return;
+    ASSERT_FALSE(must_run()) << hosts_.why_not();
+    GTEST_SKIP() << hosts_.why_not();
+  }
+  // The small deployment with these nodes on alpha and the others on beta.
+  std::string deployment(const std::string& alpha_interface = "",
+                         const std::string& profile = "lan",
+                         const std::set<std::string>& on_alpha = {"capture"}) {
+    std::string text = text_of(changed_deployment(
+        folder_.path / "files", "nodes:\n",
+        "network_profile: " + profile + "\nhosts:\n  alpha: {address: " + TestHosts::address(0) +
+            alpha_interface + "}\n  beta: {address: " + TestHosts::address(1) + "}\nnodes:\n"));
+    for (const std::string& node : kNodes)
+      text = replaced(
+          text, "{name: " + node + ",",
+          "{name: " + node + ", host: " + (on_alpha.contains(node) ? "alpha" : "beta") + ",");
+    const std::filesystem::path file = folder_.path / "files" / "lab.yaml";
+    std::ofstream(file) << text;
+    return file.string();
+  }
+  // clock_ms: how far the host's clock is ahead.
+  std::unique_ptr<Program> up(int host, const std::string& file,
+                              const std::vector<std::string>& more = {}, int clock_ms = 0) {
+    const std::string name = host == 0 ? "alpha" : "beta";
+    std::vector<std::string> words{"/usr/bin/env",
+                                   base::kTestClockVariable + ("=" + std::to_string(clock_ms)),
+                                   FIVEPIPE_BINARY_DIR "/fivepipe",
+                                   "up",
+                                   file,
+                                   "--domain",
+                                   "0",
+                                   "--out",
+                                   (folder_.path / name).string()};
+    words.insert(words.end(), more.begin(), more.end());
+    return std::make_unique<Program>(hosts_.in(host, words), folder_.path / (name + ".log"));
+  }
+  static bool holds(std::chrono::seconds timeout, const std::function<bool()>& condition) {
+    const auto until = std::chrono::steady_clock::now() + timeout * kSlowdown;
+    while (!condition()) {
+      if (std::chrono::steady_clock::now() > until) return false;
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    }
+    return true;
+  }
+
+  // Runs the deployment for ten seconds; returns the report of the host that composites.
+  nlohmann::json report_of_run(const std::string& file) {
+    const auto alpha = up(0, file), beta = up(1, file, {"--duration", "10"});
+    EXPECT_EQ(beta->wait_for_end(std::chrono::seconds(90) * kSlowdown), 0)
+        << beta->said() << alpha->said();
+    alpha->signal(SIGINT);
+    EXPECT_EQ(alpha->wait_for_end(std::chrono::seconds(5) * kSlowdown), 130) << alpha->said();
+    return nlohmann::json::parse(std::ifstream(folder_.path / "beta/report.json"));
+  }
+
+  const TestFolder folder_;
+  TestHosts hosts_{2, folder_.path};
+};
+
+}  // namespace fivepipe::test
