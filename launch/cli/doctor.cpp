@@ -2,8 +2,10 @@
 #include <net/if.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <fstream>
 #include <iostream>
+#include <iterator>
 
 #include "common/base/machine.h"
 #include "common/base/version.h"
@@ -13,18 +15,16 @@
 #include "common/pipeline/bus/profile.h"
 #include "launch/cli/commands.h"
 #include "launch/cli/options.h"
+#include "launch/doctor/disk_rate.h"
+#include "launch/doctor/finding.h"
+#include "launch/doctor/host_findings.h"
+#include "launch/supervise/interrupt.h"
+#include "launch/supervise/own_files.h"
 
 namespace fivepipe::launch {
 namespace {
 
 namespace fs = std::filesystem;
-
-enum class Verdict { ok, warn, fail };
-struct Finding {
-  Verdict verdict;
-  std::string what;
-  std::string advice;  // what to do; empty if nothing
-};
 
 // The demo has five processes.
 constexpr int kDemoCores = 5;
@@ -120,13 +120,44 @@ Finding check_disk() {
           "composites and recordings need space: delete files or choose another --out"};
 }
 
-int run_doctor(const NetworkOptions& given) {
+struct DoctorOptions {
+  NetworkOptions network;
+  double wait_s = 5;
+};
+
+void append(std::vector<Finding>& findings, std::vector<Finding> more) {
+  std::ranges::move(more, std::back_inserter(findings));
+}
+
+// The checks that a deployment needs.
+std::vector<Finding> check_deployment(const DoctorOptions& options, const JoinedNetwork& joined) {
+  const config::Deployment deployment = config::load_deployment(
+      deployment_file(options.network.deployment), settings_from(options.network.settings));
+  std::vector<Finding> findings = {check_disk_rate(deployment)};
+  if (options.network.local || deployment.hosts.size() < 2) return findings;
+  const std::string own =
+      config::own_host(deployment.hosts, options.network.host, deployment.file).name;
+  findings.push_back(
+      {Verdict::ok, "interface of host " + own + ": " + joined.network.interface, ""});
+  append(findings, check_machines(deployment, own));
+  std::cerr << "comparing with the other hosts, for at most " << options.wait_s << " s\n";
+  catch_signals();
+  bus::Bus bus({joined.domain, joined.network, "doctor", joined.deployment});
+  append(findings, compare_hosts(bus, deployment, own,
+                                 std::chrono::milliseconds(std::int64_t(1e3 * options.wait_s)),
+                                 [] { return signals_received() > 0; }));
+  return findings;
+}
+
+int run_doctor(const DoctorOptions& options) {
   std::vector<Finding> findings = {check_build(), check_gl(), check_loopback(), check_cores(),
                                    check_disk()};
   try {
-    const JoinedNetwork joined = network_from(given);
+    const JoinedNetwork joined = network_from(options.network);
     findings.push_back(check_receive_buffer(joined.network));
     findings.push_back(check_dds(joined));
+    if (!options.network.deployment.empty() && findings.back().verdict != Verdict::fail)
+      append(findings, check_deployment(options, joined));
   } catch (const config::ConfigError& error) {
     findings.push_back({Verdict::fail, std::string("network: ") + error.what(), ""});
   }
@@ -149,14 +180,26 @@ int run_doctor(const NetworkOptions& given) {
 }  // namespace
 
 void add_doctor(CLI::App& app, Command& command) {
-  auto options = std::make_shared<NetworkOptions>();
+  auto options = std::make_shared<DoctorOptions>();
   CLI::App* doctor = app.add_subcommand(
       "doctor", "Check whether this machine is ready and print how to fix what is not");
   doctor->footer(
-      "Example:\n  fivepipe doctor\n\n"
+      "Examples:\n"
+      "  fivepipe doctor\n"
+      "  fivepipe doctor --deployment lab.yaml --wait 60   on each host of the deployment, within\n"
+      "                                                    a minute\n\n"
+      "With a deployment it also checks whether the disk is fast enough for its recording and, if\n"
+      "it has several hosts, whether the other machines answer, which packets reach them, how far\n"
+      "the clocks are apart (warning above 2 ms, failure above 20 ms), and whether versions and\n"
+      "files are the same.\n\n"
       "Exit codes: 0 ready, possibly with warnings; 3 something required is missing.");
-  add_network_options(doctor, *options);
-  add_deployment_options(doctor, *options);
+  add_network_options(doctor, options->network);
+  add_deployment_options(doctor, options->network);
+  doctor
+      ->add_option("--wait", options->wait_s,
+                   "seconds to wait for `fivepipe doctor` or `fivepipe up` on the other hosts")
+      ->check(CLI::Range(0.0, 3600.0))
+      ->capture_default_str();
   doctor->callback([options, &command] { command = [options] { return run_doctor(*options); }; });
 }
 

@@ -36,6 +36,20 @@ int exit_code(replay::ReplayResult::End end) {
   return 1;
 }
 
+// A recording of an earlier version can be replayed although its deployment cannot be loaded.
+std::string recorded_name(const recording::Recording& recording,
+                          const std::map<std::string, std::string>& settings) {
+  try {
+    return replay::recorded_deployment_name(recording, settings);
+  } catch (const config::ConfigError& error) {
+    spdlog::warn(
+        "the recorded deployment cannot be loaded; the nodes of a deployment refuse the messages "
+        "unless --deployment names theirs: {}",
+        error.what());
+    return "";
+  }
+}
+
 int run_replay(const ReplayOptions& options) {
   const recording::Recording recording(options.file);
   if (!recording.mcap().is_finished())
@@ -48,9 +62,8 @@ int run_replay(const ReplayOptions& options) {
   const JoinedNetwork joined = network_from(network);
   request.domain = joined.domain;
   request.network = joined.network;
-  request.deployment = joined.deployment.empty()
-                           ? replay::recorded_deployment_name(recording, request.settings)
-                           : joined.deployment;
+  request.deployment =
+      joined.deployment.empty() ? recorded_name(recording, request.settings) : joined.deployment;
   request.wait_s = options.no_wait ? std::nullopt : std::optional(options.wait_s);
   catch_signals();
   std::optional<ReplayKeys> keys;  // created when sending starts, because it changes the terminal

@@ -47,9 +47,8 @@ std::string recorded_deployment_name(const recording::Recording& recording,
   try {
     return RecordedDeployment(recording, changes).deployment().name;
   } catch (const recording::RecordingError&) {
-  } catch (const config::ConfigError&) {
+    return "";
   }
-  return "";
 }
 
 }  // namespace fivepipe::replay

@@ -29,7 +29,8 @@ class RecordedDeployment {
   config::Deployment deployment_;
 };
 
-// Returns the name of the recorded deployment; empty if the recording has none that can be loaded.
+// Returns the name of the recorded deployment; empty if the recording has none. Throws ConfigError
+// if it cannot be loaded.
 std::string recorded_deployment_name(const recording::Recording& recording,
                                      const std::map<std::string, std::string>& changes);
 

@@ -73,7 +73,7 @@ const std::string kHelp = "-h,--help\n",
 TEST_F(CommandLine, HelpListsEachOptionWithItsLimitsAndDefault) {
   EXPECT_EQ(options_of("up"), "DEPLOYMENT TEXT REQUIRED\n" + kHelp +
                                   "--host TEXT\n--local\n--duration FLOAT:POSITIVE\n--out TEXT\n"
-                                  "--set TEXT:KEY=VALUE ...\n--every-frame\n--no-watchdog\n"
+                                  "--set TEXT:KEY=VALUE ...\n--every-frame\n--allow-clock-offset\n--no-watchdog\n"
                                   "--record TEXT\n"
                                   "--record-option TEXT ...\n--domain UINT:INT in [0 - 230]\n");
   EXPECT_EQ(options_of("top"), kHelp + kNetwork + "--once\n");
@@ -127,7 +127,7 @@ TEST_F(CommandLine, HelpListsEachOptionWithItsLimitsAndDefault) {
                 live_or_from);
   EXPECT_EQ(options_of("simulation"),
             "what TEXT:{pause,reset,resume} REQUIRED\n" + kHelp + "--node TEXT\n" + kNetwork);
-  EXPECT_EQ(options_of("doctor"), kHelp + kNetwork);
+  EXPECT_EQ(options_of("doctor"), kHelp + kNetwork + "--wait FLOAT:FLOAT in [0 - 3600]=5\n");
   EXPECT_EQ(options_of("bench"), kHelp);
   EXPECT_EQ(options_of("maps"), "");
   EXPECT_EQ(options_of("cameras"), "");

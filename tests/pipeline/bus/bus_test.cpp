@@ -71,6 +71,17 @@ TEST(Bus, SamplesStateWhenTheyArrived) {
   EXPECT_LE(samples.begin()->arrived_ns(), arrived_ns);
 }
 
+TEST(Bus, ASampleOfAPolledReaderDoesNotEndAWait) {
+  Bus bus({test::own_domain()});
+  auto writer = bus.writer<topics::FrameComposited>();
+  auto polled = bus.polled_reader<topics::FrameComposited>();
+  ASSERT_TRUE(test::eventually(bus, 10s, [&] { return writer.readers() == 1; }));
+  writer.write(composited(1));
+  EXPECT_TRUE(writer.wait_for_delivery(10s));
+  EXPECT_FALSE(bus.wait(50ms));
+  EXPECT_EQ(polled.take().size(), 1u);
+}
+
 TEST(Bus, RestartedWriterGetsANewHandle) {
   Bus bus({test::own_domain()});
   auto reader = bus.reader<topics::FrameComposited>();

@@ -112,6 +112,51 @@ TEST(NodeStatus, ReportsTheProcess) {
   EXPECT_EQ(last.frame_rate_hz, 0);
 }
 
+TEST(NodeStatus, ALatencySinceTheCaptureIsByTheClockOfTheCapture) {
+  bus::Bus bus({test::own_domain()});
+  auto statuses = bus.reader<bus::topics::NodeStatus>();
+  auto hosts = bus.writer<bus::topics::HostStatus>();
+  CaptureClock clock(bus, "beta", "alpha");
+  ASSERT_TRUE(test::eventually(bus, 10s, [&] { return hosts.readers() == 1; }));
+  const auto send = [&](const char* host, const char* program, const char* other,
+                        std::int64_t offset_ns, std::int64_t error_ns) {
+    std::vector<fivepipe_v1_ClockAnswer> clocks(1);
+    messages::set_text(clocks[0].host, other);
+    messages::set_text(clocks[0].program, "up");
+    clocks[0].offset_ns = offset_ns;
+    clocks[0].error_ns = error_ns;
+    fivepipe_v1_HostStatus message{};
+    messages::set_text(message.host, host);
+    messages::set_text(message.program, program);
+    messages::borrow(message.clocks, clocks);
+    hosts.write(message);
+    EXPECT_TRUE(hosts.wait_for_delivery(10s));
+  };
+  NodeStatusReporter status(bus, "rendering", &clock);
+  constexpr std::int64_t kNow_ns = 100'000'000'000, kMs = 1'000'000;
+  // Not of this host's `up`, of another host, or not compared yet.
+  send("gamma", "up", "alpha", 7 * kMs, 0);
+  send("beta", "doctor", "alpha", 7 * kMs, 0);
+  send("beta", "up", "gamma", 7 * kMs, 0);
+  send("beta", "up", "alpha", 7 * kMs, -1);
+  std::this_thread::sleep_for(600ms);
+  status.latency_since_capture("since", kNow_ns - 30 * kMs, kNow_ns);
+  EXPECT_EQ(clock.offset_ns(), std::nullopt);
+  // The clock of alpha is ahead, so that its stamps are, too.
+  send("beta", "up", "alpha", 2000 * kMs, kMs);
+  ASSERT_TRUE(test::eventually(bus, 10s, [&] { return clock.offset_ns().has_value(); }));
+  status.latency_since_capture("since", kNow_ns + 1970 * kMs, kNow_ns);
+  std::map<std::string, double> max_ms;
+  EXPECT_TRUE(test::eventually(bus, 10s, [&] {
+    for (const auto& sample : statuses.take())
+      for (const auto& latency : messages::span_of(sample->latencies))
+        max_ms[latency.name] = latency.max_ms;
+    return max_ms.size() == 2;
+  }));
+  EXPECT_NEAR(max_ms["since"], 30, 1e-3);
+  EXPECT_NEAR(max_ms[std::string("since") + kNotCompared], 30, 1e-3);
+}
+
 TEST(NodeStatus, CountsTheCpuTimeOfTheFramesAfterTheFirst) {
   const auto work = [] {
     for (const double until_s = cpu_time_s() + 0.2; cpu_time_s() < until_s;) {

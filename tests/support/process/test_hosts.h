@@ -72,6 +72,10 @@ class TestHosts {
     const std::size_t at = text.find("counter packets ");
     return at == std::string::npos ? 0 : std::atoi(text.c_str() + at + 16);
   }
+  // The largest IP packets of the host's interface.
+  void set_mtu(int host, int bytes) {
+    run_in(host, "ip link set eth0 mtu " + std::to_string(bytes));
+  }
   void set_link(int host, bool is_up) {
     run("ip link set " + port_of(host) + (is_up ? " up" : " down"));
   }

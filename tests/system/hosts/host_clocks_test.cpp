@@ -1,7 +1,12 @@
 // Hosts whose clocks and files differ.
 #include <cmath>
+#include <cstdint>
 #include <iostream>
+#include <map>
 
+#include "capture_node/sources/stream_modules.h"
+#include "common/pipeline/bus/bus.h"
+#include "tests/support/optional_package.h"
 #include "tests/system/hosts/two_hosts.h"
 
 namespace fivepipe::test {
@@ -110,6 +115,99 @@ TEST_F(HostClocks, ARigThatDiffersIsNamedWithBothSides) {
             }))
       << alpha->said() << beta->said();
   EXPECT_FALSE(contains(beta->said(), "lab.yaml is not the same")) << beta->said();
+}
+
+// Cameras with a clock of their own, on both hosts.
+TEST_F(HostClocks, StampsOfASecondCaptureHostAreByTheClockOfTheFirst) {
+  if (!capture::exists(capture::kGstreamerModule))
+    FIVEPIPE_SKIP_WITHOUT_PACKAGE("built without GStreamer (libgstreamer1.0-dev)");
+  const std::string live =
+      "{gstreamer: \"videotestsrc is-live=true ! "
+      "video/x-raw,width=180,height=122,framerate=20/1\", "
+      "chroma_key: {}}";
+  const std::string file = (folder_.path / "files" / "live.yaml").string(),
+                    synthetic = deployment();
+  std::ofstream(file) << replaced(
+      text_of(synthetic), "sources: synthetic, synthetic: {seed: 1, period_s: 4.0}}",
+      "sources: {left: " + live + ", right: " + live +
+          "}}\n  - {name: capture_b, program: capture_node, host: beta, sources: {far: " + live +
+          "}}");
+  bus::Bus bus({0, observer_network()});
+  auto maps = bus.reader<bus::topics::ObjectPixelMap>();
+  const auto alpha = up(0, file, {"--allow-clock-offset"}, 2000),
+             beta = up(1, file, {"--allow-clock-offset"});
+  std::map<std::uint64_t, std::map<std::string, std::int64_t>> stamps_of;  // by frame and camera
+  int sets = 0;  // with stamps that fit, one after the other
+  EXPECT_TRUE(holds(kStart,
+                    [&] {
+                      for (const auto& sample : maps.take()) {
+                        if (!sample.valid()) continue;
+                        auto& stamps = stamps_of[sample->frame];
+                        stamps[sample->camera] = sample->capture_stamp_ns;
+                        if (!stamps.contains("left") || !stamps.contains("far")) continue;
+                        sets =
+                            std::abs(stamps["left"] - stamps["far"]) < 500'000'000 ? sets + 1 : 0;
+                      }
+                      return sets > 20;
+                    }))
+      << alpha->said() << beta->said();
+}
+
+class DoctorOnTwoHosts : public TwoHosts {
+ protected:
+  std::unique_ptr<Program> doctor(int host, const std::string& file, const std::string& wait_s,
+                                  int clock_ms = 0) {
+    return fivepipe(host, {"doctor", "--deployment", file, "--domain", "0", "--wait", wait_s},
+                    clock_ms);
+  }
+};
+
+TEST_F(DoctorOnTwoHosts, ComparesThem) {
+  const std::string file = deployment();
+  const auto alpha = doctor(0, file, "60"), beta = doctor(1, file, "60");
+  EXPECT_EQ(alpha->wait_for_end(30s * kSlowdown), 0) << alpha->said();
+  EXPECT_EQ(beta->wait_for_end(30s * kSlowdown), 0) << beta->said();
+  for (const char* text :
+       {"ok    interface of host alpha: 10.77.0.1",
+        "ok    host beta (10.77.0.2): answers; packets of 1500 bytes arrive (MTU)",
+        "ok    version and files of host beta: the same",
+        " MB/s in the working folder; a recording "
+        "of small needs "})
+    EXPECT_TRUE(contains(alpha->said(), text)) << text << '\n' << alpha->said();
+  EXPECT_TRUE(kHasSanitizer || contains(alpha->said(), "ok    clock of host beta: "))
+      << alpha->said();
+}
+
+TEST_F(DoctorOnTwoHosts, FindsWhatIsWrong) {
+  const std::string file = deployment();
+  hosts_.set_mtu(1, 1400);
+  ASSERT_EQ(hosts_.why_not(), "");
+  const auto beta = up(1, file);
+  const auto alpha = doctor(0, file, "30", 150);
+  EXPECT_EQ(alpha->wait_for_end(60s * kSlowdown), 3) << alpha->said();
+  for (const char* text : {"warn  host beta (10.77.0.2): small packets arrive, packets of 1500 "
+                           "bytes do not",
+                           "FAIL  clock of host beta: 1", " ms behind (error at most"})
+    EXPECT_TRUE(contains(alpha->said(), text)) << text << '\n' << alpha->said();
+}
+
+TEST_F(DoctorOnTwoHosts, NamesAHostThatIsMissing) {
+  const std::string file = deployment();
+  hosts_.set_link(1, false);
+  const auto alpha = doctor(0, file, "1");
+  EXPECT_EQ(alpha->wait_for_end(30s * kSlowdown), 0) << alpha->said();
+  EXPECT_TRUE(contains(alpha->said(), "warn  host beta (10.77.0.2): no answer")) << alpha->said();
+  EXPECT_TRUE(contains(alpha->said(), "warn  no program speaks for host beta")) << alpha->said();
+}
+
+TEST_F(DoctorOnTwoHosts, NamesAHostWithoutARoute) {
+  const std::string file = (folder_.path / "files" / "other.yaml").string();
+  const std::string text = text_of(deployment());
+  std::ofstream(file) << replaced(text, TestHosts::address(1), "10.78.0.2");
+  const auto alpha = doctor(0, file, "0");
+  EXPECT_EQ(alpha->wait_for_end(30s * kSlowdown), 3) << alpha->said();
+  EXPECT_TRUE(contains(alpha->said(), "FAIL  host beta (10.78.0.2): this machine has no route"))
+      << alpha->said();
 }
 
 }  // namespace

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "common/base/realtime.h"
+#include "common/pipeline/bus/profile.h"
 #include "tests/support/deployments.h"
 #include "tests/support/process/test_hosts.h"
 #include "tests/support/sanitizer.h"
@@ -52,22 +53,30 @@ class TwoHosts : public testing::Test {
     std::ofstream(file) << text;
     return file.string();
   }
-  // clock_ms: how far the host's clock is ahead.
-  std::unique_ptr<Program> up(int host, const std::string& file,
-                              const std::vector<std::string>& more = {}, int clock_ms = 0) {
-    const std::string name = host == 0 ? "alpha" : "beta";
+  // Runs `fivepipe` on a host whose clock is ahead by clock_ms. The log has the name of the host.
+  std::unique_ptr<Program> fivepipe(int host, const std::vector<std::string>& arguments,
+                                    int clock_ms = 0) {
     std::vector<std::string> words{"/usr/bin/env",
                                    base::kTestClockVariable + ("=" + std::to_string(clock_ms)),
-                                   FIVEPIPE_BINARY_DIR "/fivepipe",
-                                   "up",
-                                   file,
-                                   "--domain",
-                                   "0",
-                                   "--out",
-                                   (folder_.path / name).string()};
-    words.insert(words.end(), more.begin(), more.end());
-    return std::make_unique<Program>(hosts_.in(host, words), folder_.path / (name + ".log"));
+                                   FIVEPIPE_BINARY_DIR "/fivepipe"};
+    words.insert(words.end(), arguments.begin(), arguments.end());
+    return std::make_unique<Program>(hosts_.in(host, words), folder_.path / (name(host) + ".log"));
   }
+  std::unique_ptr<Program> up(int host, const std::string& file,
+                              const std::vector<std::string>& more = {}, int clock_ms = 0) {
+    std::vector<std::string> words{"up", file,    "--domain",
+                                   "0",  "--out", (folder_.path / name(host)).string()};
+    words.insert(words.end(), more.begin(), more.end());
+    return fivepipe(host, words, clock_ms);
+  }
+  // Of a program that listens from outside the hosts.
+  static bus::Network observer_network() {
+    bus::Network network("lan");
+    network.interface = TestHosts::kObserver;
+    network.peers = {TestHosts::address(0), TestHosts::address(1), TestHosts::kObserver};
+    return network;
+  }
+  static std::string name(int host) { return host == 0 ? "alpha" : "beta"; }
   static bool holds(std::chrono::seconds timeout, const std::function<bool()>& condition) {
     const auto until = std::chrono::steady_clock::now() + timeout * kSlowdown;
     while (!condition()) {

@@ -74,10 +74,7 @@ TEST_F(TwoHosts, OnePercentOfLostPacketsLosesNoFrame) {
 TEST_F(TwoHosts, AReconstructionNodeIsAddedAndRemovedWithoutALostFrame) {
   const char* const rounds = std::getenv("FIVEPIPE_ROUNDS");
   const std::string file = deployment("", "lan", {"capture", "recon_a", "simulation", "rendering"});
-  bus::Network network("lan");
-  network.interface = TestHosts::kObserver;
-  network.peers = {TestHosts::address(0), TestHosts::address(1), TestHosts::kObserver};
-  bus::Bus bus({0, network});
+  bus::Bus bus({0, observer_network()});
   auto poses = bus.reader<bus::topics::HeadPose>();
   auto composites = bus.reader<bus::topics::FrameComposited>();
   std::set<std::uint64_t> sent, composited;  // frames
