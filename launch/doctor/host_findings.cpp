@@ -6,6 +6,7 @@
 #include <iterator>
 #include <thread>
 
+#include "common/base/network/multicast_probe.h"
 #include "common/base/network/path_mtu.h"
 #include "common/base/text_table.h"
 #include "launch/supervise/hosts/host_exchange.h"
@@ -39,6 +40,18 @@ Finding check_machine(const config::Host& host) {
   return {Verdict::ok,
           fmt::format("{}: answers; packets of {} bytes arrive (MTU)", text_of(host), path.bytes),
           ""};
+}
+
+std::string multicast_text(const config::Deployment& deployment, const std::string& host) {
+  return "fivepipe doctor " + deployment.name + " " + host;
+}
+
+Finding multicast_finding(const std::string& host, bool arrives) {
+  if (arrives) return {Verdict::ok, "multicast of host " + host + ": arrives", ""};
+  return {Verdict::warn, "multicast of host " + host + ": does not arrive",
+          "network_profile lan sends the data of the cameras by multicast: the switch drops it, or "
+          "a firewall. If the switch has IGMP snooping, switch on its querier, or use "
+          "network_profile lossy, which needs no multicast"};
 }
 
 // Whether both hosts know how far their clocks are apart.
@@ -98,9 +111,13 @@ std::vector<Finding> compare_hosts(bus::Bus& bus, const config::Deployment& depl
       return host.name == own || (other && is_compared(exchange.own(), *other));
     });
   };
+  const auto own_host = std::ranges::find(deployment.hosts, own, &config::Host::name);
+  base::MulticastProbe multicast(own_host->address, multicast_text(deployment, own));
   const auto step_until = [&](Clock::time_point end, const std::function<bool()>& is_done) {
-    for (exchange.step(); !is_done() && Clock::now() < end && !is_interrupted(); exchange.step())
+    for (exchange.step(); !is_done() && Clock::now() < end && !is_interrupted(); exchange.step()) {
+      multicast.step();
       std::this_thread::sleep_for(kPollPeriod);
+    }
   };
   const auto end = Clock::now() + patience;
   step_until(end, all_compared);
@@ -111,12 +128,17 @@ std::vector<Finding> compare_hosts(bus::Bus& bus, const config::Deployment& depl
   std::vector<Finding> findings;
   for (const config::Host& host : deployment.hosts) {
     if (host.name == own) continue;
-    if (const auto other = newest(host.name))
+    if (const auto other = newest(host.name)) {
       std::ranges::move(findings_about(exchange.own(), *other), std::back_inserter(findings));
-    else
+      // `up` sends no such texts.
+      if (other->state.speaker.program == "doctor" && deployment.network_profile == "lan")
+        findings.push_back(multicast_finding(
+            host.name, multicast.heard().contains(multicast_text(deployment, host.name))));
+    } else {
       findings.push_back({Verdict::warn, "no program speaks for host " + host.name,
                           "run `fivepipe doctor` or `fivepipe up` with this deployment there at "
                           "the same time; --wait waits longer"});
+    }
   }
   return findings;
 }

@@ -17,7 +17,8 @@ namespace fivepipe::launch {
 std::vector<Finding> check_machines(const config::Deployment& deployment, const std::string& own);
 
 // Compares this host with the others, for which `fivepipe up` or `fivepipe doctor` speaks: clock,
-// version, files. Waits for them for at most `patience`, or until is_interrupted().
+// version, files, and whether multicast arrives. Waits for them for at most `patience`, or until
+// is_interrupted().
 std::vector<Finding> compare_hosts(bus::Bus& bus, const config::Deployment& deployment,
                                    const std::string& own, std::chrono::milliseconds patience,
                                    const std::function<bool()>& is_interrupted);

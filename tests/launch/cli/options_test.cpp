@@ -73,7 +73,8 @@ const std::string kHelp = "-h,--help\n",
 TEST_F(CommandLine, HelpListsEachOptionWithItsLimitsAndDefault) {
   EXPECT_EQ(options_of("up"), "DEPLOYMENT TEXT REQUIRED\n" + kHelp +
                                   "--host TEXT\n--local\n--duration FLOAT:POSITIVE\n--out TEXT\n"
-                                  "--set TEXT:KEY=VALUE ...\n--every-frame\n--allow-clock-offset\n--no-watchdog\n"
+                                  "--set TEXT:KEY=VALUE ...\n--every-frame\n--allow-clock-offset\n"
+                                  "--no-watchdog\n"
                                   "--record TEXT\n"
                                   "--record-option TEXT ...\n--domain UINT:INT in [0 - 230]\n");
   EXPECT_EQ(options_of("top"), kHelp + kNetwork + "--once\n");

@@ -1,9 +1,11 @@
 // Hosts on one machine: network namespaces that a switch joins. They end with the test.
 #pragma once
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <thread>
 #include <vector>
@@ -22,7 +24,8 @@ class TestHosts {
       why_not_ = "the system allows no network namespaces (CAP_SYS_ADMIN)";
       return;
     }
-    run("ip link add switch type bridge");
+    // A switch that sends multicast only to the hosts that have joined a group (IGMP snooping).
+    run("ip link add switch type bridge mcast_querier 1 mcast_startup_query_interval 100");
     run("ip address add " + kObserver + "/24 dev switch");
     run("ip link set switch up");
     for (int i = 0; i < count; ++i) {
@@ -60,17 +63,34 @@ class TestHosts {
     run_in(host, "nft add rule ip losses received iif eth0 numgen random mod " +
                      std::to_string(packets) + " == 0 counter drop");
   }
+  // From now on, no multicast reaches the host.
+  void drop_multicast(int host) {
+    run_in(host, "nft add table ip multicast");
+    run_in(host, "nft 'add chain ip multicast received { type filter hook input priority 0; }'");
+    run_in(host, "nft add rule ip multicast received ip daddr 224.0.0.0/4 drop");
+  }
   // The packets that the host has lost.
   int lost(int host) const {
-    const std::string command = "nsenter --target " +
-                                std::to_string(holders_.at(std::size_t(host))->pid()) +
-                                " --net nft list table ip losses 2>/dev/null";
-    std::string text;
-    FILE* const output = popen(command.c_str(), "r");
-    for (int c; output && (c = fgetc(output)) != EOF;) text += char(c);
-    if (output) pclose(output);
+    const std::string text =
+        output_of("nsenter --target " + std::to_string(holders_.at(std::size_t(host))->pid()) +
+                  " --net nft list table ip losses");
     const std::size_t at = text.find("counter packets ");
     return at == std::string::npos ? 0 : std::atoi(text.c_str() + at + 16);
+  }
+  // From now on, the host sends, and receives, at most this rate, such as "1gbit".
+  void limit_rate(int host, const std::string& rate) {
+    const std::string limit = " root tbf rate " + rate + " burst 256kb latency 50ms";
+    run_in(host, "tc qdisc replace dev eth0" + limit);
+    run("tc qdisc replace dev " + port_of(host) + limit);
+  }
+  struct Traffic {
+    std::int64_t sent_bytes = 0, received_bytes = 0;  // with the headers of Ethernet
+  };
+  // What the host's interface has carried since it exists.
+  Traffic traffic(int host) const {
+    const nlohmann::json link =
+        nlohmann::json::parse(output_of("ip -s -j link show " + port_of(host)))[0]["stats64"];
+    return {link["rx"]["bytes"], link["tx"]["bytes"]};
   }
   // The largest IP packets of the host's interface.
   void set_mtu(int host, int bytes) {
@@ -81,6 +101,13 @@ class TestHosts {
   }
 
  private:
+  static std::string output_of(const std::string& command) {
+    std::string text;
+    FILE* const output = popen((command + " 2>/dev/null").c_str(), "r");
+    for (int c; output && (c = fgetc(output)) != EOF;) text += char(c);
+    if (output) pclose(output);
+    return text;
+  }
   static std::string port_of(int host) { return "port" + std::to_string(host); }
   void run(const std::string& command) {
     if (why_not_.empty() && std::system((command + " >/dev/null 2>&1").c_str()) != 0)

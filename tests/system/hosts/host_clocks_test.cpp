@@ -170,12 +170,24 @@ TEST_F(DoctorOnTwoHosts, ComparesThem) {
   for (const char* text :
        {"ok    interface of host alpha: 10.77.0.1",
         "ok    host beta (10.77.0.2): answers; packets of 1500 bytes arrive (MTU)",
-        "ok    version and files of host beta: the same",
+        "ok    version and files of host beta: the same", "ok    multicast of host beta: arrives",
         " MB/s in the working folder; a recording "
         "of small needs "})
     EXPECT_TRUE(contains(alpha->said(), text)) << text << '\n' << alpha->said();
   EXPECT_TRUE(kHasSanitizer || contains(alpha->said(), "ok    clock of host beta: "))
       << alpha->said();
+}
+
+TEST_F(DoctorOnTwoHosts, NamesMulticastThatDoesNotArrive) {
+  const std::string file = deployment();
+  hosts_.drop_multicast(0);
+  ASSERT_EQ(hosts_.why_not(), "");
+  const auto alpha = doctor(0, file, "60"), beta = doctor(1, file, "60");
+  EXPECT_EQ(alpha->wait_for_end(30s * kSlowdown), 0) << alpha->said();
+  EXPECT_EQ(beta->wait_for_end(30s * kSlowdown), 0) << beta->said();
+  EXPECT_TRUE(contains(alpha->said(), "warn  multicast of host beta: does not arrive"))
+      << alpha->said();
+  EXPECT_TRUE(contains(beta->said(), "ok    multicast of host alpha: arrives")) << beta->said();
 }
 
 TEST_F(DoctorOnTwoHosts, FindsWhatIsWrong) {
