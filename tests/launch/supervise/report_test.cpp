@@ -70,6 +70,32 @@ TEST(Report, CountsFramesOverAllProcessesOfANode) {
   EXPECT_EQ(report["nodes"]["recon_b"]["counts"]["frame_sets_complete"], 285);
 }
 
+// The node of another host states its start by its own clock.
+TEST(Report, TheClocksOfOtherHostsAreCompared) {
+  auto input = ten_seconds();
+  input.programs.back().other_host = "beta";
+  launch::ComparedHost beta{{{"beta", "up"}, "beta.lab", "1 (abc)", {}, {}}, std::nullopt};
+  launch::ComparedHost doctor = beta;
+  doctor.state.speaker.program = "doctor";
+  doctor.clock = launch::ClockOffset{7 * s, 0};
+  input.hosts = {doctor, beta};
+  auto report = launch::report_from(input);
+  EXPECT_EQ(report["hosts"], nlohmann::json::parse(R"JSON(
+    {"beta": {"clock_error_ms": null, "clock_offset_ms": null, "machine": "beta.lab",
+              "version": "1 (abc)"}})JSON"));
+  EXPECT_DOUBLE_EQ(report["nodes"]["render"]["cpu_percent"].get<double>(), 50);
+  EXPECT_TRUE(contains(launch::table_of(report), "clock of host beta: not compared"));
+  input.hosts[1].clock = launch::ClockOffset{-5 * s, 1'000'000};
+  report = launch::report_from(input);
+  EXPECT_DOUBLE_EQ(report["hosts"]["beta"]["clock_offset_ms"].get<double>(), -5000);
+  EXPECT_DOUBLE_EQ(report["hosts"]["beta"]["clock_error_ms"].get<double>(), 1);
+  EXPECT_DOUBLE_EQ(report["nodes"]["render"]["cpu_percent"].get<double>(), 100);
+  EXPECT_TRUE(contains(launch::table_of(report),
+                       "clock of host beta: 5000.00 ms behind (error at most 1.00 ms)"));
+  input.hosts[1].clock = launch::ClockOffset{1'000'000, 0};
+  EXPECT_FALSE(contains(launch::table_of(launch::report_from(input)), "clock of"));
+}
+
 TEST(Report, ANodeThatSimulatesHasItsMetrics) {
   auto input = ten_seconds();
   EXPECT_FALSE(launch::report_from(input)["nodes"]["sim"].contains("simulation"));
@@ -361,6 +387,7 @@ TEST(Report, HasEveryField) {
      "core_ms_per_set": null, "rate_bound": "",
      "frames": {"captured": 0, "complete": 39, "composited": 2,
       "dropped": {"bad_composited": 1, "late": 12, "not_sent: a": 2}},
+     "hosts": {},
      "latency_ms": {"count": 1, "max": 40.0, "p50": 10.0, "p95": 20.0, "p99": 30.0},
      "machine": {"cores": 8, "cpu": "fast", "gl_renderer": "fast card"},
      "nodes": {"recon": {"counts": {"frame_sets_complete": 40, "refused from x": 6},
