@@ -124,7 +124,7 @@ int run_doctor(const NetworkOptions& given) {
   std::vector<Finding> findings = {check_build(), check_gl(), check_loopback(), check_cores(),
                                    check_disk()};
   try {
-    const JoinedNetwork joined = network_from(given);
+    const JoinedNetwork joined = network_from(given, security::Role::observer);
     findings.push_back(check_receive_buffer(joined.network));
     findings.push_back(check_dds(joined));
   } catch (const config::ConfigError& error) {

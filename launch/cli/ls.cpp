@@ -28,7 +28,7 @@ int run_ls(const LsOptions& options) {
   if (of_recording) {
     topics = topics_of(recording::Recording(options.file));
   } else {
-    joined = network_from(options.network);
+    joined = network_from(options.network, security::Role::observer);
     bus::Bus bus({joined.domain, joined.network, "ls"});
     for (const auto until = Clock::now() + kDiscoveryTime; Clock::now() < until;) bus.wait(100ms);
     topics = topics_of(bus.endpoints());

@@ -121,13 +121,14 @@ void add_deployment_options(CLI::App* app, NetworkOptions& options) {
   add_host_options(app, options);
 }
 
-JoinedNetwork network_from(const NetworkOptions& options) {
+JoinedNetwork network_from(const NetworkOptions& options, security::Role role) {
   if (options.deployment.empty()) return {options.domain, options.profile, ""};
   const config::Deployment deployment =
       config::load_deployment(deployment_file(options.deployment), settings_from(options.settings));
   const bool has_domain = options.domain_option && options.domain_option->count() > 0;
-  return {has_domain ? options.domain : deployment.domain,
-          node::network_of(deployment, options.host, options.local), deployment.name};
+  const std::uint32_t domain = has_domain ? options.domain : deployment.domain;
+  return {domain, node::network_of(deployment, {role, domain, options.host, options.local}),
+          deployment.name};
 }
 
 }  // namespace fivepipe::launch

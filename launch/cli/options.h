@@ -56,7 +56,7 @@ struct JoinedNetwork {
   bus::Network network;
   std::string deployment;  // name; empty: none
 };
-// Throws config::ConfigError.
-JoinedNetwork network_from(const NetworkOptions& options);
+// role: of the command in a secured deployment. Throws config::ConfigError.
+JoinedNetwork network_from(const NetworkOptions& options, security::Role role);
 
 }  // namespace fivepipe::launch

@@ -37,7 +37,7 @@ std::string deployment_that_refuses(bus::Bus& bus, const std::string& own) {
 }
 
 int run_simulation(const SimulationOptions& options) {
-  const JoinedNetwork joined = network_from(options.network);
+  const JoinedNetwork joined = network_from(options.network, security::Role::commands);
   bus::Bus bus(
       {.domain = joined.domain, .network = joined.network, .deployment = joined.deployment});
   auto commands = bus.writer<bus::topics::Command>();

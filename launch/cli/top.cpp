@@ -27,7 +27,7 @@ struct TopOptions {
 
 int run_top(const TopOptions& options) {
   ignore_closed_pipes();
-  const JoinedNetwork joined = network_from(options.network);
+  const JoinedNetwork joined = network_from(options.network, security::Role::observer);
   bus::Bus bus(
       {.domain = joined.domain, .network = joined.network, .deployment = joined.deployment});
   auto statuses_in = bus.reader<bus::topics::NodeStatus>();

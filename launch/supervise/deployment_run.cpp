@@ -59,6 +59,11 @@ SupervisorOutput console_output(const std::vector<Program>& programs) {
           .event = [](const std::string& text) { spdlog::warn("{}", text); }};
 }
 
+bus::Network network_for(const RunSettings& settings, const config::Deployment& deployment) {
+  return node::network_of(
+      deployment, {security::Role::supervisor, settings.domain, settings.host, settings.local});
+}
+
 std::unique_ptr<RecorderProcess> started_recorder(bus::Bus& bus, const RunSettings& settings) {
   if (settings.record.empty()) return nullptr;
   std::vector<std::string> arguments{"-o",           settings.record,
@@ -81,8 +86,8 @@ class DeploymentRun {
         nodes_(nodes),
         programs_(programs_of(nodes, settings)),
         conflicts_(conflicts),
-        bus_({settings.domain, node::network_of(deployment, settings.host, settings.local),
-              conflicts_.participant(), deployment.name}),
+        bus_({settings.domain, network_for(settings, deployment), conflicts_.participant(),
+              deployment.name}),
         statuses_in_(bus_.reader<bus::topics::NodeStatus>()),
         metrics_in_(bus_.reader<bus::topics::SimulationMetrics>()),
         composited_in_(bus_.reader<bus::topics::FrameComposited>()),
@@ -368,7 +373,7 @@ int run_deployment(const RunSettings& settings, const config::Deployment& deploy
                    const std::vector<config::Node>& nodes) {
   ConflictSearch conflicts(deployment.name, nodes.empty() ? "" : nodes.front().host,
                            settings.domain);
-  const bus::Network network = node::network_of(deployment, settings.host, settings.local);
+  const bus::Network network = network_for(settings, deployment);
   // On one machine, discovery would delay the first picture, and NodeClaims refuses most conflicts.
   if (bus::reaches_other_machines(network.profile) &&
       !conflicts.find_before_start(network).empty()) {

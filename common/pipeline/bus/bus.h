@@ -175,7 +175,7 @@ class Writer {
 
 struct BusOptions {
   std::uint32_t domain = 0;
-  Network network = {};          // the environment variable CYCLONEDDS_URI overrides it
+  Network network = {};          // the environment variable CYCLONEDDS_URI overrides its profile
   std::string participant = "";  // name that other processes see, such as the node's
   // Name of the deployment whose messages the readers accept. Empty: those of all.
   std::string deployment = "";
