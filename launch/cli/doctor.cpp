@@ -2,6 +2,7 @@
 #include <net/if.h>
 #include <unistd.h>
 
+#include <ctime>
 #include <fstream>
 #include <iostream>
 
@@ -11,6 +12,8 @@
 #include "common/gl/context.h"
 #include "common/pipeline/bus/bus.h"
 #include "common/pipeline/bus/profile.h"
+#include "common/pipeline/node/deployment_network.h"
+#include "common/pipeline/security/role_check.h"
 #include "launch/cli/commands.h"
 #include "launch/cli/options.h"
 
@@ -83,6 +86,56 @@ Finding check_dds(const JoinedNetwork& options) {
   }
 }
 
+// The roles whose keys this machine has.
+std::vector<security::Role> roles_here(const config::Deployment& deployment) {
+  std::vector<security::Role> here;
+  for (const security::Role role : security::kRoles)
+    if (fs::exists(node::role_files(deployment, role).folder)) here.push_back(role);
+  return here;
+}
+
+Finding check_role_keys(const config::Deployment& deployment, std::uint32_t domain,
+                        security::Role role) {
+  const std::string what = std::string("security: role ") + name_of(role) + ": ";
+  try {
+    const security::CheckedRole checked = security::check_role(
+        node::role_files(deployment, role), deployment.name, domain, std::time(nullptr));
+    std::string advice;
+    for (const std::string& warning : checked.warnings)
+      advice += (advice.empty() ? "" : "; ") + warning;
+    return {advice.empty() ? Verdict::ok : Verdict::warn,
+            what + (checked.protection == security::Protection::sign ? "signed" : "encrypted") +
+                ", valid until " + security::utc_text(checked.not_after_s),
+            advice};
+  } catch (const security::SecurityError& error) {
+    return {Verdict::fail, what + error.what(),
+            "make new keys on the machine with the CA: " + node::keys_command(deployment)};
+  }
+}
+
+std::vector<Finding> check_security(const config::Deployment& deployment, std::uint32_t domain) {
+  if (!deployment.security)
+    return {{Verdict::ok, "security: off, as the deployment file has no `security`", ""}};
+  std::vector<Finding> findings;
+  for (const security::Role role : roles_here(deployment))
+    findings.push_back(check_role_keys(deployment, domain, role));
+  if (findings.empty())
+    findings.push_back({Verdict::fail, "security: no keys in " + deployment.security->keys.string(),
+                        "make them by " + node::keys_command(deployment) +
+                            ", or copy the folders of this machine's roles from the machine with "
+                            "the CA"});
+  return findings;
+}
+
+// The role with which doctor joins the domain.
+security::Role role_of_doctor(const config::Deployment& deployment) {
+  if (!deployment.security) return security::Role::observer;
+  const std::vector<security::Role> here = roles_here(deployment);
+  return here.empty() || std::ranges::count(here, security::Role::observer) > 0
+             ? security::Role::observer
+             : here.front();
+}
+
 Finding check_cores() {
   const int cores = base::core_count();
   const std::string what = "cores: " + std::to_string(cores) + ", " + base::cpu_name();
@@ -124,7 +177,17 @@ int run_doctor(const NetworkOptions& given) {
   std::vector<Finding> findings = {check_build(), check_gl(), check_loopback(), check_cores(),
                                    check_disk()};
   try {
-    const JoinedNetwork joined = network_from(given, security::Role::observer);
+    security::Role role = security::Role::observer;
+    if (!given.deployment.empty()) {
+      const config::Deployment deployment = deployment_of(given);
+      role = role_of_doctor(deployment);
+      if (given.local)
+        findings.push_back({Verdict::ok, "security: off with --local", ""});
+      else
+        for (Finding& finding : check_security(deployment, domain_of(given, deployment)))
+          findings.push_back(std::move(finding));
+    }
+    const JoinedNetwork joined = network_from(given, role);
     findings.push_back(check_receive_buffer(joined.network));
     findings.push_back(check_dds(joined));
   } catch (const config::ConfigError& error) {
@@ -153,7 +216,10 @@ void add_doctor(CLI::App& app, Command& command) {
   CLI::App* doctor = app.add_subcommand(
       "doctor", "Check whether this machine is ready and print how to fix what is not");
   doctor->footer(
-      "Example:\n  fivepipe doctor\n\n"
+      "Examples:\n"
+      "  fivepipe doctor\n"
+      "  fivepipe doctor --deployment lab.yaml      also its network, and the keys of this machine "
+      "with their expiry\n\n"
       "Exit codes: 0 ready, possibly with warnings; 3 something required is missing.");
   add_network_options(doctor, *options);
   add_deployment_options(doctor, *options);

@@ -1,7 +1,6 @@
 #include "common/pipeline/bus/bus.h"
 
 #include <dds/dds.h>
-#include <dds/security/dds_security_api_defs.h>
 
 #include <array>
 #include <map>
@@ -12,7 +11,8 @@
 #include "common/pipeline/bus/discovery.h"
 #include "common/pipeline/bus/profile.h"
 #include "common/pipeline/bus/receiver_wakeup.h"
-#include "common/pipeline/security/plugins.h"
+#include "common/pipeline/bus/secured/participant_security.h"
+#include "common/pipeline/bus/secured/refusal_log.h"
 
 namespace fivepipe::bus {
 namespace {
@@ -55,32 +55,6 @@ Qos qos_of(topics::Delivery delivery, bool keep_all, const std::string& identity
   }
   if (keep_all) dds_qset_history(qos.get(), DDS_HISTORY_KEEP_ALL, 0);
   return qos;
-}
-
-// Properties of a participant that joins a secured domain. They apply also if CYCLONEDDS_URI
-// replaces the network profile.
-void set_security(dds_qos_t* qos, const security::RoleFiles& files) {
-  const auto set_plugin = [&](const char* path, const char* init, const char* finalize,
-                              const std::string& library, const std::string& function) {
-    dds_qset_prop(qos, path, security::plugin_library(library).c_str());
-    dds_qset_prop(qos, init, ("init_" + function).c_str());
-    dds_qset_prop(qos, finalize, ("finalize_" + function).c_str());
-  };
-  set_plugin(DDS_SEC_PROP_AUTH_LIBRARY_PATH, DDS_SEC_PROP_AUTH_LIBRARY_INIT,
-             DDS_SEC_PROP_AUTH_LIBRARY_FINALIZE, "auth", "authentication");
-  set_plugin(DDS_SEC_PROP_ACCESS_LIBRARY_PATH, DDS_SEC_PROP_ACCESS_LIBRARY_INIT,
-             DDS_SEC_PROP_ACCESS_LIBRARY_FINALIZE, "ac", "access_control");
-  set_plugin(DDS_SEC_PROP_CRYPTO_LIBRARY_PATH, DDS_SEC_PROP_CRYPTO_LIBRARY_INIT,
-             DDS_SEC_PROP_CRYPTO_LIBRARY_FINALIZE, "crypto", "crypto");
-  const auto set_file = [&](const char* property, const std::filesystem::path& file) {
-    dds_qset_prop(qos, property, ("file:" + std::filesystem::absolute(file).string()).c_str());
-  };
-  set_file(DDS_SEC_PROP_AUTH_IDENTITY_CA, files.ca());
-  set_file(DDS_SEC_PROP_AUTH_IDENTITY_CERT, files.identity());
-  set_file(DDS_SEC_PROP_AUTH_PRIV_KEY, files.key());
-  set_file(DDS_SEC_PROP_ACCESS_PERMISSIONS_CA, files.ca());
-  set_file(DDS_SEC_PROP_ACCESS_GOVERNANCE, files.governance());
-  set_file(DDS_SEC_PROP_ACCESS_PERMISSIONS, files.permissions());
 }
 
 bool is_accepted(const dds_sample_info_t* info, void* reader_filter) {
@@ -228,7 +202,8 @@ Bus::Bus(const BusOptions& options) : impl_(std::make_unique<Impl>()) {
   std::string what = "DDS participant in domain " + std::to_string(options.domain);
   impl_->security = options.network.security;
   if (impl_->security) {
-    set_security(qos.get(), impl_->security->files);
+    detail::limit_dds_log();
+    detail::set_security(qos.get(), impl_->security->files);
     warnings_.insert(warnings_.end(), impl_->security->warnings.begin(),
                      impl_->security->warnings.end());
     what += " with the keys in " + impl_->security->files.folder.string() +
@@ -296,6 +271,20 @@ std::int32_t Bus::participant() const { return impl_->participant->handle; }
 
 std::vector<EndpointDescription> Bus::endpoints() {
   return detail::discovered_endpoints(impl_->participant->handle);
+}
+
+std::string Bus::why_not_admitted() {
+  std::string names;
+  for (const std::string& name : detail::silent_deployments(impl_->participant->handle))
+    names += (names.empty() ? "'" : "', '") + name;
+  if (names.empty()) return "";
+  if (impl_->security)
+    return "deployment " + names + "' refuses the keys in " +
+           impl_->security->files.folder.string() +
+           ": its processes have keys of another CA; copy the folder from the machine with the CA";
+  return "deployment " + names +
+         "' runs there with security, and admits only programs that have its keys: add "
+         "--deployment and its file";
 }
 
 std::map<std::string, std::uint64_t> Bus::sent() {

@@ -11,7 +11,7 @@ namespace {
 
 security::Credentials credentials_of(const config::Deployment& deployment, const Joining& joining) {
   security::Credentials credentials{
-      role_files(deployment, joining.role), "`fivepipe keys " + deployment.file.string() + "`", {}};
+      role_files(deployment, joining.role), keys_command(deployment), {}};
   try {
     credentials.warnings =
         security::check_role(credentials.files, deployment.name, joining.domain, std::time(nullptr))
@@ -31,6 +31,10 @@ security::Credentials credentials_of(const config::Deployment& deployment, const
 
 security::RoleFiles role_files(const config::Deployment& deployment, security::Role role) {
   return {deployment.security->keys / security::name_of(role), role};
+}
+
+std::string keys_command(const config::Deployment& deployment) {
+  return "`fivepipe keys " + deployment.file.string() + "`";
 }
 
 bus::Network network_of(const config::Deployment& deployment, const Joining& joining) {

@@ -12,6 +12,9 @@ namespace fivepipe::node {
 // The keys of a role in a deployment that has Deployment::security. The files may not exist.
 security::RoleFiles role_files(const config::Deployment& deployment, security::Role role);
 
+// The command that makes the keys of the deployment, for messages.
+std::string keys_command(const config::Deployment& deployment);
+
 struct Joining {
   security::Role role = security::Role::observer;  // of the process, if the deployment is secured
   std::uint32_t domain = 0;                        // as BusOptions::domain
