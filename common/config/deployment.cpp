@@ -230,6 +230,7 @@ Deployment read_deployment(const std::filesystem::path& file,
     map.problem_at("network_profile",
                    "network_profile loopback reaches no other machine: with several hosts, use lan "
                    "or lossy");
+  deployment.security = read_security(map);
   deployment.frame_rate_hz = map.number("frame_rate_hz", {0, 1000, true}, deployment.frame_rate_hz);
   const std::size_t problems_before_rig = problems.count();
   deployment.rig = read_named_file(map, "rig", read_rig);

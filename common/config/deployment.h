@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <variant>
@@ -11,6 +12,7 @@
 
 #include "common/config/capture/capture_config.h"
 #include "common/config/network/hosts.h"
+#include "common/config/network/security.h"
 #include "common/config/recon_config.h"
 #include "common/config/render_config.h"
 #include "common/config/rig.h"
@@ -47,6 +49,7 @@ struct Deployment {
   std::uint32_t domain = 0;                  // DDS domain
   std::vector<Host> hosts;                   // empty: the nodes' `host` are names of machines
   std::string network_profile = "loopback";  // with several hosts by default "lan"
+  std::optional<Security> security;          // nullopt: every process may join
   double frame_rate_hz = 30;
   Rig rig;
   Scene scene;

@@ -21,6 +21,7 @@ void add_ls(CLI::App& app, Command& command);
 void add_echo(CLI::App& app, Command& command);
 void add_hz(CLI::App& app, Command& command);
 void add_simulation(CLI::App& app, Command& command);
+void add_keys(CLI::App& app, Command& command);
 void add_doctor(CLI::App& app, Command& command);
 void add_bench(CLI::App& app, Command& command);
 void add_maps(CLI::App& app, Command& command);

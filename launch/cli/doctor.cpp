@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <ctime>
 #include <fstream>
 #include <iostream>
 #include <iterator>
@@ -13,6 +14,8 @@
 #include "common/gl/context.h"
 #include "common/pipeline/bus/bus.h"
 #include "common/pipeline/bus/profile.h"
+#include "common/pipeline/node/deployment_network.h"
+#include "common/pipeline/security/role_check.h"
 #include "launch/cli/commands.h"
 #include "launch/cli/options.h"
 #include "launch/doctor/disk_rate.h"
@@ -83,6 +86,59 @@ Finding check_dds(const JoinedNetwork& options) {
   }
 }
 
+// The roles whose keys this machine has.
+std::vector<security::Role> roles_here(const config::Deployment& deployment) {
+  std::vector<security::Role> here;
+  for (const security::Role role : security::kRoles)
+    if (fs::exists(node::role_files(deployment, role).folder)) here.push_back(role);
+  return here;
+}
+
+Finding check_role_keys(const config::Deployment& deployment, std::uint32_t domain,
+                        security::Role role) {
+  const std::string what = std::string("security: role ") + name_of(role) + ": ";
+  try {
+    const security::CheckedRole checked = security::check_role(
+        node::role_files(deployment, role), deployment.name, domain, std::time(nullptr));
+    std::string advice;
+    for (const std::string& warning : checked.warnings)
+      advice += (advice.empty() ? "" : "; ") + warning;
+    return {advice.empty() ? Verdict::ok : Verdict::warn,
+            what + (checked.protection == security::Protection::sign ? "signed" : "encrypted") +
+                ", valid until " + security::utc_text(checked.not_after_s),
+            advice};
+  } catch (const security::SecurityError& error) {
+    return {Verdict::fail, what + error.what(),
+            "make new keys on the machine with the CA: " + node::keys_command(deployment)};
+  }
+}
+
+std::vector<Finding> check_security(const config::Deployment& deployment, std::uint32_t domain) {
+  if (!deployment.security)
+    return {{Verdict::ok, "security: off, as the deployment file has no `security`", ""}};
+  std::vector<Finding> findings;
+  for (const security::Role role : roles_here(deployment))
+    findings.push_back(check_role_keys(deployment, domain, role));
+  if (findings.empty())
+    findings.push_back({Verdict::fail, "security: no keys in " + deployment.security->keys.string(),
+                        "make them by " + node::keys_command(deployment) +
+                            ", or copy the folders of this machine's roles from the machine with "
+                            "the CA"});
+  return findings;
+}
+
+// The role that may tell the other hosts of this one.
+constexpr security::Role kComparingRole = security::Role::supervisor;
+
+// The role with which doctor joins the domain.
+security::Role role_of_doctor(const config::Deployment& deployment) {
+  if (!deployment.security) return security::Role::observer;
+  const std::vector<security::Role> here = roles_here(deployment);
+  for (const security::Role role : {kComparingRole, security::Role::observer})
+    if (std::ranges::count(here, role) > 0) return role;
+  return here.empty() ? security::Role::observer : here.front();
+}
+
 Finding check_cores() {
   const int cores = base::core_count();
   const std::string what = "cores: " + std::to_string(cores) + ", " + base::cpu_name();
@@ -131,8 +187,7 @@ void append(std::vector<Finding>& findings, std::vector<Finding> more) {
 
 // The checks that a deployment needs.
 std::vector<Finding> check_deployment(const DoctorOptions& options, const JoinedNetwork& joined) {
-  const config::Deployment deployment = config::load_deployment(
-      deployment_file(options.network.deployment), settings_from(options.network.settings));
+  const config::Deployment deployment = deployment_of(options.network);
   std::vector<Finding> findings = {check_disk_rate(deployment)};
   if (options.network.local || deployment.hosts.size() < 2) return findings;
   const std::string own =
@@ -140,6 +195,11 @@ std::vector<Finding> check_deployment(const DoctorOptions& options, const Joined
   findings.push_back(
       {Verdict::ok, "interface of host " + own + ": " + joined.network.interface, ""});
   append(findings, check_machines(deployment, own));
+  if (deployment.security && role_of_doctor(deployment) != kComparingRole) {
+    findings.push_back({Verdict::warn, "clocks and files are not compared with the other hosts",
+                        std::string("that needs the keys of the role ") + name_of(kComparingRole)});
+    return findings;
+  }
   std::cerr << "comparing with the other hosts, for at most " << options.wait_s << " s\n";
   catch_signals();
   bus::Bus bus({joined.domain, joined.network, "doctor", joined.deployment});
@@ -153,7 +213,16 @@ int run_doctor(const DoctorOptions& options) {
   std::vector<Finding> findings = {check_build(), check_gl(), check_loopback(), check_cores(),
                                    check_disk()};
   try {
-    const JoinedNetwork joined = network_from(options.network);
+    security::Role role = security::Role::observer;
+    if (!options.network.deployment.empty()) {
+      const config::Deployment deployment = deployment_of(options.network);
+      role = role_of_doctor(deployment);
+      if (options.network.local)
+        findings.push_back({Verdict::ok, "security: off with --local", ""});
+      else
+        append(findings, check_security(deployment, domain_of(options.network, deployment)));
+    }
+    const JoinedNetwork joined = network_from(options.network, role);
     findings.push_back(check_receive_buffer(joined.network));
     findings.push_back(check_dds(joined));
     if (!options.network.deployment.empty() && findings.back().verdict != Verdict::fail)
@@ -191,7 +260,8 @@ void add_doctor(CLI::App& app, Command& command) {
       "With a deployment it also checks whether the disk is fast enough for its recording and, if\n"
       "it has several hosts, whether the other machines answer, which packets reach them, how far\n"
       "the clocks are apart (warning above 2 ms, failure above 20 ms), and whether versions and\n"
-      "files are the same.\n\n"
+      "files are the same. In a secured deployment it lists the keys of this machine with their "
+      "expiry.\n\n"
       "Exit codes: 0 ready, possibly with warnings; 3 something required is missing.");
   add_network_options(doctor, options->network);
   add_deployment_options(doctor, options->network);

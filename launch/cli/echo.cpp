@@ -18,7 +18,7 @@ int run_echo(const EchoOptions& options) {
   EchoRequest request = options.request;
   if (!options.field.empty()) request.text.field = FieldPath(options.field);
   if (request.file.empty()) {
-    const JoinedNetwork joined = network_from(options.network);
+    const JoinedNetwork joined = network_from(options.network, security::Role::observer);
     request.domain = joined.domain;
     request.network = joined.network;
   }

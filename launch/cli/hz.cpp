@@ -16,7 +16,7 @@ struct HzOptions {
 int run_hz(const HzOptions& options) {
   HzRequest request = options.request;
   if (request.file.empty()) {
-    const JoinedNetwork joined = network_from(options.network);
+    const JoinedNetwork joined = network_from(options.network, security::Role::observer);
     request.domain = joined.domain;
     request.network = joined.network;
   }

@@ -25,20 +25,25 @@ int run_ls(const LsOptions& options) {
   const bool of_recording = !options.file.empty();
   std::vector<ListedTopic> topics;
   JoinedNetwork joined;
+  std::string why_not_admitted;
   if (of_recording) {
     topics = topics_of(recording::Recording(options.file));
   } else {
-    joined = network_from(options.network);
+    joined = network_from(options.network, security::Role::observer);
     bus::Bus bus({joined.domain, joined.network, "ls"});
     for (const auto until = Clock::now() + kDiscoveryTime; Clock::now() < until;) bus.wait(100ms);
     topics = topics_of(bus.endpoints());
+    why_not_admitted = bus.why_not_admitted();
   }
   if (topics.empty()) {
     std::cerr << (of_recording
                       ? options.file.string() + " contains no topic\n"
                       : "no participant in domain " + std::to_string(joined.domain) + " (profile " +
-                            joined.network.profile +
-                            "); start nodes by `fivepipe up`, or choose another --domain\n");
+                            joined.network.profile + "); " +
+                            (why_not_admitted.empty()
+                                 ? "start nodes by `fivepipe up`, or choose another --domain"
+                                 : why_not_admitted) +
+                            "\n");
     return of_recording ? 0 : 3;
   }
   std::cout << (options.nodes ? nodes_text(topics, of_recording)

@@ -3,7 +3,6 @@
 #include <stdexcept>
 
 #include "common/base/regex.h"
-#include "common/config/deployment.h"
 #include "common/pipeline/node/deployment_network.h"
 #include "launch/supervise/own_files.h"
 
@@ -121,13 +120,26 @@ void add_deployment_options(CLI::App* app, NetworkOptions& options) {
   add_host_options(app, options);
 }
 
-JoinedNetwork network_from(const NetworkOptions& options) {
-  if (options.deployment.empty()) return {options.domain, options.profile, ""};
-  const config::Deployment deployment =
-      config::load_deployment(deployment_file(options.deployment), settings_from(options.settings));
+std::string other_domain_or(const std::string& why) {
+  return "; " + (why.empty() ? "--domain selects another one" : why);
+}
+
+config::Deployment deployment_of(const NetworkOptions& options) {
+  return config::load_deployment(deployment_file(options.deployment),
+                                 settings_from(options.settings));
+}
+
+std::uint32_t domain_of(const NetworkOptions& options, const config::Deployment& deployment) {
   const bool has_domain = options.domain_option && options.domain_option->count() > 0;
-  return {has_domain ? options.domain : deployment.domain,
-          node::network_of(deployment, options.host, options.local), deployment.name};
+  return has_domain ? options.domain : deployment.domain;
+}
+
+JoinedNetwork network_from(const NetworkOptions& options, security::Role role) {
+  if (options.deployment.empty()) return {options.domain, options.profile, ""};
+  const config::Deployment deployment = deployment_of(options);
+  const std::uint32_t domain = domain_of(options, deployment);
+  return {domain, node::network_of(deployment, {role, domain, options.host, options.local}),
+          deployment.name};
 }
 
 }  // namespace fivepipe::launch

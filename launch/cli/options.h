@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "common/config/deployment.h"
 #include "common/pipeline/bus/profile.h"
 
 namespace fivepipe::launch {
@@ -51,12 +52,19 @@ void add_host_options(CLI::App* app, NetworkOptions& options);
 // with a --set of its own copies it to NetworkOptions::settings.
 void add_deployment_options(CLI::App* app, NetworkOptions& options);
 
+// Ends a message that a command found nothing in its domain: with `why` (Bus::why_not_admitted()),
+// or, if it is empty, with the option that selects another domain.
+std::string other_domain_or(const std::string& why);
+
 struct JoinedNetwork {
   std::uint32_t domain = 0;
   bus::Network network;
   std::string deployment;  // name; empty: none
 };
-// Throws config::ConfigError.
-JoinedNetwork network_from(const NetworkOptions& options);
+// The deployment that `options` name, and the domain. Throws config::ConfigError.
+config::Deployment deployment_of(const NetworkOptions& options);
+std::uint32_t domain_of(const NetworkOptions& options, const config::Deployment& deployment);
+// role: of the command in a secured deployment. Throws config::ConfigError.
+JoinedNetwork network_from(const NetworkOptions& options, security::Role role);
 
 }  // namespace fivepipe::launch

@@ -23,6 +23,7 @@ int run(int argc, char** argv) {
       "their rate\n"
       "  fivepipe info FILE      describes a recording and checks it for damage\n"
       "  fivepipe doctor         checks whether this machine is ready\n"
+      "  fivepipe keys FILE      makes the keys of a deployment with security\n"
       "  fivepipe bench hull     measures the visual hull; bench collision measures collision "
       "detection");
   app.set_version_flag("--version", std::string("fivepipe ") + base::version() + " (" +
@@ -38,6 +39,7 @@ int run(int argc, char** argv) {
   add_echo(app, command);
   add_hz(app, command);
   add_simulation(app, command);
+  add_keys(app, command);
   add_doctor(app, command);
   add_bench(app, command);
   add_maps(app, command);

@@ -40,7 +40,8 @@ int run_record(const RecordOptions& options) {
     deployment = config::load_deployment(deployment_file(options.deployment), request.settings);
     request.deployment = &*deployment;
     if (!options.domain_given) request.domain = deployment->domain;
-    request.network = node::network_of(*deployment, options.network.host, options.network.local);
+    request.network = node::network_of(*deployment, {security::Role::recorder, request.domain,
+                                                     options.network.host, options.network.local});
   }
   std::string refusal = options.force ? "" : replay::refusal_to_overwrite(options.file);
   if (request.topics.empty())

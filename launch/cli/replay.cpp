@@ -59,7 +59,7 @@ int run_replay(const ReplayOptions& options) {
   request.settings = settings_from(options.settings);
   NetworkOptions network = options.network;
   network.settings = options.settings;
-  const JoinedNetwork joined = network_from(network);
+  const JoinedNetwork joined = network_from(network, security::Role::replay);
   request.domain = joined.domain;
   request.network = joined.network;
   request.deployment =

@@ -37,16 +37,18 @@ std::string deployment_that_refuses(bus::Bus& bus, const std::string& own) {
 }
 
 int run_simulation(const SimulationOptions& options) {
-  const JoinedNetwork joined = network_from(options.network);
+  const JoinedNetwork joined = network_from(options.network, security::Role::commands);
   bus::Bus bus(
       {.domain = joined.domain, .network = joined.network, .deployment = joined.deployment});
   auto commands = bus.writer<bus::topics::Command>();
   const auto deadline = std::chrono::steady_clock::now() + kSimulationTimeout;
   while (commands.readers() == 0) {
     if (std::chrono::steady_clock::now() > deadline) {
-      std::cerr << "no sim_node listens in domain " << joined.domain
-                << "; --domain selects another one, and `fivepipe top --domain " << joined.domain
-                << "` lists the running nodes\n";
+      const std::string why = bus.why_not_admitted();
+      std::cerr << "no sim_node listens in domain " << joined.domain << other_domain_or(why)
+                << (why.empty() ? ", and `fivepipe top --domain " + std::to_string(joined.domain) +
+                                      "` lists the running nodes\n"
+                                : "\n");
       return 3;
     }
     bus.wait(20ms);

@@ -51,7 +51,7 @@ std::vector<HostState> newest_of(const HostStates& hosts) {
 
 int run_top(const TopOptions& options) {
   ignore_closed_pipes();
-  const JoinedNetwork joined = network_from(options.network);
+  const JoinedNetwork joined = network_from(options.network, security::Role::observer);
   bus::Bus bus(
       {.domain = joined.domain, .network = joined.network, .deployment = joined.deployment});
   auto statuses_in = bus.reader<bus::topics::NodeStatus>();
@@ -74,7 +74,7 @@ int run_top(const TopOptions& options) {
     if (on_terminal) std::cout << "\x1b[H\x1b[2J";  // cursor to the top left corner, clear
     if (is_silent)
       std::cout << "no node publishes a status in domain " << joined.domain
-                << "; --domain selects another one\n";
+                << other_domain_or(bus.why_not_admitted()) << '\n';
     else
       std::cout << nodes_table(registry, arrival_clock_ns()) << node_messages(registry)
                 << simulations_table(simulations, registry, arrival_clock_ns())

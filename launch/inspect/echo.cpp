@@ -76,8 +76,12 @@ int echo_bus(const EchoRequest& request, const std::function<bool()>& interrupte
     bus.wait(50ms);
     reader.take(show);
     if (!reported_waiting && reader.writers() == 0 && Clock::now() - started > kWriterTimeout) {
+      const std::string why = bus.why_not_admitted();
       std::cerr << "waiting: no node writes " << topic.name << " in domain " << request.domain
-                << "; --domain selects another one, `fivepipe ls` lists the nodes, Ctrl-C quits\n";
+                << "; "
+                << (why.empty() ? "--domain selects another one, `fivepipe ls` lists the nodes"
+                                : why)
+                << ", Ctrl-C quits\n";
       reported_waiting = true;
     }
   }

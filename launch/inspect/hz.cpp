@@ -73,6 +73,11 @@ class LiveFrame {
   std::optional<schema::FieldReader> field_;
 };
 
+std::string no_message_text(bus::Bus& bus, int writers) {
+  const std::string why = bus.why_not_admitted();
+  return "no message; writers: " + std::to_string(writers) + "\n" + why + (why.empty() ? "" : "\n");
+}
+
 int measure_bus(const HzRequest& request, const std::function<bool()>& interrupted) {
   const bus::topics::Topic topic = live_topic(request.topic);
   const LiveFrame frame_of(topic);
@@ -103,7 +108,7 @@ int measure_bus(const HzRequest& request, const std::function<bool()>& interrupt
                        : ", the last " + std::to_string(kWindow_s) + " s; frames since the start")
               << "\n";
     if (statistics.messages() == 0)
-      std::cout << "no message; writers: " << reader.writers() << "\n";
+      std::cout << no_message_text(bus, reader.writers());
     else
       std::cout << statistics.text();
     std::cout << (on_terminal || once ? "" : "\n") << std::flush;

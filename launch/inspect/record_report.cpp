@@ -64,9 +64,12 @@ std::string problems_text(const replay::RecordRequest& request,
         "{}`.\n",
         request.file.string());
   } else if (received == 0) {
-    text += fmt::format(
-        "received no message; `fivepipe ls --domain {}` lists the nodes that write there\n",
-        request.domain);
+    text +=
+        fmt::format("received no message; {}\n",
+                    result.why_not_admitted.empty()
+                        ? fmt::format("`fivepipe ls --domain {}` lists the nodes that write there",
+                                      request.domain)
+                        : result.why_not_admitted);
   }
   if (result.failure.empty() && !result.synced)
     text += fmt::format(

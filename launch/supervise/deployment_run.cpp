@@ -60,11 +60,9 @@ SupervisorOutput console_output(const std::vector<Program>& programs) {
           .event = [](const std::string& text) { spdlog::warn("{}", text); }};
 }
 
-std::unique_ptr<HostExchange> host_exchange(bus::Bus& bus, const config::Deployment& deployment,
-                                            const std::vector<config::Node>& nodes,
-                                            const RunSettings& settings) {
-  if (settings.local || deployment.hosts.size() < 2) return nullptr;
-  return std::make_unique<HostExchange>(bus, deployment, HostSpeaker{nodes.front().host, "up"});
+bus::Network network_for(const RunSettings& settings, const config::Deployment& deployment) {
+  return node::network_of(
+      deployment, {security::Role::supervisor, settings.domain, settings.host, settings.local});
 }
 
 class DeploymentRun {
@@ -76,8 +74,8 @@ class DeploymentRun {
         nodes_(nodes),
         programs_(programs_of(nodes, settings)),
         conflicts_(conflicts),
-        bus_({settings.domain, node::network_of(deployment, settings.host, settings.local),
-              conflicts_.participant(), deployment.name}),
+        bus_({settings.domain, network_for(settings, deployment), conflicts_.participant(),
+              deployment.name}),
         statuses_in_(bus_.reader<bus::topics::NodeStatus>()),
         metrics_in_(bus_.reader<bus::topics::SimulationMetrics>()),
         composited_in_(bus_.reader<bus::topics::FrameComposited>()),
@@ -86,7 +84,7 @@ class DeploymentRun {
                       : std::make_unique<RecorderProcess>(bus_, recorder_arguments(settings))),
         start_stamp_ns_(base::now_realtime_ns()),
         other_hosts_(deployment, nodes),
-        host_exchange_(host_exchange(bus_, deployment, nodes, settings)),
+        host_exchange_(exchange_of_up(bus_, deployment, nodes.front().host, settings.local)),
         host_checks_(settings.any_clock),
         supervisor_(programs_, RestartSettings{}, console_output(programs_),
                     watchdog_of(settings)) {
@@ -385,7 +383,7 @@ int run_deployment(const RunSettings& settings, const config::Deployment& deploy
                    const std::vector<config::Node>& nodes) {
   ConflictSearch conflicts(deployment.name, nodes.empty() ? "" : nodes.front().host,
                            settings.domain);
-  const bus::Network network = node::network_of(deployment, settings.host, settings.local);
+  const bus::Network network = network_for(settings, deployment);
   // On one machine, discovery would delay the first picture, and NodeClaims refuses most conflicts.
   if (bus::reaches_other_machines(network.profile) &&
       !conflicts.find_before_start(network).empty()) {

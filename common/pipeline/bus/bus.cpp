@@ -11,6 +11,8 @@
 #include "common/pipeline/bus/discovery.h"
 #include "common/pipeline/bus/profile.h"
 #include "common/pipeline/bus/receiver_wakeup.h"
+#include "common/pipeline/bus/secured/participant_security.h"
+#include "common/pipeline/bus/secured/refusal_log.h"
 
 namespace fivepipe::bus {
 namespace {
@@ -157,14 +159,25 @@ struct Bus::Impl {
   std::vector<Endpoint> endpoints;
   std::mutex mutex;
   std::string deployment, identity;  // identity: the user data of each entity
+  std::optional<security::Credentials> security;
 
+  // Returns `result`. Throws BusError if it is an error. what: "reader of" or "writer of".
+  std::int32_t permitted(std::int32_t result, const char* what, const char* topic_name) const {
+    if (result == DDS_RETCODE_NOT_ALLOWED_BY_SECURITY && security)
+      throw BusError("role " + std::string(security::name_of(security->files.role)) +
+                     " may not have a " + what + " " + topic_name + ": " +
+                     security->files.permissions().string() + " does not allow it. " +
+                     security->remedy + " makes the permissions of all roles");
+    return checked(result, std::string(what) + " " + topic_name);
+  }
+
+  // The topic of a writer.
   std::int32_t topic(const char* name, const dds_topic_descriptor_t* descriptor) {
-    const auto [it, is_new] = topic_of_name.try_emplace(name, 0);
-    if (is_new)
-      it->second =
-          checked(dds_create_topic(participant->handle, descriptor, name, nullptr, nullptr),
-                  std::string("topic ") + name);
-    return it->second;
+    const auto known = topic_of_name.find(name);
+    if (known != topic_of_name.end()) return known->second;
+    return topic_of_name[name] =
+               permitted(dds_create_topic(participant->handle, descriptor, name, nullptr, nullptr),
+                         "writer of", name);
   }
 };
 
@@ -186,9 +199,19 @@ Bus::Bus(const BusOptions& options) : impl_(std::make_unique<Impl>()) {
   impl_->deployment = options.deployment;
   impl_->identity = to_user_data(this_process(), options.deployment);
   dds_qset_userdata(qos.get(), impl_->identity.data(), impl_->identity.size());
+  std::string what = "DDS participant in domain " + std::to_string(options.domain);
+  impl_->security = options.network.security;
+  if (impl_->security) {
+    detail::limit_dds_log();
+    detail::set_security(qos.get(), impl_->security->files);
+    warnings_.insert(warnings_.end(), impl_->security->warnings.begin(),
+                     impl_->security->warnings.end());
+    what += " with the keys in " + impl_->security->files.folder.string() +
+            " (Cyclone DDS logs the reason in the lines above; " + impl_->security->remedy +
+            " makes new keys)";
+  }
   impl_->participant = std::make_unique<detail::Entity>(
-      checked(dds_create_participant(options.domain, qos.get(), nullptr),
-              "DDS participant in domain " + std::to_string(options.domain)));
+      checked(dds_create_participant(options.domain, qos.get(), nullptr), what));
   impl_->waitset = std::make_unique<detail::Entity>(
       checked(dds_create_waitset(impl_->participant->handle), "waitset"));
   // Cyclone DDS does not wait for an empty waitset. Attached to itself, it waits without readers.
@@ -205,9 +228,9 @@ std::shared_ptr<detail::Entity> Bus::make_reader(const topics::Topic& topic,
   const std::scoped_lock lock(impl_->mutex);
   const Qos qos = qos_of(topic.delivery, options.keep_all, impl_->identity);
   // The filter belongs to a topic entity and must be set before the reader exists.
-  const dds_entity_t filtered = checked(
+  const dds_entity_t filtered = impl_->permitted(
       dds_create_topic(impl_->participant->handle, topic.descriptor, topic.name, nullptr, nullptr),
-      std::string("topic ") + topic.name);
+      "reader of", topic.name);
   auto filter = std::make_unique<detail::ReaderFilter>(topic.max_keys, impl_->deployment);
   dds_topic_filter topic_filter{};
   topic_filter.mode = DDS_TOPIC_FILTER_SAMPLEINFO_ARG;
@@ -219,8 +242,9 @@ std::shared_ptr<detail::Entity> Bus::make_reader(const topics::Topic& topic,
       dds_create_listener(filter.get()), dds_delete_listener);
   dds_lset_subscription_matched(listener.get(), on_match);
   auto entity = std::make_shared<detail::Entity>(
-      checked(dds_create_reader(impl_->participant->handle, filtered, qos.get(), listener.get()),
-              std::string("reader of ") + topic.name),
+      impl_->permitted(
+          dds_create_reader(impl_->participant->handle, filtered, qos.get(), listener.get()),
+          "reader of", topic.name),
       std::move(filter));
   if (options.ends_wait) {
     const std::int32_t condition =
@@ -234,10 +258,10 @@ std::shared_ptr<detail::Entity> Bus::make_reader(const topics::Topic& topic,
 std::shared_ptr<detail::Entity> Bus::make_writer(const topics::Topic& topic, bool keep_all) {
   const std::scoped_lock lock(impl_->mutex);
   const Qos qos = qos_of(topic.delivery, keep_all, impl_->identity);
-  auto entity = std::make_shared<detail::Entity>(
-      checked(dds_create_writer(impl_->participant->handle,
-                                impl_->topic(topic.name, topic.descriptor), qos.get(), nullptr),
-              std::string("writer of ") + topic.name));
+  auto entity = std::make_shared<detail::Entity>(impl_->permitted(
+      dds_create_writer(impl_->participant->handle, impl_->topic(topic.name, topic.descriptor),
+                        qos.get(), nullptr),
+      "writer of", topic.name));
   impl_->endpoints.push_back({entity, topic.name, false, entity->written});
   return entity;
 }
@@ -250,6 +274,20 @@ std::int32_t Bus::participant() const { return impl_->participant->handle; }
 
 std::vector<EndpointDescription> Bus::endpoints() {
   return detail::discovered_endpoints(impl_->participant->handle);
+}
+
+std::string Bus::why_not_admitted() {
+  std::string names;
+  for (const std::string& name : detail::silent_deployments(impl_->participant->handle))
+    names += (names.empty() ? "'" : "', '") + name;
+  if (names.empty()) return "";
+  if (impl_->security)
+    return "deployment " + names + "' refuses the keys in " +
+           impl_->security->files.folder.string() +
+           ": its processes have keys of another CA; copy the folder from the machine with the CA";
+  return "deployment " + names +
+         "' runs there with security, and admits only programs that have its keys: add "
+         "--deployment and its file";
 }
 
 std::map<std::string, std::uint64_t> Bus::sent() {

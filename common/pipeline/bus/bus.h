@@ -175,7 +175,7 @@ class Writer {
 
 struct BusOptions {
   std::uint32_t domain = 0;
-  Network network = {};          // the environment variable CYCLONEDDS_URI overrides it
+  Network network = {};          // the environment variable CYCLONEDDS_URI overrides its profile
   std::string participant = "";  // name that other processes see, such as the node's
   // Name of the deployment whose messages the readers accept. Empty: those of all.
   std::string deployment = "";
@@ -253,8 +253,12 @@ class Bus {
   // Returns the readers and writers that discovery has found, including those of this process.
   // Discovery takes up to 1 s after the start.
   std::vector<EndpointDescription> endpoints();
-  // Names the kernel setting to change if the receive buffer is smaller than the profile requests;
-  // empty otherwise.
+  // Returns a text for people if discovery has found a deployment that gives this process nothing:
+  // it is secured, and this process has no keys, or those of another CA. Empty if there is none.
+  // Call it after discovery: a process that starts has no readers and writers yet.
+  std::string why_not_admitted();
+  // Names the kernel setting to change if the receive buffer is smaller than the profile requests,
+  // keys that other users can read, and keys that expire soon; empty otherwise.
   const std::vector<std::string>& warnings() const { return warnings_; }
 
  private:

@@ -80,6 +80,24 @@ DiscoveredProcess process_of_participant(dds_entity_t participant, const dds_gui
   return found;
 }
 
+std::set<std::string> silent_deployments(dds_entity_t participant) {
+  std::set<std::string> with_endpoints, silent;
+  const auto add = [&](const dds_builtintopic_endpoint_t& known) {
+    with_endpoints.insert(guid_text(known.participant_key));
+  };
+  for_each_endpoint<dds_builtintopic_endpoint_t>(participant, DDS_BUILTIN_TOPIC_DCPSPUBLICATION,
+                                                 add);
+  for_each_endpoint<dds_builtintopic_endpoint_t>(participant, DDS_BUILTIN_TOPIC_DCPSSUBSCRIPTION,
+                                                 add);
+  for_each_endpoint<dds_builtintopic_participant_t>(
+      participant, DDS_BUILTIN_TOPIC_DCPSPARTICIPANT, [&](const auto& known) {
+        if (!with_endpoints.contains(guid_text(known.key)))
+          silent.insert(deployment_from_user_data(user_data_of(known.qos)));
+      });
+  silent.erase("");  // other programs, and fivepipe ls
+  return silent;
+}
+
 std::vector<EndpointDescription> discovered_endpoints(dds_entity_t participant) {
   dds_guid_t own{};
   dds_get_guid(participant, &own);

@@ -4,6 +4,7 @@
 
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,10 @@ struct DiscoveredProcess {
 };
 // Throws BusError.
 DiscoveredProcess process_of_participant(dds_entity_t participant, const dds_guid_t& described);
+// Returns the deployments of the discovered participants of which this one sees no endpoint: with
+// security, a participant shows its endpoints only to those that it has authenticated. Throws
+// BusError.
+std::set<std::string> silent_deployments(dds_entity_t participant);
 // Returns all endpoints that this participant has discovered, including its own. Throws BusError.
 std::vector<EndpointDescription> discovered_endpoints(dds_entity_t participant);
 

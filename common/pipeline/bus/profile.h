@@ -1,9 +1,12 @@
 // Network profiles: Cyclone DDS configurations from launch/profiles, compiled into the programs.
 #pragma once
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
+
+#include "common/pipeline/security/role_files.h"
 
 namespace fivepipe::bus {
 
@@ -19,6 +22,9 @@ struct Network {
   // interface, and the addresses of all machines of the deployment, with this one.
   std::string interface;
   std::vector<std::string> peers;
+  // The role of this process in a secured domain; nullopt: no security. CYCLONEDDS_URI does not
+  // override it.
+  std::optional<security::Credentials> security;
 };
 
 // Returns true if the profile needs Network::interface and Network::peers.

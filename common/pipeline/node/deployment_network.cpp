@@ -1,15 +1,48 @@
 #include "common/pipeline/node/deployment_network.h"
 
+#include <ctime>
+
 #include "common/base/network/network_interfaces.h"
 #include "common/config/yaml/config_error.h"
+#include "common/pipeline/security/role_check.h"
 
 namespace fivepipe::node {
+namespace {
 
-bus::Network network_of(const config::Deployment& deployment, const std::string& host, bool local) {
-  if (local) return {};
+security::Credentials credentials_of(const config::Deployment& deployment, const Joining& joining) {
+  security::Credentials credentials{
+      role_files(deployment, joining.role), keys_command(deployment), {}};
+  try {
+    credentials.warnings =
+        security::check_role(credentials.files, deployment.name, joining.domain, std::time(nullptr))
+            .warnings;
+  } catch (const security::SecurityError& error) {
+    const std::string folder = credentials.files.folder.string();
+    throw config::ConfigError(
+        {{deployment.file, deployment.security->line, 0,
+          "role " + std::string(name_of(joining.role)) + " cannot join: " + error.what() + ". " +
+              credentials.remedy + " makes the keys, on the machine that has the CA; copy " +
+              folder + " from there"}});
+  }
+  return credentials;
+}
+
+}  // namespace
+
+security::RoleFiles role_files(const config::Deployment& deployment, security::Role role) {
+  return {deployment.security->keys / security::name_of(role), role};
+}
+
+std::string keys_command(const config::Deployment& deployment) {
+  return "`fivepipe keys " + deployment.file.string() + "`";
+}
+
+bus::Network network_of(const config::Deployment& deployment, const Joining& joining) {
+  if (joining.local) return {};
   bus::Network network = deployment.network_profile;
+  if (deployment.security) network.security = credentials_of(deployment, joining);
   if (deployment.hosts.empty() || !bus::reaches_other_machines(network.profile)) return network;
-  const config::Host& own = config::own_host(deployment.hosts, host, deployment.file);
+  const config::Host& own = config::own_host(deployment.hosts, joining.host, deployment.file);
   network.interface = own.interface.empty() ? own.address : own.interface;
   // BusError would not name the file.
   if (const std::string problem = base::find_interface(network.interface).problem; !problem.empty())

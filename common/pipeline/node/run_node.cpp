@@ -39,8 +39,11 @@ int run(const std::string& program, const Arguments& args,
     throw config::ConfigError(
         {{args.deployment, node->line, 0,
           "node '" + args.node + "' is a " + config::program_of(*node) + ", not a " + program}});
-  bus::Bus bus({args.domain.value_or(deployment.domain),
-                network_of(deployment, args.host, args.local), node->name, deployment.name});
+  const std::uint32_t domain = args.domain.value_or(deployment.domain);
+  bus::Bus bus(
+      {domain,
+       network_of(deployment, {security::role_of_node(program), domain, args.host, args.local}),
+       node->name, deployment.name});
   for (const std::string& warning : bus.warnings()) spdlog::warn("{}", warning);
   if (std::string(base::build_type()) != "Release")
     spdlog::warn("this is a {} build, which is many times slower than Release", base::build_type());

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <chrono>
 #include <optional>
 
@@ -125,6 +126,8 @@ RecordResult record(const RecordRequest& request, const std::function<int()>& si
     recording.add_sent(sent.topic, sent.sent, sent.missing());
   recording.finish(limits_of(signalled, signals_received));
   result.counts = recording.counts();
+  if (std::ranges::all_of(result.counts, [](const auto& of) { return of.second.received == 0; }))
+    result.why_not_admitted = bus.why_not_admitted();
   publish_counts(status, result.counts);
   result.bytes_written = recording.bytes_written();
   result.elapsed_s = base::seconds_since(started);

@@ -45,6 +45,7 @@ struct RecordResult {
   std::string loss_reason, failure;        // as RecordingWriter's
   bool finished = false, synced = false;   // as RecordingWriter's
   std::vector<SentByNode> sent;            // send counts of nodes with what was received of them
+  std::string why_not_admitted;            // Bus::why_not_admitted() if no message arrived
   std::set<std::string> unverified_nodes;  // without recent send counts; "": nodes without a name
   // Returns whether the file has every message that nodes sent, and at least one.
   bool complete() const;

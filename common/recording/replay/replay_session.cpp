@@ -121,10 +121,12 @@ ReplayResult replay(const recording::Recording& recording, const ReplayRequest& 
   if (request.wait_s) {
     if (const std::string missing =
             wait_for_readers(bus, replayer, *request.wait_s, callbacks.interrupted);
-        !missing.empty())
+        !missing.empty()) {
+      const std::string why = bus.why_not_admitted();
       return {callbacks.interrupted() ? End::stopped : End::no_reader,
-              fmt::format("no reader: {} (domain {}); wait longer with --wait S, or use --no-wait",
-                          missing, request.domain)};
+              fmt::format("no reader: {} (domain {}); {}", missing, request.domain,
+                          why.empty() ? "wait longer with --wait S, or use --no-wait" : why)};
+    }
     if (const std::string conflict = conflict_of(bus, replayer, request); !conflict.empty())
       return {End::refused, conflict};
   }

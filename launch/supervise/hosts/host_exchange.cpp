@@ -130,4 +130,10 @@ std::vector<ComparedHost> HostExchange::others() const {
   return compared;
 }
 
+std::unique_ptr<HostExchange> exchange_of_up(bus::Bus& bus, const config::Deployment& deployment,
+                                             const std::string& host, bool local) {
+  if (local || deployment.hosts.size() < 2) return nullptr;
+  return std::make_unique<HostExchange>(bus, deployment, HostSpeaker{host, "up"});
+}
+
 }  // namespace fivepipe::launch

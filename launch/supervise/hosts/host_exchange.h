@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <deque>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -57,5 +58,10 @@ class HostExchange {
   std::deque<std::int64_t> sent_ns_;  // of the newest messages: only answers to them count
   Clock::time_point started_ = Clock::now(), next_ = started_;
 };
+
+// That of `fivepipe up` on the host; nullptr: the deployment has no others, or all of its nodes run
+// here (`local`).
+std::unique_ptr<HostExchange> exchange_of_up(bus::Bus& bus, const config::Deployment& deployment,
+                                             const std::string& host, bool local);
 
 }  // namespace fivepipe::launch

@@ -25,8 +25,9 @@ class CommandLine : public testing::Test {
  protected:
   CommandLine() {
     std::ofstream(file_) << "text";
-    for (const auto add : {add_up, add_top, add_record, add_replay, add_info, add_ls, add_echo,
-                           add_hz, add_simulation, add_doctor, add_bench, add_maps, add_cameras})
+    for (const auto add :
+         {add_up, add_top, add_record, add_replay, add_info, add_ls, add_echo, add_hz,
+          add_simulation, add_keys, add_doctor, add_bench, add_maps, add_cameras})
       add(app_, command_);
   }
   // Parses the words of a line. The word FILE names an existing file.
@@ -128,6 +129,9 @@ TEST_F(CommandLine, HelpListsEachOptionWithItsLimitsAndDefault) {
                 live_or_from);
   EXPECT_EQ(options_of("simulation"),
             "what TEXT:{pause,reset,resume} REQUIRED\n" + kHelp + "--node TEXT\n" + kNetwork);
+  EXPECT_EQ(options_of("keys"), "DEPLOYMENT TEXT REQUIRED\n" + kHelp +
+                                    "--set TEXT:KEY=VALUE ...\n--protection TEXT:{encrypt,sign}\n"
+                                    "--days INT:INT in [1 - 3650]=365\n--force\n");
   EXPECT_EQ(options_of("doctor"), kHelp + kNetwork + "--wait FLOAT:FLOAT in [0 - 3600]=5\n");
   EXPECT_EQ(options_of("bench"), kHelp);
   EXPECT_EQ(options_of("maps"), "");

@@ -1,0 +1,33 @@
+// The files by which a process with a role joins a secured deployment.
+#pragma once
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "common/pipeline/security/role.h"
+
+namespace fivepipe::security {
+
+// One folder holds all files of a role, so that it can be copied to another machine as it is.
+struct RoleFiles {
+  std::filesystem::path folder;
+  Role role = Role::observer;
+
+  std::filesystem::path ca() const { return folder / "ca.pem"; }
+  std::filesystem::path identity() const { return folder / "identity.pem"; }
+  std::filesystem::path key() const { return folder / "key.pem"; }
+  std::filesystem::path governance() const { return folder / "governance.p7s"; }
+  std::filesystem::path permissions() const { return folder / "permissions.p7s"; }
+  std::vector<std::filesystem::path> all() const {
+    return {ca(), identity(), key(), governance(), permissions()};
+  }
+};
+
+// What a participant needs to join.
+struct Credentials {
+  RoleFiles files;
+  std::string remedy;                 // the command that makes the files, for messages
+  std::vector<std::string> warnings;  // for the log of the process
+};
+
+}  // namespace fivepipe::security

@@ -1,0 +1,231 @@
+// The folder of keys and what the checks of its files report.
+#include "launch/keys/make_keys.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <fstream>
+#include <iterator>
+
+#include "launch/keys/authority.h"
+#include "launch/keys/documents.h"
+#include "tests/support/test_folder.h"
+#include "tests/support/text.h"
+
+namespace fivepipe::keys {
+namespace {
+
+namespace fs = std::filesystem;
+using security::check_role;
+using security::Protection;
+using security::Role;
+using security::RoleFiles;
+using security::SecurityError;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+constexpr std::int64_t kNow_s = 1'800'000'000, kDay_s = 24 * 3600;  // in January 2027
+constexpr std::uint32_t kDomain = 7;
+
+std::string content_of(const fs::path& path) {
+  std::ifstream file(path);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+mode_t mode_of(const fs::path& path) {
+  struct stat status {};
+  EXPECT_EQ(stat(path.c_str(), &status), 0) << path;
+  return status.st_mode & 07777;
+}
+
+class Keys : public testing::Test {
+ protected:
+  MadeKeys make(std::optional<Protection> protection = {}, int days = 365,
+                std::int64_t now_s = kNow_s, bool new_ca = false) {
+    return make_keys({keys_, "lab", kDomain, protection, days, new_ca, now_s});
+  }
+  RoleFiles files(Role role) const { return {keys_ / name_of(role), role}; }
+  std::string problem_of(Role role, std::int64_t now_s = kNow_s,
+                         const std::string& deployment = "lab",
+                         std::uint32_t domain = kDomain) const {
+    try {
+      check_role(files(role), deployment, domain, now_s);
+    } catch (const SecurityError& error) {
+      return error.what();
+    }
+    return "";
+  }
+  const test::TestFolder folder_;
+  const fs::path keys_ = folder_.path / "deep" / "keys";
+};
+
+TEST_F(Keys, EveryRoleHasValidFiles) {
+  const MadeKeys made = make();
+  EXPECT_TRUE(made.made_ca);
+  EXPECT_EQ(made.until_s, kNow_s + 365 * kDay_s);
+  for (const Role role : security::kRoles) {
+    const security::CheckedRole checked = check_role(files(role), "lab", kDomain, kNow_s);
+    EXPECT_EQ(checked.protection, Protection::encrypt) << "the default";
+    EXPECT_EQ(checked.not_after_s, made.until_s);
+    EXPECT_THAT(checked.warnings, IsEmpty());
+  }
+}
+
+TEST_F(Keys, OnlyTheOwnerReadsPrivateKeys) {
+  const mode_t before = umask(0);
+  make();
+  umask(before);
+  EXPECT_EQ(mode_of(keys_), 0700u);
+  EXPECT_EQ(mode_of(keys_ / "ca"), 0700u);
+  EXPECT_EQ(mode_of(keys_ / "ca/ca-key.pem"), 0600u);
+  for (const Role role : security::kRoles) {
+    EXPECT_EQ(mode_of(files(role).folder), 0700u);
+    EXPECT_EQ(mode_of(files(role).key()), 0600u);
+  }
+}
+
+TEST_F(Keys, AKeyThatOthersReadIsAWarning) {
+  make();
+  fs::permissions(files(Role::sim).key(), fs::perms(0640));
+  EXPECT_THAT(check_role(files(Role::sim), "lab", kDomain, kNow_s).warnings,
+              ElementsAre(HasSubstr("other users can read " + files(Role::sim).key().string())));
+}
+
+TEST_F(Keys, ASecondRunKeepsTheCaAndTheProtectionAndRenewsTheIdentities) {
+  make(Protection::sign, 10);
+  const std::string ca = content_of(keys_ / "ca/ca.pem"),
+                    old = content_of(files(Role::recon).identity());
+  const MadeKeys made = make({}, 365, kNow_s + 5 * kDay_s);
+  EXPECT_FALSE(made.made_ca);
+  EXPECT_EQ(made.protection, Protection::sign);
+  EXPECT_EQ(content_of(keys_ / "ca/ca.pem"), ca);
+  EXPECT_EQ(content_of(files(Role::recon).ca()), ca);
+  EXPECT_NE(content_of(files(Role::recon).identity()), old);
+  EXPECT_EQ(check_role(files(Role::recon), "lab", kDomain, kNow_s + 300 * kDay_s).not_after_s,
+            kNow_s + 370 * kDay_s);
+  EXPECT_EQ(make(Protection::encrypt).protection, Protection::encrypt);
+}
+
+TEST_F(Keys, OldAndNewFilesOfOneCaDoNotMixWithThoseOfAnother) {
+  make();
+  const std::string identity = content_of(files(Role::render).identity()),
+                    key = content_of(files(Role::render).key()),
+                    permissions = content_of(files(Role::render).permissions());
+  make();
+  // A new identity with the old key.
+  std::ofstream(files(Role::render).key()) << key;
+  EXPECT_THAT(problem_of(Role::render), HasSubstr("key.pem: not the key of"));
+  EXPECT_TRUE(make({}, 365, kNow_s, true).made_ca);
+  EXPECT_EQ(problem_of(Role::render), "");
+  std::ofstream(files(Role::render).permissions()) << permissions;
+  EXPECT_THAT(problem_of(Role::render), HasSubstr("permissions.p7s: not signed by the CA"));
+  std::ofstream(files(Role::render).identity()) << identity;
+  EXPECT_THAT(problem_of(Role::render), HasSubstr("identity.pem: not signed by"));
+}
+
+TEST_F(Keys, ExpiryIsReportedBeforeAndAfter) {
+  make({}, 60);
+  const std::int64_t end_s = kNow_s + 60 * kDay_s;
+  EXPECT_THAT(check_role(files(Role::capture), "lab", kDomain, end_s - 31 * kDay_s).warnings,
+              IsEmpty());
+  EXPECT_THAT(check_role(files(Role::capture), "lab", kDomain, end_s - 29 * kDay_s).warnings,
+              ElementsAre(HasSubstr("role capture expires at " + security::utc_text(end_s) +
+                                    ", in 29 days")));
+  EXPECT_EQ(problem_of(Role::capture, end_s - 1), "");
+  EXPECT_THAT(problem_of(Role::capture, end_s),
+              HasSubstr("identity.pem: expired at " + security::utc_text(end_s)));
+  EXPECT_THAT(problem_of(Role::capture, kNow_s - 2 * kDay_s), HasSubstr("valid only from"));
+}
+
+TEST_F(Keys, FilesOfAnotherRoleDeploymentOrDomainAreNamed) {
+  make();
+  EXPECT_THAT(problem_of(Role::capture, kNow_s, "other"),
+              HasSubstr("belongs to 'CN=capture of lab', not to 'CN=capture of other'"));
+  EXPECT_THAT(problem_of(Role::capture, kNow_s, "lab", 8),
+              HasSubstr("permissions.p7s: made for DDS domain 7, not for domain 8"));
+  fs::copy_file(files(Role::commands).permissions(), files(Role::capture).permissions(),
+                fs::copy_options::overwrite_existing);
+  EXPECT_THAT(problem_of(Role::capture),
+              HasSubstr("belongs to 'CN=commands of lab', not to 'CN=capture of lab'"));
+}
+
+TEST_F(Keys, MissingAndDamagedFilesAreNamed) {
+  for (const auto& file : files(Role::observer).all()) {
+    make();
+    fs::remove(file);
+    EXPECT_THAT(problem_of(Role::observer), HasSubstr(file.string() + ": there is no such file"));
+    make();
+    std::ofstream(file) << "text";
+    EXPECT_THAT(problem_of(Role::observer), HasSubstr(file.string() + ": no ")) << file;
+  }
+}
+
+// The signature covers the text.
+TEST_F(Keys, AChangedDocumentIsRefused) {
+  make();
+  const fs::path permissions = files(Role::capture).permissions();
+  const std::string text = content_of(permissions);
+  std::ofstream(permissions) << test::replaced(text, "HeadPose", "Command");
+  EXPECT_THAT(problem_of(Role::capture), HasSubstr("permissions.p7s: not signed by the CA"));
+}
+
+TEST_F(Keys, KeysDoNotOutliveTheCa) {
+  make();
+  const std::string problem = [&] {
+    try {
+      make({}, 365, kNow_s + 3300 * kDay_s);
+    } catch (const SecurityError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  }();
+  EXPECT_THAT(problem, HasSubstr("the CA expires at"));
+  EXPECT_EQ(check_role(files(Role::sim), "lab", kDomain, kNow_s).not_after_s, kNow_s + 365 * kDay_s)
+      << "the old keys stay";
+}
+
+TEST_F(Keys, AMissingCaKeyIsAnErrorAndNotANewCa) {
+  make();
+  fs::remove(keys_ / "ca/ca-key.pem");
+  EXPECT_THROW(make(), SecurityError);
+  EXPECT_EQ(problem_of(Role::sim), "");
+}
+
+TEST(Documents, GovernanceAdmitsOnlyAuthenticatedParticipants) {
+  for (const auto& [protection, kind] :
+       {std::pair(Protection::sign, "SIGN"), {Protection::encrypt, "ENCRYPT"}}) {
+    const std::string xml = governance_xml(7, protection);
+    for (const auto& [element, value] : {std::pair<const char*, std::string>("id", "7"),
+                                         {"allow_unauthenticated_participants", "false"},
+                                         {"enable_join_access_control", "true"},
+                                         {"discovery_protection_kind", kind},
+                                         {"liveliness_protection_kind", kind},
+                                         {"topic_expression", "*"},
+                                         {"enable_discovery_protection", "true"},
+                                         {"enable_read_access_control", "true"},
+                                         {"enable_write_access_control", "true"},
+                                         {"metadata_protection_kind", kind}})
+      EXPECT_EQ(security::element_of(xml, element), value) << element;
+  }
+}
+
+TEST(Documents, PermissionsDenyByDefaultAndListTheTopicsOnce) {
+  const std::string xml = permissions_xml("CN=x of lab", 7, {0, kDay_s}, {{"a", "b"}, {"c"}});
+  EXPECT_EQ(security::element_of(xml, "default"), "DENY");
+  EXPECT_EQ(security::element_of(xml, "subject_name"), "CN=x of lab");
+  EXPECT_EQ(security::element_of(xml, "id"), "7");
+  EXPECT_EQ(security::element_of(xml, "not_before"), "1970-01-01T00:00:00Z");
+  EXPECT_EQ(security::element_of(xml, "not_after"), "1970-01-02T00:00:00Z");
+  const std::string publish = security::element_of(xml, "publish"),
+                    subscribe = security::element_of(xml, "subscribe");
+  for (const char* topic : {"<topic>a</topic>", "<topic>b</topic>"})
+    EXPECT_THAT(publish, HasSubstr(topic));
+  EXPECT_THAT(publish, testing::Not(HasSubstr("<topic>c")));
+  EXPECT_EQ(security::element_of(subscribe, "topic"), "c");
+  const std::string none = permissions_xml("CN=x of lab", 7, {0, kDay_s}, {{}, {"c"}});
+  EXPECT_THAT(none, testing::Not(HasSubstr("<publish>"))) << "an empty list would allow all";
+}
+
+}  // namespace
+}  // namespace fivepipe::keys
