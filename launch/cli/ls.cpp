@@ -31,7 +31,8 @@ int run_ls(const LsOptions& options) {
   } else {
     joined = network_from(options.network, security::Role::observer);
     bus::Bus bus({joined.domain, joined.network, "ls"});
-    for (const auto until = Clock::now() + kDiscoveryTime; Clock::now() < until;) bus.wait(100ms);
+    const auto time = kDiscoveryTime + bus::authentication_time(joined.network);
+    for (const auto until = Clock::now() + time; Clock::now() < until;) bus.wait(100ms);
     topics = topics_of(bus.endpoints());
     why_not_admitted = bus.why_not_admitted();
   }

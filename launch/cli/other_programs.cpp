@@ -88,7 +88,7 @@ void add_bench(CLI::App& app, Command& command) {
   bench->footer(
       "Examples:\n"
       "  fivepipe bench hull --json out/hull.json              a suite: hull, collision, capture, "
-      "render, sim or features\n"
+      "render, sim, security or features\n"
       "  fivepipe bench collision --plot out/collision.png\n"
       "  fivepipe bench recon_node --from session.mcap         the first recon_node of the "
       "deployment alone, from a recording\n"

@@ -41,7 +41,8 @@ int run_simulation(const SimulationOptions& options) {
   bus::Bus bus(
       {.domain = joined.domain, .network = joined.network, .deployment = joined.deployment});
   auto commands = bus.writer<bus::topics::Command>();
-  const auto deadline = std::chrono::steady_clock::now() + kSimulationTimeout;
+  const auto deadline = std::chrono::steady_clock::now() + kSimulationTimeout +
+                        bus::authentication_time(joined.network);
   while (commands.readers() == 0) {
     if (std::chrono::steady_clock::now() > deadline) {
       const std::string why = bus.why_not_admitted();

@@ -61,7 +61,8 @@ int run_top(const TopOptions& options) {
   StatusRegistry registry;
   SimulationRegistry simulations;
   const bool on_terminal = isatty(STDOUT_FILENO) && !options.once;
-  for (auto next = Clock::now() + (options.once ? Clock::duration(kListeningTime)
+  const auto listening_time = kListeningTime + bus::authentication_time(joined.network);
+  for (auto next = Clock::now() + (options.once ? Clock::duration(listening_time)
                                                 : Clock::duration(kRefreshPeriod));
        ; next += kRefreshPeriod) {
     while (Clock::now() < next) {

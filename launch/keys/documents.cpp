@@ -7,8 +7,8 @@ namespace {
 
 constexpr const char* kHead =
     R"(<?xml version="1.0" encoding="UTF-8"?>
-<dds xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance"
-     xsi:noNamespaceSchemaLocation="http://www.omg.org/spec/DDS-SECURITY/20170901/omg_shared_ca_{}.xsd">
+<dds xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance" xsi:noNamespaceSchemaLocation=
+"http://www.omg.org/spec/DDS-SECURITY/20170901/omg_shared_ca_{}.xsd">
 )";
 
 constexpr const char* kGovernance = R"(  <domain_access_rules>

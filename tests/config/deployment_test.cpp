@@ -82,6 +82,7 @@ rig: rig.yaml
 scene: scene.yaml
 domain: 7
 network_profile: lab
+security: {keys: keys}
 frame_rate_hz: 25
 viewer:
   name: anna

@@ -1,5 +1,6 @@
 // Network profiles: Cyclone DDS configurations from launch/profiles, compiled into the programs.
 #pragma once
+#include <chrono>
 #include <cstddef>
 #include <optional>
 #include <string>
@@ -26,6 +27,12 @@ struct Network {
   // override it.
   std::optional<security::Credentials> security;
 };
+
+// By this time, discovery of all participants takes longer with security: each pair of them
+// authenticates, and may begin one announcement (SPDPInterval, 1 s) late. 0 without security.
+inline std::chrono::milliseconds authentication_time(const Network& network) {
+  return std::chrono::milliseconds(network.security ? 1500 : 0);
+}
 
 // Returns true if the profile needs Network::interface and Network::peers.
 bool reaches_other_machines(const std::string& profile);

@@ -8,7 +8,7 @@ namespace fivepipe::security {
 namespace {
 
 // The library of Cyclone DDS without links; empty if this process does not use it.
-std::filesystem::path dds_library() {
+std::filesystem::path cyclone_library() {
   const void* const function = dlsym(RTLD_DEFAULT, "dds_create_participant");
   Dl_info info{};
   if (!function || dladdr(function, &info) == 0 || !info.dli_fname) return {};
@@ -20,7 +20,7 @@ std::filesystem::path dds_library() {
 
 std::string plugin_library(const std::string& name) {
   const std::string file = "libdds_security_" + name + ".so";
-  const std::filesystem::path folder = dds_library().parent_path();
+  const std::filesystem::path folder = cyclone_library().parent_path();
   std::error_code error;
   if (std::filesystem::exists(folder / file, error)) return folder / file;
   for (const auto& entry : std::filesystem::directory_iterator(folder, error))

@@ -113,7 +113,8 @@ ReplayResult replay(const recording::Recording& recording, const ReplayRequest& 
     return {End::refused, "nothing to replay: no topic of " + file +
                               " matches; `fivepipe info` lists its topics"};
   bus::Bus bus({request.domain, request.network, "replay", request.deployment, request.lossless});
-  const auto discovery_time = request.wait_s ? kDiscoveryTime : kDiscoveryTimeOfNoWait;
+  const auto discovery_time = (request.wait_s ? kDiscoveryTime : kDiscoveryTimeOfNoWait) +
+                              bus::authentication_time(request.network);
   for (const auto until = Clock::now() + discovery_time; Clock::now() < until;) bus.wait(20ms);
   Replayer replayer(bus, recording, plan);
   if (const std::string conflict = conflict_of(bus, replayer, request); !conflict.empty())

@@ -25,7 +25,8 @@ std::string ConflictSearch::find_before_start(const bus::Network& network) {
   bus::Bus bus({domain_, network});
   // A reader makes this participant announce itself, and get answers, at once.
   const auto statuses = bus.reader<bus::topics::NodeStatus>();
-  for (const auto until = Clock::now() + kDiscovery; refusal_.empty() && Clock::now() < until;
+  const auto discovery = kDiscovery + bus::authentication_time(network);
+  for (const auto until = Clock::now() + discovery; refusal_.empty() && Clock::now() < until;
        std::this_thread::sleep_for(std::chrono::milliseconds(50))) {
     next_ = {};
     find(bus);

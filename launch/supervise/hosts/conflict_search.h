@@ -18,8 +18,8 @@ class ConflictSearch {
   // The name that the participant of this run must have.
   std::string participant() const { return participant_name(own_); }
 
-  // Looks for kDiscovery on a bus of its own, before anything is started. Returns why this run has
-  // to end; empty: it may start.
+  // Looks for kDiscovery, with security longer (authentication_time()), on a bus of its own, before
+  // anything is started. Returns why this run has to end; empty: it may start.
   std::string find_before_start(const bus::Network& network);
   // Call often. Looks twice per second. Returns why this run has to end. That is decided in the
   // first kStart: later, a run does not end because two networks were joined. After that, logs each
