@@ -30,7 +30,7 @@ bus::BusOptions options_of(std::uint32_t domain, const std::string& keys, Role r
   bus::BusOptions options{.domain = domain};
   if (!keys.empty())
     options.network.security = security::Credentials{
-        {std::filesystem::path(keys) / name_of(role), role}, "fivepipe bench security", {}};
+        {std::filesystem::path(keys) / name_of(role), role}, "fivepipe bench security", {}, 0};
   return options;
 }
 

@@ -11,6 +11,7 @@
 #include "common/pipeline/bus/discovery.h"
 #include "common/pipeline/bus/profile.h"
 #include "common/pipeline/bus/receiver_wakeup.h"
+#include "common/pipeline/bus/secured/expiry_watch.h"
 #include "common/pipeline/bus/secured/participant_security.h"
 #include "common/pipeline/bus/secured/refusal_log.h"
 
@@ -160,6 +161,7 @@ struct Bus::Impl {
   std::mutex mutex;
   std::string deployment, identity;  // identity: the user data of each entity
   std::optional<security::Credentials> security;
+  std::optional<detail::ExpiryWatch> expiry_watch;
 
   // Returns `result`. Throws BusError if it is an error. what: "reader of" or "writer of".
   std::int32_t permitted(std::int32_t result, const char* what, const char* topic_name) const {
@@ -206,6 +208,7 @@ Bus::Bus(const BusOptions& options) : impl_(std::make_unique<Impl>()) {
     detail::set_security(qos.get(), impl_->security->files);
     warnings_.insert(warnings_.end(), impl_->security->warnings.begin(),
                      impl_->security->warnings.end());
+    if (impl_->security->expires_s > 0) impl_->expiry_watch.emplace(*impl_->security);
     what += " with the keys in " + impl_->security->files.folder.string() +
             " (Cyclone DDS logs the reason in the lines above; " + impl_->security->remedy +
             " makes new keys)";

@@ -217,7 +217,8 @@ inline std::string text_of(const RefusedSamples& refused) {
 // that each reader and each writer must be used by one thread at a time.
 class Bus {
  public:
-  explicit Bus(const BusOptions& options);  // throws BusError
+  // Throws BusError. With security, the process gets SIGTERM 15 s before its keys expire.
+  explicit Bus(const BusOptions& options);
   ~Bus();
   Bus(const Bus&) = delete;
   Bus& operator=(const Bus&) = delete;

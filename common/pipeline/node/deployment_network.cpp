@@ -11,11 +11,12 @@ namespace {
 
 security::Credentials credentials_of(const config::Deployment& deployment, const Joining& joining) {
   security::Credentials credentials{
-      role_files(deployment, joining.role), keys_command(deployment), {}};
+      role_files(deployment, joining.role), keys_command(deployment), {}, 0};
   try {
-    credentials.warnings =
-        security::check_role(credentials.files, deployment.name, joining.domain, std::time(nullptr))
-            .warnings;
+    security::CheckedRole checked = security::check_role(credentials.files, deployment.name,
+                                                         joining.domain, std::time(nullptr));
+    credentials.warnings = std::move(checked.warnings);
+    credentials.expires_s = checked.not_after_s;
   } catch (const security::SecurityError& error) {
     const std::string folder = credentials.files.folder.string();
     throw config::ConfigError(

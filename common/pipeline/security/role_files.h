@@ -1,5 +1,6 @@
 // The files by which a process with a role joins a secured deployment.
 #pragma once
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -28,6 +29,8 @@ struct Credentials {
   RoleFiles files;
   std::string remedy;                 // the command that makes the files, for messages
   std::vector<std::string> warnings;  // for the log of the process
+  // The earliest expiry of the files [s since 1970]; 0: not known. Bus ends the process before it.
+  std::int64_t expires_s = 0;
 };
 
 }  // namespace fivepipe::security

@@ -140,14 +140,16 @@ TEST_F(Keys, ExpiryIsReportedBeforeAndAfter) {
 
 TEST_F(Keys, FilesOfAnotherRoleDeploymentOrDomainAreNamed) {
   make();
-  EXPECT_THAT(problem_of(Role::capture, kNow_s, "other"),
-              HasSubstr("belongs to 'CN=capture of lab', not to 'CN=capture of other'"));
+  EXPECT_THAT(
+      problem_of(Role::capture, kNow_s, "other"),
+      HasSubstr("identity.pem: belongs to 'CN=capture of lab', not to 'CN=capture of other'"));
   EXPECT_THAT(problem_of(Role::capture, kNow_s, "lab", 8),
               HasSubstr("permissions.p7s: made for DDS domain 7, not for domain 8"));
   fs::copy_file(files(Role::commands).permissions(), files(Role::capture).permissions(),
                 fs::copy_options::overwrite_existing);
   EXPECT_THAT(problem_of(Role::capture),
-              HasSubstr("belongs to 'CN=commands of lab', not to 'CN=capture of lab'"));
+              HasSubstr("permissions.p7s: belongs to 'CN=commands of lab', not to 'CN=capture of "
+                        "lab'"));
 }
 
 TEST_F(Keys, MissingAndDamagedFilesAreNamed) {

@@ -182,7 +182,7 @@ TEST_F(SecuredDeployment, ACaptureRoleMayNotPublishCommands) {
   make_small_keys(folder_ / "keys", domain);
   bus::Network network;
   network.security = security::Credentials{
-      files_of(folder_ / "keys", Role::capture), "`fivepipe keys lab.yaml`", {}};
+      files_of(folder_ / "keys", Role::capture), "`fivepipe keys lab.yaml`", {}, 0};
   bus::Bus bus({.domain = domain, .network = network, .deployment = "small"});
   EXPECT_NO_THROW(bus.writer<bus::topics::ObjectPixelMap>());
   EXPECT_NO_THROW(bus.reader<bus::topics::TileCosts>());
@@ -243,6 +243,27 @@ TEST_F(SecuredDeployment, ExpiredKeysAreNamedWithTheCommandThatRenewsThem) {
   EXPECT_EQ(keys->wait_for_end(kCommandTime), 0) << keys->said();
   EXPECT_THAT(keys->said(), HasSubstr("kept the CA"));
   EXPECT_EQ(result_of({"top", "--once"}, file).first, 3) << "no node runs";
+}
+
+// DDS deletes a participant whose certificate expires.
+TEST_F(SecuredDeployment, ADeploymentEndsCleanlyBeforeItsKeysExpire) {
+  const std::string file = secured("files");
+  constexpr int kLife_s = 15 + 15 * kSlowdown;
+  keys::make_keys({.folder = folder_ / "files/keys",
+                   .deployment = "small",
+                   .domain = domain_,
+                   .protection = Protection::encrypt,
+                   .days = 1,
+                   .now_s = std::time(nullptr) - 24 * 3600 + kLife_s});
+  deployed_.emplace(file, domain_, out_);
+  EXPECT_EQ(deployed_->wait_for_end(std::chrono::seconds(kLife_s)), 130) << deployed_->said();
+  EXPECT_THAT(deployed_->said(),
+              AllOf(HasSubstr("keys/supervisor expire within 15 s: this process ends. `fivepipe "
+                              "keys " +
+                              file + "` makes new ones"),
+                    HasSubstr("the certificate of role capture expires at")));
+  const auto report = nlohmann::json::parse(std::ifstream(out_ / "report.json"));
+  EXPECT_GT(report["frames"]["composited"].get<int>(), 20);
 }
 
 TEST_F(SecuredDeployment, ARoleWithoutItsFolderIsRefusedWithTheCommand) {
