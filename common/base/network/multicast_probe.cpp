@@ -12,7 +12,7 @@ namespace fivepipe::base {
 namespace {
 
 constexpr const char* kGroup = "239.255.80.80";  // launch/profiles/lan.xml
-constexpr std::uint16_t kProbePort = 7398;            // below those of DDS
+constexpr std::uint16_t kProbePort = 7398;       // below those of DDS
 constexpr std::size_t kMaxText = 200;
 
 sockaddr_in group() {
