@@ -17,6 +17,7 @@
 #include "tests/support/sanitizer.h"
 #include "tests/support/test_folder.h"
 #include "tests/support/text.h"
+#include "tests/system/security/secured.h"
 
 namespace fivepipe::test {
 namespace {
@@ -107,6 +108,17 @@ nlohmann::json TwoHosts::report_of_run(const std::string& file) {
   alpha->signal(SIGINT);
   EXPECT_EQ(alpha->wait_for_end(5s * kSlowdown), 130) << alpha->said();
   return nlohmann::json::parse(std::ifstream(folder_.path / "beta/report.json"));
+}
+
+TEST_F(TwoHosts, EncryptedFramesGoThroughBoth) {
+  make_small_keys(folder_.path / "files/keys", 0);
+  for (const std::string profile : {"lan", "lossy"}) {
+    const std::string file = deployment("", profile);
+    std::ofstream(file, std::ios::app) << "security: {keys: keys}\n";
+    const nlohmann::json report = report_of_run(file);
+    EXPECT_GE(report["frames"]["composited"].get<int>(), kHasSanitizer ? 20 : 150)
+        << profile << report["frames"];
+  }
 }
 
 TEST_F(TwoHosts, OnePercentOfLostPacketsLosesNoFrame) {
