@@ -391,6 +391,7 @@ std::vector<CapturedCamera> Capture::capture(std::int64_t frame, bool want_colou
     if (!want_colour) camera.colour.reset();
     camera.read_s = camera.segment_s = camera.segment_cpu_s = 0;
     camera.image_stamp_ns = stamp_ns;
+    camera.has_clock = false;
   }
   return result;
 }

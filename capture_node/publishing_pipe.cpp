@@ -44,7 +44,7 @@ std::optional<FramePublisher::Set> FramePublisher::capture(std::int64_t frame,
   set.frame = std::uint64_t(frame);
   set.start_ns = base::now_realtime_ns();
   set.cameras = capture_.capture(frame, colours_.readers() > 0, stamp_ns);
-  use_capture_clock(set.cameras);
+  use_capture_clock(set.cameras, stamp_ns);
   if (capture_.ended()) return std::nullopt;
   set.cpu_before_publish_s = base::thread_cpu_s();
   set.stamp_ns = earliest_stamp_ns(set.cameras)
@@ -55,12 +55,15 @@ std::optional<FramePublisher::Set> FramePublisher::capture(std::int64_t frame,
   return set;
 }
 
-// The stamps of all capture_nodes are by the clock of the first one's host.
-void FramePublisher::use_capture_clock(std::vector<CapturedCamera>& cameras) const {
-  const std::optional<std::int64_t> offset_ns =
-      node_.capture_clock ? node_.capture_clock->offset_ns() : std::nullopt;
+// The stamps of all capture_nodes are by the clock of the first one's host. Until the clocks are
+// compared, an image has the stamp of its frame.
+void FramePublisher::use_capture_clock(std::vector<CapturedCamera>& cameras,
+                                       std::int64_t stamp_ns) const {
+  if (!node_.capture_clock) return;
+  const std::optional<std::int64_t> offset_ns = node_.capture_clock->offset_ns();
   for (CapturedCamera& camera : cameras)
-    if (offset_ns && camera.has_clock) camera.image_stamp_ns += *offset_ns;
+    if (camera.has_clock && camera.has_image())
+      camera.image_stamp_ns = offset_ns ? camera.image_stamp_ns + *offset_ns : stamp_ns;
 }
 
 void FramePublisher::publish(Set set) {

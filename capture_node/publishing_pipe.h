@@ -43,7 +43,7 @@ class FramePublisher {
   void report_progress(std::string_view what, double fraction);
   void count_cpu(const std::vector<CapturedCamera>& cameras, double publish_s);
   void report_camera(const CapturedCamera& camera);
-  void use_capture_clock(std::vector<CapturedCamera>& cameras) const;
+  void use_capture_clock(std::vector<CapturedCamera>& cameras, std::int64_t stamp_ns) const;
 
   node::NodeContext& node_;
   const config::CaptureConfig& config_;

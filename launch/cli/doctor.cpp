@@ -229,6 +229,8 @@ int run_doctor(const DoctorOptions& options) {
       append(findings, check_deployment(options, joined));
   } catch (const config::ConfigError& error) {
     findings.push_back({Verdict::fail, std::string("network: ") + error.what(), ""});
+  } catch (const bus::BusError& error) {
+    findings.push_back({Verdict::fail, std::string("DDS: ") + error.what(), ""});
   }
   for (Finding& camera : check_cameras()) findings.push_back(std::move(camera));
   int failures = 0, warnings = 0;

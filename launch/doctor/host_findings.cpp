@@ -112,7 +112,9 @@ std::vector<Finding> compare_hosts(bus::Bus& bus, const config::Deployment& depl
     });
   };
   const auto own_host = std::ranges::find(deployment.hosts, own, &config::Host::name);
-  base::MulticastProbe multicast(own_host->address, multicast_text(deployment, own));
+  base::MulticastProbe multicast(
+      own_host->interface.empty() ? own_host->address : own_host->interface,
+      multicast_text(deployment, own));
   const auto step_until = [&](Clock::time_point end, const std::function<bool()>& is_done) {
     for (exchange.step(); !is_done() && Clock::now() < end && !is_interrupted(); exchange.step()) {
       multicast.step();
@@ -123,7 +125,8 @@ std::vector<Finding> compare_hosts(bus::Bus& bus, const config::Deployment& depl
   step_until(end, all_compared);
   // The others end as soon as they hear that this host is done.
   if (all_compared())
-    step_until(Clock::now() + 2 * HostExchange::kStartPeriod, [] { return false; });
+    step_until(Clock::now() + HostExchange::kPeriod + HostExchange::kStartPeriod,
+               [] { return false; });
 
   std::vector<Finding> findings;
   for (const config::Host& host : deployment.hosts) {

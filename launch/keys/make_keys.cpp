@@ -45,14 +45,12 @@ void write_file(const fs::path& file, const std::string& content, mode_t mode) {
   const bool written =
       write(descriptor, content.data(), content.size()) == ssize_t(content.size()) &&
       fsync(descriptor) == 0;
-  const int error = errno;
+  const int write_error = errno;
   close(descriptor);
-  errno = error;
-  if (!written || rename(temporary.c_str(), file.c_str()) != 0) {
-    const SecurityError failure(file.string() + ": " + std::strerror(errno));
-    unlink(temporary.c_str());
-    throw failure;
-  }
+  if (written && rename(temporary.c_str(), file.c_str()) == 0) return;
+  const int error = written ? errno : write_error;
+  unlink(temporary.c_str());
+  throw SecurityError(file.string() + ": " + std::strerror(error));
 }
 
 Authority authority_of(const KeysRequest& request, bool& made) {
@@ -62,7 +60,7 @@ Authority authority_of(const KeysRequest& request, bool& made) {
   if (!made) return {certificate, key};
   Authority authority(request.deployment,
                       {request.now_s - kClockDifference_s, request.now_s + kCaDays * kDay_s});
-  make_private_folder(request.folder);
+  if (!fs::exists(request.folder)) make_private_folder(request.folder);
   make_private_folder(folder);
   write_file(key, authority.key_pem(), kPrivate);
   write_file(certificate, authority.certificate_pem(), kPublic);

@@ -27,7 +27,8 @@ struct MadeKeys {
 };
 
 // Writes ca/ca.pem and ca/ca-key.pem, if they do not exist, and for each role a folder with the
-// files of security::RoleFiles. Private keys have mode 0600, the folders 0700. A file appears
+// files of security::RoleFiles. Private keys have mode 0600, the folders 0700 (KeysRequest::folder
+// only if it is new). A file appears
 // complete or not at all. Throws security::SecurityError; a role that was not reached keeps its old
 // files, which are valid with the same CA.
 MadeKeys make_keys(const KeysRequest& request);

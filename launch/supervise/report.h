@@ -47,10 +47,10 @@ struct ReportInput {
 // recon_node and render_node. frames.dropped: summed over all nodes and `fivepipe up`, so that a
 // set that two nodes miss counts twice. frame_rate_hz: frames composited after the first one,
 // divided by the time from the first one to the stop. latency_ms: of the slowest render_node; null
-// if no frame was composited. Counts of a restarted node are sums over its processes; its latencies
-// are those of the process that handled the most frames. hosts: the others, each with how far its
-// clock was ahead at the end; null if the clocks were not compared. core_ms_per_set, rate_bound:
-// work_per_set.h.
+// if no frame was composited, or if its clock is not compared with that of the capture. Counts of a
+// restarted node are sums over its processes; its latencies are those of the process that handled
+// the most frames. hosts: the others, each with how far its clock was ahead at the end; null if the
+// clocks were not compared. core_ms_per_set, rate_bound: work_per_set.h.
 nlohmann::json report_from(const ReportInput& input);
 
 // Formats a report for people.

@@ -1,12 +1,16 @@
 #include "common/base/network/multicast_probe.h"
 
 #include <arpa/inet.h>
+#include <net/if.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <utility>
+
+#include "common/base/network/network_interfaces.h"
 
 namespace fivepipe::base {
 namespace {
@@ -25,7 +29,7 @@ sockaddr_in group() {
 
 }  // namespace
 
-MulticastProbe::MulticastProbe(const std::string& address, std::string text)
+MulticastProbe::MulticastProbe(const std::string& interface, std::string text)
     : socket_(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)),
       text_(std::move(text)) {
   text_.resize(std::min(text_.size(), kMaxText));
@@ -33,12 +37,11 @@ MulticastProbe::MulticastProbe(const std::string& address, std::string text)
   setsockopt(socket_, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
   sockaddr_in own = group();
   bind(socket_, reinterpret_cast<const sockaddr*>(&own), sizeof own);
-  ip_mreq membership{};
+  ip_mreqn membership{};
   membership.imr_multiaddr = own.sin_addr;
-  inet_pton(AF_INET, address.c_str(), &membership.imr_interface);
+  membership.imr_ifindex = int(if_nametoindex(find_interface(interface).name.c_str()));
   setsockopt(socket_, IPPROTO_IP, IP_ADD_MEMBERSHIP, &membership, sizeof membership);
-  setsockopt(socket_, IPPROTO_IP, IP_MULTICAST_IF, &membership.imr_interface,
-             sizeof membership.imr_interface);
+  setsockopt(socket_, IPPROTO_IP, IP_MULTICAST_IF, &membership, sizeof membership);
 }
 
 MulticastProbe::~MulticastProbe() { close(socket_); }

@@ -1,5 +1,6 @@
 // Finds out whether multicast passes between machines.
 #pragma once
+#include <cstddef>
 #include <set>
 #include <string>
 
@@ -8,8 +9,9 @@ namespace fivepipe::base {
 // Joins the group of the network profile `lan`. Sends and receives short texts. Never waits.
 class MulticastProbe {
  public:
-  // address: IPv4 of this machine's interface. text: what the others hear, at most 200 characters.
-  MulticastProbe(const std::string& address, std::string text);
+  // interface: name or IPv4 address of this machine's. text: what the others hear, at most 200
+  // characters.
+  MulticastProbe(const std::string& interface, std::string text);
   ~MulticastProbe();
   MulticastProbe(const MulticastProbe&) = delete;
   MulticastProbe& operator=(const MulticastProbe&) = delete;

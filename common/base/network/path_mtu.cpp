@@ -43,6 +43,7 @@ class Socket {
   }
   // Sends a packet of this size, headers included. Returns whether the machine refuses it.
   bool is_refused(int bytes) {
+    if (bytes < kHeaders) return false;  // the route has disappeared
     const std::vector<char> payload(std::size_t(bytes - kHeaders));
     if (send(handle_, payload.data(), payload.size(), 0) < 0 && errno == ECONNREFUSED) return true;
     pollfd answer{handle_, POLLIN, 0};

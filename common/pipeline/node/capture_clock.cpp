@@ -3,6 +3,7 @@
 #include <string_view>
 #include <utility>
 
+#include "common/base/realtime.h"
 #include "common/pipeline/messages/wire_conversions.h"
 
 namespace fivepipe::node {
@@ -22,7 +23,8 @@ void CaptureClock::update() {
   for (const auto& sample : in_.take()) {
     if (!sample.valid() || own_host_ != sample->host || kProgram != sample->program) continue;
     for (const fivepipe_v1_ClockAnswer& answer : messages::span_of(sample->clocks))
-      if (capture_host_ == answer.host && kProgram == answer.program && answer.error_ns >= 0) {
+      if (capture_host_ == answer.host && kProgram == answer.program && answer.error_ns >= 0 &&
+          base::distance_ns(answer.offset_ns, 0) < kMaxOffset_ns) {
         offset_ns_ = answer.offset_ns;
         newest_ = Clock::now();
       }

@@ -28,6 +28,8 @@ class CaptureClock {
   std::string problem() const;
 
   static constexpr std::chrono::seconds kMaxAge{10}, kPatience{5};
+  // A larger offset is no clock, but a wrong message: a day.
+  static constexpr std::int64_t kMaxOffset_ns = 86'400'000'000'000;
 
  private:
   using Clock = std::chrono::steady_clock;

@@ -26,7 +26,7 @@ class ClockComparison {
   // The best of this many exchanges counts.
   static constexpr std::size_t kExchanges = 16;
   // The quartz of a computer is wrong by at most 50 ppm, so that two clocks drift apart by at most
-  // this much.
+  // this much while nothing corrects them. A daemon that corrects a clock may change it faster.
   static constexpr double kMaxDrift = 1e-4;
 
   // Ignores an exchange whose times are impossible. An exchange that contradicts the earlier ones

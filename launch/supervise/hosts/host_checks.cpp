@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "common/base/realtime.h"
 #include "common/base/text_table.h"
 
 namespace fivepipe::launch {
@@ -12,12 +13,13 @@ std::vector<std::string> HostChecks::check(const HostState& own,
   std::vector<std::string> texts;
   for (const ComparedHost& other : others) {
     for (const std::string& difference : differences(own, other.state))
-      if (const std::string text = base::printable(difference); reported_.insert(text).second)
+      if (const std::string text = base::printable(difference);
+          reported_.size() < kMaxReported && reported_.insert(text).second)
         texts.push_back(text);
     const std::string& host = other.state.speaker.host;
     if (!other.clock || host == own.speaker.host) continue;
     const ClockVerdict verdict = verdict_on(*other.clock);
-    ClockVerdict& reported = clock_of_host_[host];
+    ClockVerdict& reported = clock_of_[other.state.speaker];
     const std::string measured =
         fmt::format("the clock of host {} is {}", base::printable(host), text_of(*other.clock));
     if (verdict == ClockVerdict::refused && is_starting && !is_any_clock_accepted_)
@@ -28,7 +30,9 @@ std::vector<std::string> HostChecks::check(const HostState& own,
       texts.push_back(measured +
                       "; latencies between the hosts are corrected by that. Synchronise the "
                       "clocks, for example by chrony on each host");
-    if (verdict > reported || verdict == ClockVerdict::good) reported = verdict;
+    // An offset near the limit is not logged again and again.
+    if (verdict > reported || base::distance_ns(other.clock->offset_ns, 0) < kClockWarning_ns / 2)
+      reported = verdict;
   }
   return texts;
 }

@@ -31,8 +31,10 @@ class HostChecks {
 
  private:
   bool is_any_clock_accepted_;
-  std::set<std::string> reported_;                     // differences
-  std::map<std::string, ClockVerdict> clock_of_host_;  // the worst one reported
+  // A peer can state any version and any files: this many differences are logged.
+  static constexpr std::size_t kMaxReported = 256;
+  std::set<std::string> reported_;                // differences
+  std::map<HostSpeaker, ClockVerdict> clock_of_;  // the worst one reported
   std::string refusal_;
 };
 

@@ -1,8 +1,9 @@
 #include "launch/supervise/hosts/host_exchange.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
-#include <sstream>
+#include <string_view>
 
 #include "common/base/machine.h"
 #include "common/base/realtime.h"
@@ -30,18 +31,32 @@ fivepipe_v1_ClockAnswer answer_to(const HostSpeaker& speaker, std::int64_t sent_
   return answer;
 }
 
+// Reads in blocks, because meshes may be large. Returns nullopt if it cannot.
+std::optional<std::uint64_t> checksum_of_file(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  std::string block(1 << 20, '\0');
+  std::uint64_t checksum = checksum_of("");
+  while (stream.read(block.data(), std::streamsize(block.size())) || stream.gcount() > 0)
+    checksum =
+        checksum_of(std::string_view(block).substr(0, std::size_t(stream.gcount())), checksum);
+  return stream.eof() ? std::optional(checksum) : std::nullopt;
+}
+
 }  // namespace
 
 Checksums checksums_of(const config::Deployment& deployment) {
+  namespace fs = std::filesystem;
+  const auto plain = [](const fs::path& file) { return fs::absolute(file).lexically_normal(); };
+  const fs::path folder = plain(deployment.file).parent_path();
   Checksums checksums;
-  for (const std::filesystem::path& file : deployment.files) {
-    std::ifstream stream(file, std::ios::binary);
-    std::ostringstream bytes;
-    if (!stream || !(bytes << stream.rdbuf())) continue;
-    std::string name = file.lexically_proximate(deployment.file.parent_path()).string();
+  for (const fs::path& file : deployment.files) {
+    if (checksums.size() == kMaxListed) break;
+    const std::optional<std::uint64_t> checksum = checksum_of_file(file);
+    if (!checksum) continue;
+    std::string name = plain(file).lexically_proximate(folder).string();
     constexpr std::size_t kMaxName = sizeof(fivepipe_v1_FileChecksum::name) - 1;
     if (name.size() > kMaxName) name.erase(0, name.size() - kMaxName);
-    checksums[name] = checksum_of(std::move(bytes).str());
+    checksums[name] = *checksum;
   }
   return checksums;
 }
@@ -66,6 +81,7 @@ HostExchange::HostExchange(bus::Bus& bus, const config::Deployment& deployment,
            std::string(base::version()) + " (" + base::commit() + ")",
            checksums_of(deployment),
            {}},
+      hosts_(deployment.hosts),
       in_(bus.reader<bus::topics::HostStatus>()),
       out_(bus.writer<bus::topics::HostStatus>()) {}
 
@@ -77,15 +93,19 @@ void HostExchange::step() {
   send();
 }
 
+bool HostExchange::is_possible(const HostSpeaker& speaker) const {
+  return std::ranges::count(hosts_, speaker.host, &config::Host::name) > 0 &&
+         (speaker.program == "up" || speaker.program == "doctor");
+}
+
 void HostExchange::take() {
   for (const auto& sample : in_.take()) {
     if (!sample.valid()) continue;
     HostState state = state_from(*sample);
-    if (state.speaker == own_.speaker ||
-        (others_.size() >= kMaxOthers && !others_.contains(state.speaker)))
-      continue;
+    if (state.speaker == own_.speaker || !is_possible(state.speaker)) continue;
     Other& other = others_[state.speaker];
     other.state = std::move(state);
+    other.heard = Clock::now();
     other.sent_ns = sample->sent_ns;
     other.received_ns = sample.arrived_ns();
     for (const fivepipe_v1_ClockAnswer& answer : messages::span_of(sample->clocks))
@@ -96,6 +116,8 @@ void HostExchange::take() {
 }
 
 void HostExchange::send() {
+  std::erase_if(others_,
+                [](const auto& other) { return Clock::now() - other.second.heard > kMaxSilence; });
   const std::int64_t now_ns = base::now_realtime_ns();
   std::vector<fivepipe_v1_FileChecksum> files;
   for (const auto& [name, checksum] : own_.files) {

@@ -2,6 +2,7 @@
 #pragma once
 #include <chrono>
 #include <cstddef>
+#include <cstdint>
 #include <deque>
 #include <map>
 #include <memory>
@@ -32,26 +33,30 @@ class HostExchange {
 
   // Call at least every 0.1 s: takes and sends messages. Within kStart, compares clocks more often.
   void step();
-  // All others that have spoken since the start, by name, each with its newest state.
+  // The others that publish, by name, each with its newest state.
   std::vector<ComparedHost> others() const;
   const HostState& own() const { return own_; }
   bool is_starting() const { return Clock::now() - started_ < kStart; }
   static constexpr std::chrono::seconds kStart{10};
   static constexpr std::chrono::milliseconds kStartPeriod{200}, kPeriod{1000};
-  // A peer can speak for any host: this many are distinguished.
-  static constexpr std::size_t kMaxOthers = 64;
+  // Others that are silent for longer are forgotten, with the comparison of their clock.
+  static constexpr std::chrono::seconds kMaxSilence{10};
 
  private:
   using Clock = std::chrono::steady_clock;
   struct Other {
     HostState state;
-    std::int64_t sent_ns = 0, received_ns = 0;  // of its newest message; by its clock and ours
+    Clock::time_point heard{};                  // its newest message
+    std::int64_t sent_ns = 0, received_ns = 0;  // of that message; by its clock and ours
     ClockComparison clock;
   };
+  // Returns whether the deployment has such a host, and a program that publishes for it.
+  bool is_possible(const HostSpeaker& speaker) const;
   void take();
   void send();
 
   HostState own_;
+  const std::vector<config::Host> hosts_;
   bus::Reader<bus::topics::HostStatus> in_;
   bus::Writer<bus::topics::HostStatus> out_;
   std::map<HostSpeaker, Other> others_;

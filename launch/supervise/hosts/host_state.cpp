@@ -18,8 +18,8 @@ std::string text_of(const Checksums& files, const std::string& name) {
 
 }  // namespace
 
-std::uint64_t checksum_of(const std::string& bytes) {
-  std::uint64_t hash = 0xcbf29ce484222325;
+std::uint64_t checksum_of(std::string_view bytes, std::uint64_t before) {
+  std::uint64_t hash = before;
   for (const char byte : bytes) {
     hash ^= static_cast<unsigned char>(byte);
     hash *= 0x100000001b3;

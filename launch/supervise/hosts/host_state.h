@@ -4,6 +4,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "launch/supervise/hosts/clock_comparison.h"
@@ -26,8 +27,9 @@ struct HostState {
   std::map<HostSpeaker, ClockOffset> clocks;  // of others, as this host measures them
 };
 
-// Returns the FNV-1a hash of the bytes, 64 bits.
-std::uint64_t checksum_of(const std::string& bytes);
+// Returns the FNV-1a hash of the bytes, 64 bits. before: the hash of the bytes before them.
+inline constexpr std::uint64_t kNoBytes = 0xcbf29ce484222325;
+std::uint64_t checksum_of(std::string_view bytes, std::uint64_t before = kNoBytes);
 
 // Returns a text for each thing that should be the same on both hosts and is not: the version of
 // fivepipe, and the files of the deployment.

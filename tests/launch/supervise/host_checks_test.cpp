@@ -77,6 +77,10 @@ TEST(HostChecks, AClockIsLoggedWhenItBecomesWorse) {
   EXPECT_TRUE(checked(checks, ClockOffset{6 * kMs, kMs / 10}).empty());
   EXPECT_EQ(checked(checks, ClockOffset{-150 * kMs, kMs / 10}).size(), 1u);
   EXPECT_TRUE(checked(checks, ClockOffset{5 * kMs, kMs / 10}).empty());
+  // The known offset is less certain, or near the limit.
+  EXPECT_TRUE(checked(checks, ClockOffset{5 * kMs, 9 * kMs}).empty());
+  EXPECT_TRUE(checked(checks, ClockOffset{2 * kMs, kMs / 10}).empty());
+  EXPECT_TRUE(checked(checks, ClockOffset{5 * kMs, kMs / 10}).empty());
   EXPECT_TRUE(checked(checks, ClockOffset{0, kMs / 10}).empty());
   EXPECT_EQ(checked(checks, ClockOffset{5 * kMs, kMs / 10}).size(), 1u);
   EXPECT_EQ(checks.refusal(), "");

@@ -3,7 +3,13 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdlib>
+#include <filesystem>
+#include <functional>
+#include <optional>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include "common/base/realtime.h"
 #include "common/pipeline/messages/wire_conversions.h"
@@ -18,7 +24,11 @@ namespace {
 using namespace std::chrono_literals;
 using bus::topics::HostStatus;
 
-config::Deployment deployment() { return config::load_deployment(test::kSmallDeployment); }
+config::Deployment deployment() {
+  config::Deployment deployment = config::load_deployment(test::kSmallDeployment);
+  deployment.hosts = {{"alpha", "10.0.0.1", ""}, {"beta", "10.0.0.2", ""}};
+  return deployment;
+}
 
 bool eventually(const std::function<bool()>& condition) {
   const auto until = std::chrono::steady_clock::now() + 10s * test::kSlowdown;
@@ -77,7 +87,7 @@ TEST_F(HostExchanges, AnAnswerToNoMessageIsIgnored) {
     clocks[0].sent_ns = now_ns - 1'000'000;
     clocks[0].received_ns = now_ns;
     fivepipe_v1_HostStatus message{};
-    messages::set_text(message.host, "gamma");
+    messages::set_text(message.host, "beta");
     messages::set_text(message.program, "up");
     message.sent_ns = now_ns;
     messages::borrow(message.clocks, clocks);
@@ -93,18 +103,32 @@ TEST_F(HostExchanges, AnAnswerToNoMessageIsIgnored) {
     EXPECT_EQ(other.clock, std::nullopt) << other.state.speaker.host;
 }
 
-TEST_F(HostExchanges, TheNumberOfOthersIsBounded) {
+TEST_F(HostExchanges, OnlyTheHostsOfTheDeploymentPublish) {
   auto writer = bus_.writer<HostStatus>();
   ASSERT_TRUE(eventually([&] { return writer.readers() >= 2; }));
-  for (std::size_t i = 0; i < HostExchange::kMaxOthers + 20; ++i) {
+  for (const auto& [host, program] :
+       {std::pair{"gamma", "up"}, std::pair{"beta", "top"}, std::pair{"beta", "doctor"}}) {
     fivepipe_v1_HostStatus message{};
-    messages::set_text(message.host, "host " + std::to_string(i));
-    messages::set_text(message.program, "up");
+    messages::set_text(message.host, host);
+    messages::set_text(message.program, program);
     writer.write(message);
   }
   EXPECT_TRUE(writer.wait_for_delivery(5s));
   alpha_.step();
-  EXPECT_EQ(alpha_.others().size(), HostExchange::kMaxOthers);
+  std::vector<HostSpeaker> speakers;
+  for (const ComparedHost& other : alpha_.others()) speakers.push_back(other.state.speaker);
+  EXPECT_EQ(speakers, (std::vector<HostSpeaker>{{"beta", "doctor"}}));
+}
+
+TEST(Checksums, HaveTheSameNamesWhereverTheDeploymentIsNamedFrom) {
+  const std::filesystem::path before = std::filesystem::current_path();
+  const Checksums absolute = checksums_of(deployment());
+  std::filesystem::current_path(std::filesystem::path(test::kSmallDeployment).parent_path());
+  const Checksums relative = checksums_of(config::load_deployment("deployment.yaml"));
+  std::filesystem::current_path(before);
+  EXPECT_EQ(absolute, relative);
+  EXPECT_TRUE(relative.contains("rig.yaml"));
+  EXPECT_TRUE(relative.contains("deployment.yaml"));
 }
 
 }  // namespace

@@ -139,6 +139,8 @@ TEST(NodeStatus, ALatencySinceTheCaptureIsByTheClockOfTheCapture) {
   send("beta", "doctor", "alpha", 7 * kMs, 0);
   send("beta", "up", "gamma", 7 * kMs, 0);
   send("beta", "up", "alpha", 7 * kMs, -1);
+  send("beta", "up", "alpha", INT64_MAX, 0);
+  send("beta", "up", "alpha", INT64_MIN, 0);
   std::this_thread::sleep_for(600ms);
   status.latency_since_capture("since", kNow_ns - 30 * kMs, kNow_ns);
   EXPECT_EQ(clock.offset_ns(), std::nullopt);

@@ -13,6 +13,7 @@
 #include "common/pipeline/bus/bus.h"
 #include "common/pipeline/messages/wire_conversions.h"
 #include "tests/system/hosts/two_hosts.h"
+#include "tests/system/security/secured.h"
 
 namespace fivepipe::test {
 namespace {
@@ -42,6 +43,19 @@ TEST_F(TwoHosts, AMissingHostIsNamed) {
   hosts_.set_link(0, false);
   EXPECT_TRUE(holds(kStart, [&] { return contains(beta->said(), waits + "no answer: it is off"); }))
       << beta->said();
+}
+
+TEST_F(TwoHosts, EncryptedFramesGoThroughBoth) {
+  make_small_keys(folder_.path / "files/keys", 0);
+  for (const std::string profile : {"lan", "lossy"}) {
+    const std::string file = deployment("", profile);
+    std::ofstream(file, std::ios::app) << "security: {keys: keys}\n";
+    const nlohmann::json report = report_of_run(file);
+    EXPECT_GE(report["frames"]["composited"].get<int>(), kHasSanitizer ? 20 : 150)
+        << profile << report["frames"];
+    EXPECT_TRUE(report["hosts"]["alpha"]["clock_offset_ms"].is_number()) << report["hosts"];
+    EXPECT_FALSE(report["latency_ms"].is_null()) << report;
+  }
 }
 
 TEST_F(TwoHosts, OnePercentOfLostPacketsLosesNoFrame) {
