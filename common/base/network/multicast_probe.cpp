@@ -36,7 +36,8 @@ MulticastProbe::MulticastProbe(const std::string& interface, std::string text)
   const int on = 1;
   setsockopt(socket_, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
   sockaddr_in own = group();
-  bind(socket_, reinterpret_cast<const sockaddr*>(&own), sizeof own);
+  // Otherwise it hears nothing.
+  if (bind(socket_, reinterpret_cast<const sockaddr*>(&own), sizeof own) != 0) return;
   ip_mreqn membership{};
   membership.imr_multiaddr = own.sin_addr;
   membership.imr_ifindex = int(if_nametoindex(find_interface(interface).name.c_str()));
