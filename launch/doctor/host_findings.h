@@ -12,7 +12,7 @@
 
 namespace fivepipe::launch {
 
-// Whether the other machines answer, and how large the packets are that reach them. Takes up to 2 s
+// Whether the other machines answer, and how large the packets are that reach them. Takes up to 8 s
 // for each.
 std::vector<Finding> check_machines(const config::Deployment& deployment, const std::string& own);
 

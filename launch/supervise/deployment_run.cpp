@@ -162,8 +162,9 @@ class DeploymentRun {
   }
 
   void compare_hosts() {
-    if (!host_exchange_ || stop_stamp_ns_ != 0) return;
+    if (!host_exchange_) return;
     host_exchange_->step();
+    if (stop_stamp_ns_ != 0) return;
     for (const std::string& text : host_checks_.check(
              host_exchange_->own(), host_exchange_->others(), host_exchange_->is_starting()))
       spdlog::warn("{}", text);

@@ -16,8 +16,11 @@ namespace {
 
 // "discard", which no usual system serves any more.
 constexpr std::uint16_t kPort = 9;
-// The kernel answers a burst of six such packets, then one per second.
-constexpr int kTries = 3, kPatience_ms = 300;
+// The kernel answers a burst of six such packets, then one per second, also for other programs that
+// send to closed ports, as the discovery of DDS does.
+constexpr int kRounds = 12, kPatience_ms = 300;
+// So many small packets are answered before a large one counts as lost.
+constexpr int kSmallAnswers = 3;
 constexpr int kHeaders = sizeof(ip) + sizeof(udphdr);
 
 class Socket {
@@ -63,13 +66,14 @@ PathMtu path_mtu(const std::string& address) {
   Socket socket(address);
   PathMtu found{socket.mtu()};
   if (found.bytes == 0) return found;
-  for (int i = 0; i < kTries && !found.answers; ++i) found.answers = socket.is_refused(kHeaders);
-  if (!found.answers) return found;
-  // A router may report a smaller size, which the kernel remembers.
-  for (int i = 0; i < kTries && !found.arrives; ++i) {
+  int small_answers = 0;
+  for (int i = 0; i < kRounds && !found.arrives && small_answers < kSmallAnswers; ++i) {
+    // A router may report a smaller size, which the kernel remembers.
     found.arrives = socket.is_refused(socket.mtu());
     found.bytes = socket.mtu();
+    if (!found.arrives) small_answers += socket.is_refused(kHeaders);
   }
+  found.answers = found.arrives || small_answers == kSmallAnswers;
   return found;
 }
 

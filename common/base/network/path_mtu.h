@@ -6,12 +6,12 @@ namespace fivepipe::base {
 
 struct PathMtu {
   int bytes = 0;         // of IP packets, as far as the kernel knows; 0: there is no route
-  bool answers = false;  // the machine has answered a small packet
+  bool answers = false;  // it has answered enough packets to know whether the large ones arrive
   bool arrives = false;  // it has answered a packet of `bytes`, which was not fragmented
 };
 
 // Sends UDP packets to a port that no program uses, which the machine refuses. A firewall may drop
-// the refusals. address: IPv4. Takes up to 2 s.
+// the refusals. address: IPv4. Takes up to 8 s.
 PathMtu path_mtu(const std::string& address);
 
 }  // namespace fivepipe::base

@@ -73,13 +73,17 @@ TEST_F(HostClocks, AHundredAndFiftyMillisecondsAreRefusedUnlessAllowed) {
   const std::string file = deployment();
   {
     const auto alpha = up(0, file, {}, 150), beta = up(1, file);
-    for (Program* const host : {alpha.get(), beta.get()}) {
-      EXPECT_EQ(host->wait_for_end(20s * kSlowdown), 2) << host->said();
-      EXPECT_TRUE(contains(host->said(), "start with --allow-clock-offset")) << host->said();
-    }
-    EXPECT_TRUE(contains(alpha->said(), "the clock of host beta is 1")) << alpha->said();
-    EXPECT_TRUE(contains(alpha->said(), " ms behind")) << alpha->said();
-    EXPECT_TRUE(contains(beta->said(), " ms ahead")) << beta->said();
+    // The one that has measured first ends, so that the other one may never know.
+    const auto refuses = [](Program& host, const std::string& text) {
+      return host.wait_for_end(0s) == 2 && contains(host.said(), text) &&
+             contains(host.said(), "start with --allow-clock-offset");
+    };
+    EXPECT_TRUE(holds(20s,
+                      [&] {
+                        return refuses(*alpha, " ms behind (error at most") ||
+                               refuses(*beta, " ms ahead (error at most");
+                      }))
+        << alpha->said() << beta->said();
   }
   expect_right(run(150, {"--allow-clock-offset"}), 150);
 }
