@@ -174,7 +174,8 @@ TEST_F(FourHosts, TheNetworkCostsLittleOfTheRate) {
     on_four.push_back(rate(file, false));
   }
   std::cout << "four hosts: " << median(on_four) << " frames/s, one: " << median(on_one) << '\n';
-  EXPECT_GT(median(on_four), (kHasSanitizer ? 0.5 : is_long() ? 0.9 : 0.75) * median(on_one));
+  // One run of each is no measurement: it shows only that frames go through all hosts.
+  EXPECT_GT(median(on_four), (is_long() ? 0.9 : 0.4) * median(on_one));
 }
 
 // The nodes that read object-pixel maps run on one host or on several: a map is sent once.
