@@ -37,7 +37,7 @@ TEST(ClockComparison, IsExactIfBothWaysTakeTheSameTime) {
   }
 }
 
-// Random times on the way and clocks that drift apart: the error bounds what is wrong.
+// The messages take random times, and the clocks drift apart.
 TEST(ClockComparison, TheErrorBoundsTheOffset) {
   std::mt19937 random(17);
   std::uniform_int_distribution<std::int64_t> way(0, 3 * kMillisecond), wait(0, kSecond);
