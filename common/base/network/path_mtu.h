@@ -10,8 +10,9 @@ struct PathMtu {
   bool arrives = false;  // it has answered a packet of `bytes`, which was not fragmented
 };
 
-// Sends UDP packets to a port that no program uses, which the machine refuses. A firewall may drop
-// the refusals. address: IPv4. Takes up to 8 s.
+// Sends ICMP echo requests, if the system permits it and the machine answers them. Else sends UDP
+// packets to a port that no program uses, which the machine refuses. A firewall may drop either.
+// address: IPv4. Takes up to 12 s.
 PathMtu path_mtu(const std::string& address);
 
 }  // namespace fivepipe::base

@@ -58,6 +58,7 @@ void HostProbe::ask() {
   socket_ = socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   const bool connected = connect(socket_, reinterpret_cast<const sockaddr*>(&to_), sizeof to_) == 0;
   error_ = connected ? 0 : errno;
+  is_ended_ = has_answered_ = false;
 }
 
 HostProbe::Answer HostProbe::take_answer() {
@@ -65,11 +66,15 @@ HostProbe::Answer HostProbe::take_answer() {
   // the address.
   if (error_ == ENETUNREACH || error_ == EHOSTUNREACH) return Answer::no_route;
   pollfd ended{socket_, POLLOUT, 0};
-  if (poll(&ended, 1, 0) <= 0) return Answer::none;
-  int error = 0;
-  socklen_t size = sizeof error;
-  if (getsockopt(socket_, SOL_SOCKET, SO_ERROR, &error, &size) != 0) return Answer::none;
-  return error == 0 || error == ECONNREFUSED ? Answer::answers : Answer::none;
+  if (!is_ended_ && poll(&ended, 1, 0) > 0) {
+    is_ended_ = true;
+    // The kernel returns the error of the connection only once.
+    int error = 0;
+    socklen_t size = sizeof error;
+    has_answered_ = getsockopt(socket_, SOL_SOCKET, SO_ERROR, &error, &size) == 0 &&
+                    (error == 0 || error == ECONNREFUSED);
+  }
+  return has_answered_ ? Answer::answers : Answer::none;
 }
 
 OtherHosts::OtherHosts(const config::Deployment& deployment,

@@ -39,6 +39,7 @@ class HostProbe {
   int socket_ = -1;
   sockaddr_in to_{};
   int error_ = 0;  // of connect()
+  bool is_ended_ = false, has_answered_ = false;
 };
 
 class OtherHosts {

@@ -69,6 +69,16 @@ class TestHosts {
     run_in(host, "nft 'add chain ip multicast received { type filter hook input priority 0; }'");
     run_in(host, "nft add rule ip multicast received ip daddr 224.0.0.0/4 drop");
   }
+  // From now on, the host receives no UDP packets to this port, as behind a firewall.
+  void drop_udp(int host, int port) {
+    run_in(host, "nft add table ip firewall");
+    run_in(host, "nft 'add chain ip firewall received { type filter hook input priority 0; }'");
+    run_in(host, "nft add rule ip firewall received udp dport " + std::to_string(port) + " drop");
+  }
+  // From now on, each program of the host may send ICMP echo requests.
+  void allow_echo(int host) {
+    run_in(host, "sh -c 'echo 0 2147483647 >/proc/sys/net/ipv4/ping_group_range'");
+  }
   // The packets that the host has lost.
   int lost(int host) const {
     const std::string text =
