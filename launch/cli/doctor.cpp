@@ -3,10 +3,12 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <ctime>
 #include <fstream>
 #include <iostream>
 #include <iterator>
+#include <optional>
 
 #include "common/base/machine.h"
 #include "common/base/version.h"
@@ -176,9 +178,11 @@ Finding check_disk() {
           "composites and recordings need space: delete files or choose another --out"};
 }
 
+constexpr double kWait_s = 5;  // without --wait, until the other hosts have answered
+
 struct DoctorOptions {
   NetworkOptions network;
-  double wait_s = 5;
+  std::optional<double> wait_s;
 };
 
 void append(std::vector<Finding>& findings, std::vector<Finding> more) {
@@ -200,12 +204,14 @@ std::vector<Finding> check_deployment(const DoctorOptions& options, const Joined
                         std::string("that needs the keys of the role ") + name_of(kComparingRole)});
     return findings;
   }
-  std::cerr << "comparing with the other hosts, for at most " << options.wait_s << " s\n";
+  const double wait_s = options.wait_s.value_or(
+      kWait_s + std::chrono::duration<double>(bus::authentication_time(joined.network)).count());
+  std::cerr << "comparing with the other hosts, for at most " << wait_s << " s\n";
   catch_signals();
   bus::Bus bus({joined.domain, joined.network, "doctor", joined.deployment});
-  append(findings, compare_hosts(bus, deployment, own,
-                                 std::chrono::milliseconds(std::int64_t(1e3 * options.wait_s)),
-                                 [] { return signals_received() > 0; }));
+  append(findings,
+         compare_hosts(bus, deployment, own, std::chrono::milliseconds(std::int64_t(1e3 * wait_s)),
+                       [] { return signals_received() > 0; }));
   return findings;
 }
 
@@ -269,9 +275,9 @@ void add_doctor(CLI::App& app, Command& command) {
   add_deployment_options(doctor, options->network);
   doctor
       ->add_option("--wait", options->wait_s,
-                   "seconds to wait for `fivepipe doctor` or `fivepipe up` on the other hosts")
-      ->check(CLI::Range(0.0, 3600.0))
-      ->capture_default_str();
+                   "seconds to wait for `fivepipe doctor` or `fivepipe up` on the other hosts\n"
+                   "(default 5; 6.5 in a secured deployment)")
+      ->check(CLI::Range(0.0, 3600.0));
   doctor->callback([options, &command] { command = [options] { return run_doctor(*options); }; });
 }
 

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/text_table.h"
+#include "common/pipeline/node/status_names.h"
 #include "launch/supervise/report.h"
 #include "launch/supervise/status/largest_counts.h"
 
@@ -34,8 +35,16 @@ std::string frames_line(const json& report) {
       frames["composited"].get<std::uint64_t>());
 }
 
-std::string latency_line(const json& latency) {
-  if (latency.is_null()) return "";
+std::string latency_line(const json& report) {
+  const json& latency = report["latency_ms"];
+  if (latency.is_null()) {
+    const std::string name = std::string(node::kCaptureToComposite) + node::kNotCompared;
+    for (const json& node : report["nodes"])
+      if (node["latencies_ms"].contains(name))
+        return "latency, capture to composite: unknown, as the clocks of the hosts were not "
+               "compared\n";
+    return "";
+  }
   return fmt::format(
       "latency, capture to composite: p50 {:.1f}, p95 {:.1f}, p99 {:.1f}, max {:.1f} ms\n",
       latency["p50"].get<double>(), latency["p95"].get<double>(), latency["p99"].get<double>(),
@@ -79,7 +88,7 @@ std::string events_of(const json& report) {
   for (const auto& [process, count] : report["refused_from"].items())
     lines += fmt::format("  refused: {} messages from {}\n", count.get<std::uint64_t>(),
                          base::printable(process));
-  return lines + latency_line(report["latency_ms"]) +
+  return lines + latency_line(report) +
          lines_of(report["collisions"], "collided",
                   [](const std::string& object, const json& count) {
                     return fmt::format(

@@ -37,8 +37,7 @@ std::optional<std::int64_t> CaptureClock::offset_ns() const {
   return offset_ns == kUnknown ? std::nullopt : std::optional(offset_ns);
 }
 
-std::string CaptureClock::problem() const {
-  if (offset_ns() || Clock::now() - start_ < kPatience) return "";
+std::string CaptureClock::not_compared_text() const {
   return "that of host " + capture_host_ +
          ", which captures, is not compared with that of this host, as `fivepipe up` on both "
          "does; latencies since the capture are not corrected";

@@ -24,10 +24,10 @@ class CaptureClock {
   // Returns the clock of the host that captures minus that of this host; nullopt before the first
   // comparison, and kMaxAge after the last. Thread-safe.
   std::optional<std::int64_t> offset_ns() const;
-  // A text for people if there is no offset kPatience after the construction; otherwise empty.
-  std::string problem() const;
+  // Why there is no offset, as a text for people.
+  std::string not_compared_text() const;
 
-  static constexpr std::chrono::seconds kMaxAge{10}, kPatience{5};
+  static constexpr std::chrono::seconds kMaxAge{10};
   // A larger offset is no clock, but a wrong message: a day.
   static constexpr std::int64_t kMaxOffset_ns = 86'400'000'000'000;
 
@@ -36,13 +36,13 @@ class CaptureClock {
   static constexpr std::int64_t kUnknown = std::numeric_limits<std::int64_t>::min();
   const std::string own_host_, capture_host_;
   bus::Reader<bus::topics::HostStatus> in_;
-  const Clock::time_point start_ = Clock::now();
   Clock::time_point newest_{};
   std::atomic<std::int64_t> offset_ns_{kUnknown};
 };
 
-// Returns nullptr if the first capture_node of the deployment runs on this host, or if there is
-// none. host, local: as in network_of().
+// Returns nullptr if no other host has the clock of the capture: the first capture_node of the
+// deployment runs on this host, there is none, or the deployment has one host. host, local: as in
+// network_of().
 std::unique_ptr<CaptureClock> capture_clock_of(const config::Deployment& deployment,
                                                const std::string& host, bool local, bus::Bus& bus);
 

@@ -25,7 +25,7 @@ struct NodeContext {
   bool every_frame;           // --every-frame
   bus::Bus& bus;
   NodeStatusReporter& status;
-  // Of another host that captures; nullptr: this host does.
+  // As capture_clock_of() returns it.
   const CaptureClock* capture_clock = nullptr;
 };
 

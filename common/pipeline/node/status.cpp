@@ -60,6 +60,7 @@ struct NodeStatusReporter::Impl {
   NodeState state;
   std::map<messages::BadMessage, Clock::time_point> drop_logged;  // has the keys of state.drops
   LogBudget log_budget;
+  std::optional<Clock::time_point> uncorrected_since;  // latencies lack a compared clock since then
   std::thread publisher;
 
   Impl(bus::Bus& b, std::string n, CaptureClock* c)
@@ -144,8 +145,11 @@ struct NodeStatusReporter::Impl {
   void update_clock() {
     if (!clock) return;
     clock->update();
-    const std::string problem = clock->problem();
     const std::scoped_lock lock(mutex);
+    if (clock->offset_ns()) uncorrected_since.reset();
+    const bool is_problem = uncorrected_since && Clock::now() - *uncorrected_since >
+                                                     NodeStatusReporter::kComparisonPatience;
+    const std::string problem = is_problem ? clock->not_compared_text() : "";
     if (set_diagnostic("clock", problem)) spdlog::warn("clock: {}", problem);
   }
 
@@ -216,6 +220,9 @@ void NodeStatusReporter::latency_since_capture(const std::string& name,
       impl_->clock ? impl_->clock->offset_ns() : std::optional<std::int64_t>(0);
   latency(offset_ns ? name : name + kNotCompared,
           base::difference_s(now_ns + offset_ns.value_or(0), capture_stamp_ns));
+  if (offset_ns) return;
+  const std::scoped_lock lock(impl_->mutex);
+  if (!impl_->uncorrected_since) impl_->uncorrected_since = Clock::now();
 }
 
 void NodeStatusReporter::frame_handled(std::uint64_t frame) {

@@ -27,11 +27,14 @@ struct RecordedCounts {
 // NodeStatus are truncated.
 class NodeStatusReporter {
  public:
-  // clock: of another host that captures, which this updates; nullptr: this host captures.
+  // clock: as capture_clock_of() returns it; this updates it.
   NodeStatusReporter(bus::Bus& bus, std::string node, CaptureClock* clock = nullptr);
   ~NodeStatusReporter();  // publishes the final report
   NodeStatusReporter(const NodeStatusReporter&) = delete;
   NodeStatusReporter& operator=(const NodeStatusReporter&) = delete;
+
+  // So long after the first latency without a compared clock, a diagnostic says so.
+  static constexpr std::chrono::seconds kComparisonPatience{5};
 
   // Adds n to the count of this name.
   void count(const std::string& name, std::uint64_t n = 1);

@@ -96,6 +96,19 @@ TEST(Report, TheClocksOfOtherHostsAreCompared) {
   EXPECT_FALSE(contains(launch::table_of(launch::report_from(input)), "clock of"));
 }
 
+TEST(Report, ALatencyBetweenClocksThatAreNotComparedIsUnknown) {
+  const std::string text = "capture to composite: unknown, as the clocks of the hosts were not";
+  EXPECT_FALSE(contains(launch::table_of(launch::report_from(ten_seconds())), text));
+  auto input = ten_seconds();
+  auto render = status("render", 5, 100 * s);
+  render.latencies["capture_to_composite (clocks not compared)"] = {12, 20, 31, 50, 286};
+  render.final_report = true;
+  input.statuses.add(render, 110 * s);
+  const auto report = launch::report_from(input);
+  EXPECT_TRUE(report["latency_ms"].is_null());
+  EXPECT_TRUE(contains(launch::table_of(report), text));
+}
+
 TEST(Report, ANodeThatSimulatesHasItsMetrics) {
   auto input = ten_seconds();
   EXPECT_FALSE(launch::report_from(input)["nodes"]["sim"].contains("simulation"));
