@@ -15,7 +15,7 @@
 #include "common/base/worker_pool.h"
 #include "common/config/capture/capture_config.h"
 #include "common/config/rig.h"
-#include "common/config/viewer.h"
+#include "common/config/view/viewer.h"
 
 namespace fivepipe::capture {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "capture_node/lens/undistortion.h"
-#include "common/config/viewer.h"
+#include "common/config/view/viewer.h"
 #include "common/hull/colour_region.h"
 #include "common/hull/hull.h"
 #include "common/hull/silhouette_bounds.h"

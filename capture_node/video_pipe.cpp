@@ -152,7 +152,8 @@ class VideoPipe {
         inputs.push_back(bus::topics::ObjectCoverage::name);
       for (const char* const input : inputs)
         if (!reads.contains({node.name, input})) missing.insert(node.name);
-      if (draws && !writes.contains({node.name, bus::topics::FrameComposited::name}))
+      if (config::draws_for_viewer(node) &&
+          !writes.contains({node.name, bus::topics::FrameComposited::name}))
         missing.insert(node.name);
     }
     return missing;

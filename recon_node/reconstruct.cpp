@@ -150,6 +150,11 @@ std::vector<ReconTile> Reconstructor::reconstruct(const Maps& maps, const hull::
 std::vector<std::vector<ReconTile>> Reconstructor::reconstruct(const Maps& maps,
                                                                std::span<const ViewTiles> views) {
   set_silhouettes(maps);
+  return reconstruct_further(maps, views);
+}
+
+std::vector<std::vector<ReconTile>> Reconstructor::reconstruct_further(
+    const Maps& maps, std::span<const ViewTiles> views) {
   const HullColour colour(maps.silhouettes, maps.colours, config_.hull_rule);
   std::vector<std::vector<ReconTile>> made;
   for (const ViewTiles& of : views) {

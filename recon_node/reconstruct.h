@@ -68,6 +68,9 @@ class Reconstructor {
   // the silhouettes once per view, the other backends prepare them once.
   std::vector<std::vector<ReconTile>> reconstruct(const Maps& maps,
                                                   std::span<const ViewTiles> views);
+  // The same for further views of the same maps, which the last reconstruct() has prepared.
+  std::vector<std::vector<ReconTile>> reconstruct_further(const Maps& maps,
+                                                          std::span<const ViewTiles> views);
 
  private:
   struct Depths {
@@ -87,7 +90,7 @@ class Reconstructor {
   hull::CoverageHull coverage_;
   bool uses_coverage_ = false;  // of the last set_silhouettes()
   std::optional<hull::GlHull> gl_;
-  std::span<const hull::Silhouette> silhouettes_;           // valid during reconstruct()
+  std::span<const hull::Silhouette> silhouettes_;           // of the last set_silhouettes()
   std::map<std::pair<int, int>, hull::PlaneSweep> sweeps_;  // by width and height of the view
 };
 

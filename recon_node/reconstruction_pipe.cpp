@@ -5,6 +5,7 @@
 #include <deque>
 #include <limits>
 #include <optional>
+#include <set>
 #include <span>
 #include <utility>
 
@@ -18,6 +19,7 @@
 #include "common/pipeline/node/replay_monitor.h"
 #include "recon_node/frame_inputs.h"
 #include "recon_node/messages.h"
+#include "recon_node/spectators.h"
 
 namespace fivepipe::recon {
 namespace {
@@ -30,6 +32,8 @@ constexpr int kMinChecks = 3;
 // Time in which a node that ends reconstructs the frames that are its own; less than a supervisor
 // waits for its end.
 constexpr std::chrono::milliseconds kMaxLeave{400};
+// Between two looks for spectators.
+constexpr std::chrono::seconds kLookPeriod{1};
 
 class ReconstructionPipe {
  public:
@@ -37,6 +41,7 @@ class ReconstructionPipe {
       : node_(node),
         viewer_(node.deployment.viewer.name),
         views_(config::hull_views(node.deployment)),
+        spectators_(node.deployment),
         config_(decided(node::config_of<config::ReconConfig>(node), backend)),
         reconstructor_(config_, node.deployment.rig.volume_m),
         sets_(node.bus, node.deployment.rig, node.status, node::frame_set_options(node.deployment)),
@@ -186,8 +191,8 @@ class ReconstructionPipe {
   }
 
   // Returns the tiles of each view that this node reconstructs. A light needs no colour.
-  std::vector<Reconstructor::ViewTiles> own_views(const messages::FramePose& pose) {
-    const std::vector<std::uint8_t> owners = owners_of(pose);
+  std::vector<Reconstructor::ViewTiles> own_views(const messages::FramePose& pose,
+                                                  const std::vector<std::uint8_t>& owners) const {
     std::vector<Reconstructor::ViewTiles> own;
     for (const config::HullView& view : views_)
       own.push_back({{{view.recon, config::eye_from_world(view, pose.eye_from_world)},
@@ -209,7 +214,8 @@ class ReconstructionPipe {
   }
 
   void reconstruct(const frames::FrameSet& set, const messages::FramePose& pose) {
-    std::vector<Reconstructor::ViewTiles> views = own_views(pose);
+    const std::vector<std::uint8_t> owners = owners_of(pose);
+    std::vector<Reconstructor::ViewTiles> views = own_views(pose, owners);
     node::FrameSteps steps;
     const node::InputTimes times{set.first_received_ns, set.last_received_ns};
     if (views.front().tiles.empty()) {
@@ -232,19 +238,59 @@ class ReconstructionPipe {
       node_.status.count("frames_without_colour");
     steps.begin("write_tiles");
     answer(set, views.back().view, made.back());
-    for (std::size_t i = 0; i < views.size(); ++i) {
-      const TileFrame frame = frame_of(set, views_[i].name, views[i].view);
-      for (ReconTile& tile : made[i]) tiles_.write(tile_message(frame, std::move(tile)).message());
-    }
+    for (std::size_t i = 0; i < views.size(); ++i)
+      write_tiles(set, views_[i].name, views[i].view, std::move(made[i]));
     if (replay_.replaying())
       node_.status.latency("arrival_to_tiles",
                            1e-9 * double(base::now_realtime_ns() - times.first_ns));
     else
       node_.status.latency_since_capture("capture_to_tiles", set.capture_stamp_ns,
                                          base::now_realtime_ns());
+    reconstruct_for_spectators(set, owners, colours, steps);
     traces_.handled(set.frame, set.capture_stamp_ns, times, std::move(steps));
     inputs_.drop_colours_up_to(set.frame);
     check_common_point(set);
+  }
+
+  // After the viewer's tiles, so that spectators do not add to the viewer's latency. Their cost
+  // does not count for the balance of the tiles.
+  void reconstruct_for_spectators(const frames::FrameSet& set,
+                                  const std::vector<std::uint8_t>& owners,
+                                  std::span<const hull::ColourRegion> colours,
+                                  node::FrameSteps& steps) {
+    find_spectators();
+    const std::vector<PosedView> posed = spectators_.views_at(set.frame);
+    if (posed.empty()) return;
+    steps.begin("spectators");
+    std::vector<Reconstructor::ViewTiles> views;
+    for (const PosedView& view : posed)
+      views.push_back({{{view.of.recon, view.eye_from_world}, view.of.near_m, view.of.far_m},
+                       own_tiles(view.of.recon, owners),
+                       !colours.empty()});
+    std::vector<std::vector<ReconTile>> made =
+        reconstructor_.reconstruct_further({set.silhouettes, set.outlines, colours}, views);
+    for (std::size_t i = 0; i < views.size(); ++i)
+      write_tiles(set, posed[i].of.name, views[i].view, std::move(made[i]));
+  }
+
+  // At once if the number of readers of tiles has changed, else once per kLookPeriod.
+  void find_spectators() {
+    const auto now = std::chrono::steady_clock::now();
+    const int readers = tiles_.readers();
+    if (spectators_.empty() || (readers == readers_ && now < next_look_)) return;
+    readers_ = readers;
+    next_look_ = now + kLookPeriod;
+    std::set<std::string> nodes;
+    for (const bus::EndpointDescription& endpoint : node_.bus.endpoints())
+      if (!endpoint.writes && endpoint.topic == bus::topics::HullTile::name)
+        nodes.insert(endpoint.participant);
+    spectators_.set_readers(nodes);
+  }
+
+  void write_tiles(const frames::FrameSet& set, const std::string& name, const hull::View& view,
+                   std::vector<ReconTile> tiles) {
+    const TileFrame frame = frame_of(set, name, view);
+    for (ReconTile& tile : tiles) tiles_.write(tile_message(frame, std::move(tile)).message());
   }
 
   // Reports to capture_node that this node is there, and what its tiles of the frame have cost.
@@ -286,6 +332,9 @@ class ReconstructionPipe {
   node::NodeContext& node_;
   const std::string viewer_;
   std::vector<config::HullView> views_;  // eyes have the geometry of the last ViewInfo
+  Spectators spectators_;
+  int readers_ = 0;  // of tiles, at the last look for spectators
+  std::chrono::steady_clock::time_point next_look_{};
   bool has_view_info_ = false;
   const config::ReconConfig config_;
   Reconstructor reconstructor_;

@@ -58,11 +58,12 @@ class ParentPipe {
  public:
   explicit ParentPipe(node::NodeContext& node)
       : node_(node),
-        viewer_(node.deployment.viewer),
+        spectator_(config::spectator_of(node.node)),
+        viewer_(spectator_ ? *spectator_ : node.deployment.viewer),
         renderer_(node.deployment.scene, viewer_),
         presenter_(node::config_of<config::RenderConfig>(node), viewer_,
                    node.deployment.frame_rate_hz, node.out),
-        views_(config::hull_views(node.deployment)),
+        views_(config::hull_views(node.deployment.scene, viewer_)),
         is_split_by_frames_(is_split_by_frames(node.deployment)),
         has_simulation_(has_simulation(node.deployment)),
         simulation_age_(node.deployment.frame_rate_hz),
@@ -70,8 +71,8 @@ class ParentPipe {
         states_(node.bus.reader<bus::topics::VirtualState>()),
         collisions_(node.bus.reader<bus::topics::CollisionResult>()),
         replay_(node.bus),
-        traces_(node.bus, node.status, node.node.name),
-        composited_(node.bus.writer<bus::topics::FrameComposited>()) {
+        traces_(node.bus, node.status, node.node.name) {
+    if (!spectator_) composited_.emplace(node.bus.writer<bus::topics::FrameComposited>());
     if (!node.deployment.scene.overlays.empty()) overlays_.emplace(node.deployment.scene, viewer_);
     if (!node.deployment.scene.particles.empty())
       particles_.emplace(node.bus.reader<bus::topics::Particles>());
@@ -278,13 +279,15 @@ class ParentPipe {
     steps.end();
     const node::InputTimes times = input_times(eyes);
     const std::int64_t now_ns = base::now_realtime_ns();
-    composited_.write(composited_message(viewer_.name, hull, now_ns));
+    if (composited_) composited_->write(composited_message(viewer_.name, hull, now_ns));
     if (replay_.replaying())
       node_.status.latency(node::kArrivalToComposite, 1e-9 * double(now_ns - times.first_ns));
     else
-      node_.status.latency_since_capture(node::kCaptureToComposite, hull.capture_stamp_ns, now_ns);
+      node_.status.latency_since_capture(
+          spectator_ ? node::kCaptureToSpectator : node::kCaptureToComposite, hull.capture_stamp_ns,
+          now_ns);
     composited_ns_ = hull.capture_stamp_ns;
-    node_.status.count(node::kFramesComposited);
+    node_.status.count(spectator_ ? node::kSpectatorFrames : node::kFramesComposited);
     traces_.handled(hull.frame, hull.capture_stamp_ns, times, std::move(steps));
     node_.status.diagnostic(
         "hull", node::empty_hull_text(hull.empty_cameras, node_.deployment.hull_rule,
@@ -329,6 +332,7 @@ class ParentPipe {
   }
 
   node::NodeContext& node_;
+  const config::Viewer* const spectator_;  // nullptr: the node draws for the deployment's viewer
   const config::Viewer& viewer_;
   Renderer renderer_;
   std::optional<OverlayPainter> overlays_;  // present if the scene has overlays
@@ -352,7 +356,8 @@ class ParentPipe {
   std::optional<bus::Reader<bus::topics::Particles>> particles_;
   node::ReplayMonitor replay_;
   node::FrameTracer traces_;
-  bus::Writer<bus::topics::FrameComposited> composited_;
+  // Absent for a spectator: no node waits for its composites.
+  std::optional<bus::Writer<bus::topics::FrameComposited>> composited_;
 };
 
 }  // namespace

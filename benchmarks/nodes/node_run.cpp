@@ -57,12 +57,12 @@ class Outputs {
 
 replay::ReplayPlan plan_of(const recording::Recording& recording, const NodeRunOptions& options) {
   replay::ReplayPlan plan;
-  plan.hull_views = replay::hull_view_names(*options.deployment);
   std::set<std::string> read, written;
   for (const std::string& name : options.nodes) {
     const config::Node& node = *config::find_node(*options.deployment, name);
-    plan.nodes.push_back(
-        {name, config::program_of(node), replay::inputs_of(*options.deployment, node)});
+    plan.nodes.push_back({name, config::program_of(node),
+                          replay::inputs_of(*options.deployment, node),
+                          replay::hull_view_names(*options.deployment, node)});
     read.insert(plan.nodes.back().inputs.begin(), plan.nodes.back().inputs.end());
     written.merge(replay::outputs_of(*options.deployment, node));
   }

@@ -18,7 +18,7 @@
 #include "common/config/rig.h"
 #include "common/config/scene.h"
 #include "common/config/sim_config.h"
-#include "common/config/viewer.h"
+#include "common/config/view/viewer.h"
 #include "common/config/yaml/config_error.h"
 
 namespace fivepipe::config {
@@ -69,6 +69,12 @@ Deployment load_deployment(const std::filesystem::path& file,
 
 // Returns a pointer into `deployment`, or nullptr if it has no node of this name.
 const Node* find_node(const Deployment& deployment, const std::string& name);
+
+// Returns the viewer of a render_node that draws for a spectator; nullptr for any other node. Valid
+// as long as the node.
+const Viewer* spectator_of(const Node& node);
+// Returns whether the node is the render_node that draws for the viewer of the deployment.
+bool draws_for_viewer(const Node& node);
 
 // Returns the capture_node that decides when a frame is captured: the first one of the file;
 // nullptr if there is none.

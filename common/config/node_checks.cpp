@@ -85,16 +85,27 @@ void check_names_and_counts(const std::vector<ParsedNode>& nodes, const std::fil
       problems.add(
           file, parsed.name_location,
           fmt::format("node name {} is already used in line {}", parsed.node.name, first->second));
-    if (!std::holds_alternative<SimConfig>(parsed.node.config) &&
-        !std::holds_alternative<RenderConfig>(parsed.node.config))
+    if (!std::holds_alternative<SimConfig>(parsed.node.config) && !draws_for_viewer(parsed.node))
       continue;
     const auto [single, is_only] =
         first_of_single_program.try_emplace(program_of(parsed.node), parsed.location.line);
     if (!is_only)
       problems.add(file, parsed.location,
-                   fmt::format("a deployment has at most one {}, the first is in line {}",
-                               single->first, single->second));
+                   fmt::format("a deployment has at most one {}, the first is in line {}{}",
+                               single->first, single->second,
+                               draws_for_viewer(parsed.node)
+                                   ? "; a further one needs `viewer`: it draws for a spectator"
+                                   : ""));
   }
+}
+
+void check_spectators(const std::vector<ParsedNode>& nodes, const Viewer& viewer,
+                      const std::filesystem::path& file, Problems& problems) {
+  for (const ParsedNode& parsed : nodes)
+    if (spectator_of(parsed.node) && parsed.node.name == viewer.name)
+      problems.add(file, parsed.name_location,
+                   "node " + parsed.node.name +
+                       " draws for a spectator, so that its name cannot be that of the viewer");
 }
 
 void check_hosts(const std::vector<ParsedNode>& nodes, const std::vector<Host>& hosts,
@@ -158,12 +169,19 @@ void check_workers(const std::vector<ParsedNode>& nodes, const Viewer& viewer, c
                                "tile_rows, or increase {}",
                                first->tile_columns, first->tile_rows, width_px, height_px, key));
   };
+  const auto eyes = [](const Viewer& of) { return of.eye_distance_m ? 2 : 1; };
+  int views = eyes(viewer) + (scene.shadows ? 1 : 0);
   check_size(viewer.recon_width_px, viewer.recon_height_px, "recon_size_px");
+  for (const ParsedNode& parsed : nodes)
+    if (const Viewer* const spectator = spectator_of(parsed.node)) {
+      check_size(spectator->recon_width_px, spectator->recon_height_px,
+                 "recon_size_px of " + parsed.node.name);
+      views += eyes(*spectator);
+    }
   if (scene.shadows)
     check_size(scene.shadows->hull_size_px[0], scene.shadows->hull_size_px[1],
                "hull_size_px of the scene's shadows");
-  const int views = (viewer.eye_distance_m ? 2 : 1) + (scene.shadows ? 1 : 0),
-            tiles = first->tile_columns * first->tile_rows;
+  const int tiles = first->tile_columns * first->tile_rows;
   if (tiles * views > kMaxTilesPerFrame)
     problems.add(file, first_location,
                  fmt::format("{} x {} tiles in each of {} are {}, a frame may have {}: reduce "

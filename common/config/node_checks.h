@@ -12,9 +12,13 @@ namespace fivepipe::config {
 void check_sources(const std::vector<ParsedNode>& nodes, const Rig& rig,
                    const std::filesystem::path& file, SourceLocation nodes_location,
                    Problems& problems);
-// Checks that node names are unique, and that there is at most one sim_node and one render_node.
+// Checks that node names are unique, and that there is at most one sim_node, and one render_node
+// that draws for the viewer.
 void check_names_and_counts(const std::vector<ParsedNode>& nodes, const std::filesystem::path& file,
                             Problems& problems);
+// Checks that no spectator has the name of the deployment's viewer.
+void check_spectators(const std::vector<ParsedNode>& nodes, const Viewer& viewer,
+                      const std::filesystem::path& file, Problems& problems);
 // Checks that each node names one of the hosts, unless the deployment names none.
 void check_hosts(const std::vector<ParsedNode>& nodes, const std::vector<Host>& hosts,
                  const std::filesystem::path& file, Problems& problems);

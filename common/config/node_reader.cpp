@@ -7,6 +7,7 @@
 #include "common/base/machine.h"
 #include "common/config/capture/source_reader.h"
 #include "common/config/segmentation_reader.h"
+#include "common/config/view/viewer_reader.h"
 
 namespace fivepipe::config {
 
@@ -132,11 +133,12 @@ SimConfig read_sim(YamlMap& map) {
   return config;
 }
 
-RenderConfig read_render(YamlMap& map) {
+RenderConfig read_render(YamlMap& map, const std::string& name) {
   RenderConfig config;
   config.window = map.flag("window", config.window);
   config.video = map.flag("video", config.video);
   config.still_frame = map.integer64("still_frame", kCount, config.still_frame);
+  if (map.has("viewer")) config.viewer = read_spectator(map.map("viewer"), name);
   return config;
 }
 
@@ -174,7 +176,7 @@ ParsedNode read_node(YamlMap map, const Rig& rig) {
     case Program::capture: parsed.node.config = read_capture(map, rig, parsed); break;
     case Program::recon: parsed.node.config = read_recon(map); break;
     case Program::sim: parsed.node.config = read_sim(map); break;
-    case Program::render: parsed.node.config = read_render(map); break;
+    case Program::render: parsed.node.config = read_render(map, parsed.node.name); break;
     case Program::unknown:
       map.report_missing();
       return parsed;  // the other keys depend on the program

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "common/config/read_files.h"
+#include "common/config/view/head_path.h"
 #include "common/config/yaml/yaml_reader.h"
 #include "common/geometry/box_visibility.h"
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 namespace fivepipe::config {
 namespace {
@@ -16,11 +17,19 @@ geometry::Pinhole shadow_map_pinhole(const ShadowView& shadows) {
   return geometry::pinhole_from_fov(shadows.map_px, shadows.map_px, shadows.fov_rad);
 }
 
-std::vector<HullView> hull_views(const Deployment& deployment) {
-  const Viewer& viewer = deployment.viewer;
+std::vector<HullView> hull_views(const Scene& scene, const Viewer& viewer) {
   std::vector<HullView> views;
-  if (std::optional<HullView> light = light_view(deployment.scene))
-    views.push_back(*std::move(light));
+  if (std::optional<HullView> light = light_view(scene)) views.push_back(*std::move(light));
+  std::ranges::move(eye_views(viewer), std::back_inserter(views));
+  return views;
+}
+
+std::vector<HullView> hull_views(const Deployment& deployment) {
+  return hull_views(deployment.scene, deployment.viewer);
+}
+
+std::vector<HullView> eye_views(const Viewer& viewer) {
+  std::vector<HullView> views;
   const std::vector<double> eyes_m = eye_positions_m(viewer);
   for (std::size_t eye = 0; eye < eyes_m.size(); ++eye)
     views.push_back({viewer.name + (eyes_m.size() > 1 ? kEyeSuffixes[eye] : ""),

@@ -185,10 +185,11 @@ class DeploymentRun {
     }
   }
 
+  // Ignores spectators.
   bool all_exited_cleanly(const std::string& program) const {
     bool any = false;
     for (const config::Node& node : nodes_)
-      if (config::program_of(node) == program) {
+      if (config::program_of(node) == program && !config::spectator_of(node)) {
         any = true;
         if (!supervisor_.exited_cleanly(node.name)) return false;
       }
@@ -196,9 +197,7 @@ class DeploymentRun {
   }
 
   bool renders() const {
-    return std::any_of(nodes_.begin(), nodes_.end(), [](const config::Node& node) {
-      return config::program_of(node) == "render_node";
-    });
+    return std::any_of(nodes_.begin(), nodes_.end(), config::draws_for_viewer);
   }
 
   bool duration_is_over() const {
@@ -251,7 +250,7 @@ class DeploymentRun {
     progress.frame_rate_hz = deployment_.frame_rate_hz;
     progress.composited = frames_composited(statuses_);
     for (const config::Node& node : deployment_.nodes) {
-      if (config::program_of(node) == "render_node") progress.render_nodes.push_back(node.name);
+      if (config::draws_for_viewer(node)) progress.render_nodes.push_back(node.name);
       if (!supervisor_.exited_cleanly(node.name) &&
           !other_hosts_.is_on_missing_host(node, statuses_))
         progress.expected.push_back(node.name);

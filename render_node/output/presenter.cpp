@@ -20,15 +20,20 @@ std::filesystem::path unused_name(const std::filesystem::path& folder, const std
 
 Presenter::Presenter(const config::RenderConfig& config, const config::Viewer& viewer,
                      double frame_rate_hz, const std::filesystem::path& out)
-    : config_(config), out_(out), frame_rate_hz_(frame_rate_hz) {
+    : config_(config),
+      out_(out),
+      name_(config.viewer ? "composite_" + viewer.name : "composite"),
+      frame_rate_hz_(frame_rate_hz) {
   const cv::Size size_px(config::composite_width_px(viewer), viewer.render_height_px);
   if (!out_.empty()) std::filesystem::create_directories(out_);
   if (!out_.empty() && config_.video) {
     VideoOptions options;
     options.frame_rate_hz = frame_rate_hz;
-    video_ = std::make_unique<VideoFile>(unused_name(out_, "composite", ".mp4"), size_px, options);
+    video_ = std::make_unique<VideoFile>(unused_name(out_, name_, ".mp4"), size_px, options);
   }
-  if (config_.window) window_ = std::make_unique<Window>("fivepipe", size_px.width, size_px.height);
+  if (config_.window)
+    window_ = std::make_unique<Window>(config.viewer ? "fivepipe " + viewer.name : "fivepipe",
+                                       size_px.width, size_px.height);
 }
 
 void Presenter::add_to_video(std::uint64_t frame, const cv::Mat& image_bgr) {
@@ -43,7 +48,7 @@ void Presenter::add_to_video(std::uint64_t frame, const cv::Mat& image_bgr) {
 bool Presenter::present(std::uint64_t frame, const cv::Mat& image_bgr) {
   if (video_) add_to_video(frame, image_bgr);
   if (needs_still() && std::int64_t(frame) >= config_.still_frame) {
-    write_png(out_ / "composite.png", image_bgr);
+    write_png(out_ / (name_ + ".png"), image_bgr);
     still_written_ = true;
   }
   last_frame_ = frame;
@@ -52,7 +57,7 @@ bool Presenter::present(std::uint64_t frame, const cv::Mat& image_bgr) {
 }
 
 void Presenter::finish() {
-  if (needs_still() && !last_image_.empty()) write_png(out_ / "composite.png", last_image_);
+  if (needs_still() && !last_image_.empty()) write_png(out_ / (name_ + ".png"), last_image_);
   if (video_) video_->finish();
 }
 

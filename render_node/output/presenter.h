@@ -15,7 +15,8 @@ namespace fivepipe::render {
 
 class Presenter {
  public:
-  // Creates the folder `out` if needed and writes the files into it; writes no files if `out` is
+  // Creates the folder `out` if needed and writes the files into it: composite.png and
+  // composite.mp4, or composite_NAME.* for the spectator `viewer`. Writes no files if `out` is
   // empty. Throws OutputError or WindowError.
   Presenter(const config::RenderConfig& config, const config::Viewer& viewer, double frame_rate_hz,
             const std::filesystem::path& out);
@@ -42,6 +43,7 @@ class Presenter {
 
   config::RenderConfig config_;
   std::filesystem::path out_;
+  const std::string name_;  // of the files, without extension
   double frame_rate_hz_;
   std::unique_ptr<VideoFile> video_;
   std::unique_ptr<Window> window_;

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "common/config/viewer.h"
+#include "common/config/view/viewer.h"
 #include "common/gl/objects.h"
 #include "render_node/overlays/arrow_strokes.h"
 #include "render_node/overlays/overlay_shapes.h"

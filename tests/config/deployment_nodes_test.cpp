@@ -186,7 +186,42 @@ TEST_F(DeploymentFile, NamesAreUniqueWithAtMostOneSimulationAndOneRenderer) {
           "deployment.yaml:8:5: a deployment has at most one sim_node, the first is in line 7",
           "deployment.yaml:8:12: node name s is already used in line 7",
           "deployment.yaml:10:5: a deployment has at most one render_node, the first is in line "
-          "9"));
+          "9; a further one needs `viewer`: it draws for a spectator"));
+}
+
+// A render_node of its own draws for each spectator.
+TEST_F(DeploymentFile, SpectatorsAreFurtherRenderers) {
+  const std::string spectator =
+      "program: render_node, viewer: {path: [{eye_m: [0, -1, 0.5], target_m: [0, 0, 0.2]}], "
+      "near_m: 0.2";
+  const Deployment deployment =
+      load(with_nodes("  - {name: r, program: render_node}\n  - {name: a, " + spectator +
+                      ", recon_size_px: [80, 60]}}\n  - {name: b, " + spectator + "}}\n"));
+  EXPECT_TRUE(draws_for_viewer(deployment.nodes[0]));
+  EXPECT_EQ(spectator_of(deployment.nodes[0]), nullptr);
+  for (const std::size_t node : {1u, 2u}) {
+    EXPECT_FALSE(draws_for_viewer(deployment.nodes[node]));
+    ASSERT_NE(spectator_of(deployment.nodes[node]), nullptr);
+    EXPECT_EQ(spectator_of(deployment.nodes[node])->name, node == 1 ? "a" : "b");
+    EXPECT_EQ(spectator_of(deployment.nodes[node])->near_m, 0.2);
+  }
+  EXPECT_EQ(spectator_of(deployment.nodes[1])->recon_width_px, 80);
+  EXPECT_FALSE(draws_for_viewer(load(with_nodes("  - {name: s, program: sim_node}\n")).nodes[0]));
+  EXPECT_THAT(problems(with_nodes("  - {name: viewer, " + spectator + "}}\n")),
+              ElementsAre("deployment.yaml:7:12: node viewer draws for a spectator, so that its "
+                          "name cannot be that of the viewer"));
+  EXPECT_THAT(problems(with_nodes("  - {name: a, " + spectator + ", name: b}}\n")).size(), 1);
+  EXPECT_THAT(problems(with_nodes("  - {name: a, " + spectator +
+                                  ", recon_size_px: [7, 60]}}\n  - {name: x, program: "
+                                  "recon_node, tile_columns: 8, tile_rows: 1}\n")),
+              ElementsAre("deployment.yaml:8:5: more tiles (8 x 1) than pixels (7 x 60): reduce "
+                          "tile_columns or tile_rows, or increase recon_size_px of a"));
+  // One view is within the limit, two are not.
+  EXPECT_THAT(problems(with_nodes("  - {name: a, " + spectator +
+                                  "}}\n  - {name: x, program: recon_node, tile_columns: 64, "
+                                  "tile_rows: 64}\n")),
+              ElementsAre("deployment.yaml:8:5: 64 x 64 tiles in each of 2 views are 8192, a frame "
+                          "may have 4096: reduce tile_columns or tile_rows"));
 }
 
 TEST_F(DeploymentFile, ReportsEveryProblemOfNodesWithItsLocation) {

@@ -4,7 +4,7 @@
 #include <numbers>
 
 #include "common/config/deployment.h"
-#include "common/config/read_files.h"
+#include "common/config/view/head_path.h"
 #include "tests/support/scene_files.h"
 
 namespace fivepipe::config {

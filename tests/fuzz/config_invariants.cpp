@@ -10,6 +10,7 @@
 #include <set>
 
 #include "common/config/read_files.h"
+#include "common/config/view/head_path.h"
 #include "common/config/views.h"
 #include "common/config/yaml/numbers.h"
 #include "common/geometry/box_visibility.h"

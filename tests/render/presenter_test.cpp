@@ -80,6 +80,16 @@ TEST_F(PresenterTest, TheStillIsTheFirstFrameAtOrAfterTheConfiguredOne) {
   EXPECT_EQ(std::distance(fs::directory_iterator(out), fs::directory_iterator()), 1);
 }
 
+TEST_F(PresenterTest, TheFilesOfASpectatorHaveItsName) {
+  viewer_.name = "audience";
+  config::RenderConfig config;
+  config.viewer = viewer_;
+  Presenter presenter(config, viewer_, 30, folder_);
+  presenter.present(0, image(1));
+  presenter.finish();
+  EXPECT_EQ(files(), (std::set<std::string>{"composite_audience.mp4", "composite_audience.png"}));
+}
+
 TEST_F(PresenterTest, TheStillIsTheConfiguredFrame) {
   Presenter presenter({.video = false, .still_frame = 10}, viewer_, 30, folder_);
   for (const int frame : {9, 10, 11}) presenter.present(std::uint64_t(frame), image(frame));

@@ -14,6 +14,7 @@
 
 #include "common/config/deployment.h"
 #include "common/pipeline/messages/camera_messages.h"
+#include "common/pipeline/node/status_names.h"
 #include "tests/support/capture/pictures.h"
 #include "tests/support/deployments.h"
 #include "tests/support/process.h"
@@ -94,6 +95,43 @@ TEST_F(Pipeline, CompositesReportsAndExitsCleanly) {
   cv::VideoCapture video((out_ / "composite.mp4").string(), cv::CAP_FFMPEG);
   ASSERT_TRUE(video.isOpened());
   EXPECT_GE(video.get(cv::CAP_PROP_FRAME_COUNT), 20);
+}
+
+// A spectator sees the same frames from another place. Its end does not disturb the viewer's.
+TEST_F(Pipeline, ASpectatorComesAndGoes) {
+  Deployed deployed(
+      changed_deployment(
+          out_ / "files", "  - {name: rendering, program: render_node}\n",
+          "  - {name: rendering, program: render_node}\n  - {name: audience, program: "
+          "render_node, viewer: {path: [{eye_m: [0.7, -0.5, 0.5], target_m: [0, 0, 0.2]}], "
+          "render_size_px: [160, 120], recon_size_px: [80, 60]}}\n"),
+      domain_, out_);
+  ASSERT_TRUE(frames_go_on(20, kStart)) << log();
+  std::map<std::string, std::uint64_t> shown;  // by process of the spectator
+  const auto has_shown = [&](std::size_t processes) {
+    return eventually(bus_, kStart, [&] {
+      for (const auto& sample : statuses_.take())
+        for (const fivepipe_v1_NamedCount& count : messages::span_of(sample->counts))
+          if (sample.valid() && count.name == std::string(node::kSpectatorFrames))
+            shown[bus::text_of(statuses_.process(sample))] = count.count;
+      return shown.size() == processes &&
+             std::ranges::all_of(shown, [](const auto& of) { return of.second >= 20; });
+    });
+  };
+  ASSERT_TRUE(has_shown(1)) << log();
+  const auto pid = deployed.pid_of("audience");
+  ASSERT_TRUE(pid);
+  ASSERT_EQ(kill(*pid, SIGKILL), 0);
+  EXPECT_TRUE(frames_go_on(5, 1s * kSlowdown)) << log();
+  EXPECT_TRUE(has_shown(2)) << log();
+  deployed.signal(SIGINT);
+  EXPECT_EQ(deployed.wait_for_end(10s * kSlowdown), 130) << log();
+  EXPECT_EQ(cv::imread(out_ / "composite.png").size(), cv::Size(320, 240));
+  const cv::Mat seen = cv::imread(out_ / "composite_audience.png");
+  ASSERT_EQ(seen.size(), cv::Size(160, 120));
+  const auto report = nlohmann::json::parse(std::ifstream(out_ / "report.json"));
+  EXPECT_EQ(report["nodes"]["audience"]["restarts"].size(), 1u);
+  EXPECT_EQ(report["nodes"]["rendering"]["drops"].size(), 0u) << report["nodes"]["rendering"];
 }
 
 // Both eyes of all frames are reconstructed, drawn and shown side by side.

@@ -217,12 +217,18 @@ class ReconNode : public ScriptedCapture {
   }
   void expect_exact(const Tile& tile, std::int64_t later_ns,
                     const std::vector<hull::Silhouette>& silhouettes) const {
-    const geometry::Pinhole recon = config::recon_pinhole(deployment_.viewer);
-    EXPECT_EQ(tile.viewer, "viewer");
+    expect_exact(tile, later_ns, silhouettes, deployment_.viewer, eye_of(tile.frame));
+  }
+  // viewer: has the sizes and the clip planes of the deployment's.
+  void expect_exact(const Tile& tile, std::int64_t later_ns,
+                    const std::vector<hull::Silhouette>& silhouettes, const config::Viewer& viewer,
+                    const Eigen::Isometry3d& eye_from_world) const {
+    const geometry::Pinhole recon = config::recon_pinhole(viewer);
+    EXPECT_EQ(tile.viewer, viewer.name);
     EXPECT_EQ(tile.tiles, 4);
     EXPECT_EQ(tile.capture_stamp_ns, stamp_of(tile.frame) + later_ns);
     // The wire has a quaternion.
-    EXPECT_TRUE(tile.eye_from_world.isApprox(eye_of(tile.frame), 1e-12)) << tile.frame;
+    EXPECT_TRUE(tile.eye_from_world.isApprox(eye_from_world, 1e-12)) << tile.frame;
     EXPECT_EQ(tile.recon, recon);
     const int u0 = tile.tile % 2 * 12, v0 = tile.tile / 2 * 9;
     EXPECT_EQ(tile.rect, (hull::PixelRect{u0, v0, u0 + 12, v0 + 9}));
@@ -330,6 +336,60 @@ TEST_F(ReconNodeBesideTheBall, UsesTheHullRuleOfTheDeployment) {
               hull::reference_depth_m(silhouettes, view, u, v);
   EXPECT_GT(more, 5);
   for (const Tile& tile : tiles_of(1)) expect_exact(tile);
+}
+
+// A spectator that reads tiles gets those of its own view, along its own path, also if it joins
+// during the run. Nothing is reconstructed for one that is not there.
+TEST_F(ReconNode, ReconstructsForSpectatorsThatAreThere) {
+  const auto spectator = [](const std::string& name) {
+    return "  - {name: " + name +
+           ", program: render_node, viewer: {near_m: 0.05, far_m: 3, recon_size_px: [24, 18], "
+           "path: [{t_s: 0, eye_m: [0.6, -0.6, 0.1], target_m: [0, 0, 0]}, "
+           "{t_s: 2, eye_m: [0.7, -0.3, 0.2], target_m: [0, 0, 0]}]}}\n";
+  };
+  start_with(kTwoWorkers + spectator("audience") + spectator("absent"));
+  EXPECT_EQ(made_of(1, {0, 0, 0, 0}), (TileSet{0, 1, 2, 3}));
+  std::optional<bus::Bus> audience;
+  audience.emplace(bus::BusOptions{domain_, "loopback", "audience", kScriptedDeployment});
+  std::optional tiles(audience->reader<bus::topics::HullTile>());
+  const auto of_spectator = [&](std::uint64_t frame) {
+    std::vector<Tile> found;
+    for (const Tile& tile : tiles_of(frame))
+      if (tile.viewer != "viewer") found.push_back(tile);
+    return found;
+  };
+  // Sends frames with colours until one has tiles of a spectator, or, with `want` false, none.
+  std::uint64_t frame = 1;
+  const auto frame_with = [&](bool want) {
+    return holds([&] {
+      ++frame;
+      send_colours(frame, {10, 100, 200});
+      send_frame(frame, {0, 0, 0, 1});
+      EXPECT_TRUE(has_handled(frame));
+      bus_.wait(std::chrono::milliseconds(20));
+      tiles_.take();
+      return want != of_spectator(frame).empty();
+    });
+  };
+  ASSERT_TRUE(frame_with(true)) << said();
+  const config::Viewer& viewer = *config::spectator_of(*config::find_node(deployment_, "audience"));
+  const auto are_all_there = [&] { return (tiles_.take(), of_spectator(frame).size() == 3); };
+  EXPECT_TRUE(holds(are_all_there));
+  const std::vector<Tile> found = of_spectator(frame);
+  EXPECT_EQ(indices(found), (TileSet{0, 1, 2}));
+  for (const Tile& tile : found) {
+    expect_exact(tile, 0, silhouettes_of(frame), viewer,
+                 config::eye_from_world_at(viewer, double(frame) / deployment_.frame_rate_hz));
+    EXPECT_EQ(tile.bgr.size(), 3 * tile.depth_m.size());
+  }
+  EXPECT_GT(std::ranges::count_if(found, [](const Tile& tile) { return !tile.bgr.empty(); }), 0);
+  tiles.reset();
+  audience.reset();
+  EXPECT_TRUE(frame_with(false)) << said();
+  for (const Tile& tile : tiles_.all()) EXPECT_NE(tile.viewer, "absent");
+  // Costs are those of the viewer's tiles.
+  for (const Costs& costs : costs_.all()) EXPECT_EQ(costs.viewer, "viewer");
+  EXPECT_TRUE(ended().drops.empty());
 }
 
 // The owner of a viewer's tile also makes the light's tile with the same index, without colour.

@@ -22,7 +22,7 @@ PipelineNodes nodes_of(const config::Deployment& deployment) {
     const std::string program = config::program_of(node);
     if (program == "recon_node") nodes.reconstruction.push_back(node.name);
     if (program == "sim_node" && nodes.simulation.empty()) nodes.simulation = node.name;
-    if (program == "render_node" && nodes.rendering.empty()) nodes.rendering = node.name;
+    if (config::draws_for_viewer(node)) nodes.rendering = node.name;
   }
   if (nodes.reconstruction.empty() || nodes.rendering.empty())
     throw recording::RecordingError(

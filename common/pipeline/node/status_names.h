@@ -7,6 +7,7 @@ namespace fivepipe::node {
 inline constexpr const char* kFramesCaptured = "frames_captured";
 inline constexpr const char* kFrameSetsComplete = "frame_sets_complete";
 inline constexpr const char* kFramesComposited = "frames_composited";
+inline constexpr const char* kSpectatorFrames = "spectator_frames";  // composited for a spectator
 
 // CPU time [us] of the process since its first frame; of it, capture_node's part for finding object
 // pixels and cutting out colours, and for publishing. The rest of capture_node's reads images.
@@ -25,6 +26,7 @@ inline constexpr const char* kStart = "start";
 // Latencies.
 inline constexpr const char* kCaptureToPublished = "capture_to_published";
 inline constexpr const char* kCaptureToComposite = "capture_to_composite";
+inline constexpr const char* kCaptureToSpectator = "capture_to_spectator";
 // Ends the name of a latency between two hosts whose clocks are not compared.
 inline constexpr const char* kNotCompared = " (clocks not compared)";
 // From the first tile of a frame to its composite. During a replay it replaces the latency since

@@ -67,7 +67,8 @@ void InFlightTracker::reset() {
   if (traces_) traces_->take();
 }
 
-bool InFlightTracker::has_all_tiles(const recording::FrameGroup& group) {
+bool InFlightTracker::has_all_tiles(const recording::FrameGroup& group,
+                                    const std::set<std::string>& names) {
   std::optional<schema::FieldReader> view_of, tiles_of;
   TilesByView views;
   for (const recording::OwnedMessage& message : group.messages) {
@@ -84,24 +85,27 @@ bool InFlightTracker::has_all_tiles(const recording::FrameGroup& group) {
     ++tiles.present;
     tiles.all = std::get<std::uint64_t>(*all);
   }
-  warn_of_other_views(views);
-  return std::all_of(plan_.hull_views.begin(), plan_.hull_views.end(), [&](const auto& name) {
+  warn_of_other_views(views, names);
+  return std::all_of(names.begin(), names.end(), [&](const auto& name) {
     const auto view = views.find(name);
     return view != views.end() && view->second.present == view->second.all;
   });
 }
 
-// If the recording has views that the plan lacks, logs the views of both, once. The frames of a
-// recording with another number of eyes are never complete.
-void InFlightTracker::warn_of_other_views(const TilesByView& views) {
-  const bool is_known = std::all_of(views.begin(), views.end(), [&](const auto& view) {
-    return plan_.hull_views.contains(view.first);
-  });
-  if (is_known || std::exchange(is_warned_of_views_, true)) return;
+// If the recording lacks a view of the node and has another one, logs the views of both, once: the
+// frames of a recording with another number of eyes are never complete. Views of spectators do not
+// matter.
+void InFlightTracker::warn_of_other_views(const TilesByView& views,
+                                          const std::set<std::string>& names) {
+  const bool is_known = std::ranges::all_of(
+                 views, [&](const auto&view) { return names.contains(view.first); }),
+             is_whole = std::ranges::all_of(
+                 names, [&](const std::string&name) { return views.contains(name); });
+  if (is_known || is_whole || std::exchange(is_warned_of_views_, true)) return;
   std::set<std::string> recorded;
   for (const auto& [name, tiles] : views) recorded.insert(base::printable(name));
   spdlog::warn("the recording has tiles of the views {}, the deployment has the views {}",
-               fmt::join(recorded, ", "), fmt::join(plan_.hull_views, ", "));
+               fmt::join(recorded, ", "), fmt::join(names, ", "));
 }
 
 bool InFlightTracker::is_complete_for(const ReplayedNode& node,
@@ -109,7 +113,7 @@ bool InFlightTracker::is_complete_for(const ReplayedNode& node,
   // If tiles are not replayed, reconstruction nodes make them, for the frames that are complete for
   // those nodes.
   if (node.program == "render_node" && replayed_.contains(bus::topics::HullTile::name))
-    return has_all_tiles(group);
+    return has_all_tiles(group, node.hull_views);
   const bool has_set =
       plan_.shape_cameras > 0 &&
       messages_of(group, bus::topics::ObjectPixelMap::name) == plan_.shape_cameras &&

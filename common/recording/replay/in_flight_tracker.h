@@ -52,9 +52,9 @@ class InFlightTracker {
     std::uint64_t present = 0, all = 0;
   };
   using TilesByView = std::map<std::string, Tiles>;
-  // Returns true if the group has every tile of each view of the plan.
-  bool has_all_tiles(const recording::FrameGroup& group);
-  void warn_of_other_views(const TilesByView& views);
+  // Returns true if the group has every tile of each of these views.
+  bool has_all_tiles(const recording::FrameGroup& group, const std::set<std::string>& names);
+  void warn_of_other_views(const TilesByView& views, const std::set<std::string>& names);
   bool is_complete_for(const ReplayedNode& node, const recording::FrameGroup& group);
 
   const recording::Recording& recording_;

@@ -73,13 +73,20 @@ inline std::set<std::string> outputs_of(const config::Deployment& deployment,
   std::set<std::string> outputs = outputs_of(program, deployment.scene, follows(deployment, node));
   if (deployment.coverage && program == "capture_node")
     outputs.insert(bus::topics::ObjectCoverage::name);
+  if (config::spectator_of(node)) outputs.erase(bus::topics::FrameComposited::name);
   return outputs;
 }
 
-// Returns the names of the views whose tiles complete a frame for render_node.
-inline std::set<std::string> hull_view_names(const config::Deployment& deployment) {
+// Returns the names of the views whose tiles complete a frame for this render_node; empty for
+// another program.
+inline std::set<std::string> hull_view_names(const config::Deployment& deployment,
+                                             const config::Node& node) {
   std::set<std::string> names;
-  for (const config::HullView& view : config::hull_views(deployment)) names.insert(view.name);
+  if (!std::holds_alternative<config::RenderConfig>(node.config)) return names;
+  const config::Viewer* const spectator = config::spectator_of(node);
+  for (const config::HullView& view :
+       config::hull_views(deployment.scene, spectator ? *spectator : deployment.viewer))
+    names.insert(view.name);
   return names;
 }
 

@@ -14,6 +14,8 @@ namespace fivepipe::replay {
 struct ReplayedNode {
   std::string name, program;
   std::set<std::string> inputs = {};  // topics that it reads: inputs_of() (node_inputs.h)
+  // Of a render_node: names of the views whose tiles complete a frame: hull_view_names().
+  std::set<std::string> hull_views = {};
 };
 
 // In which order a lossless replay sends the messages of a frame to the nodes.
@@ -41,8 +43,6 @@ struct ReplayPlan {
   std::vector<ReplayedNode> nodes;
   int frames_in_flight = 2;
   SendOrder order = SendOrder::inputs_first;
-  // Names of the views whose tiles complete a frame for render_node: hull_view_names().
-  std::set<std::string> hull_views = {};
   std::size_t shape_cameras = 0;  // maps per frame set, for nodes that wait for complete sets
   // Maximum wait for a reader, or for a node to handle a frame. Then the replay ends, because it is
   // no longer lossless.

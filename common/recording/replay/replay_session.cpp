@@ -27,7 +27,6 @@ std::set<std::string> add_nodes(ReplayPlan& plan, const recording::Recording& re
   const RecordedDeployment recorded(recording, request.settings);
   const config::Deployment& deployment = recorded.deployment();
   plan.shape_cameras = shape_cameras(deployment.rig).size();
-  plan.hull_views = hull_view_names(deployment);
   std::set<std::string> topics;
   for (const std::string& name : request.nodes) {
     const config::Node* node = config::find_node(deployment, name);
@@ -38,7 +37,8 @@ std::set<std::string> add_nodes(ReplayPlan& plan, const recording::Recording& re
           fmt::format("the recording's deployment has no node '{}'; its nodes are: {}", name,
                       fmt::join(known, ", ")));
     }
-    plan.nodes.push_back({name, config::program_of(*node), inputs_of(deployment, *node)});
+    plan.nodes.push_back({name, config::program_of(*node), inputs_of(deployment, *node),
+                          hull_view_names(deployment, *node)});
     topics.insert(plan.nodes.back().inputs.begin(), plan.nodes.back().inputs.end());
   }
   return topics;

@@ -35,7 +35,7 @@ TEST(InFlightTracker, WaitsForRenderedFramesOnlyIfAllTilesAreSent) {
   const recording::Recording recording(test::kKeptRecording);
   ReplayPlan plan;
   plan.nodes = {{"parent", "render_node"}};
-  plan.hull_views = {"viewer"};
+  plan.nodes.front().hull_views = {"viewer"};
   const recording::FrameGroup whole = frame_with_tiles(recording);
   const auto is_waited_for = [&](const recording::FrameGroup& group) {
     InFlightTracker tracker(bus, recording, plan, {bus::topics::HullTile::name});
@@ -59,7 +59,7 @@ TEST(InFlightTracker, WaitsForRenderedFramesOnlyIfTheyHaveAllViews) {
   const recording::Recording recording(test::kKeptRecording);
   ReplayPlan plan;
   plan.nodes = {{"parent", "render_node"}};
-  plan.hull_views = {"viewer", "mirror"};
+  plan.nodes.front().hull_views = {"viewer", "mirror"};
   const auto is_waited_for = [&](const recording::FrameGroup& group) {
     InFlightTracker tracker(bus, recording, plan, {bus::topics::HullTile::name});
     tracker.reset();
@@ -81,7 +81,7 @@ TEST(InFlightTracker, WaitsForRenderedFramesOnlyIfTheyHaveAllViews) {
   }
   EXPECT_TRUE(is_waited_for(group));
   // render_node ignores the tiles of other views.
-  plan.hull_views = {"mirror"};
+  plan.nodes.front().hull_views = {"mirror"};
   EXPECT_TRUE(is_waited_for(group));
   group.messages.pop_back();
   EXPECT_FALSE(is_waited_for(group));
@@ -94,7 +94,7 @@ TEST(InFlightTracker, NamesTheViewsOfARecordingWithAnotherNumberOfEyes) {
   const recording::Recording recording(test::kKeptRecording);
   ReplayPlan plan;
   plan.nodes = {{"parent", "render_node"}};
-  plan.hull_views = {"viewer/left", "viewer/right"};
+  plan.nodes.front().hull_views = {"viewer/left", "viewer/right"};
   InFlightTracker tracker(bus, recording, plan, {bus::topics::HullTile::name});
   tracker.reset();
   const recording::FrameGroup group = frame_with_tiles(recording);

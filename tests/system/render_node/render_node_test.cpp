@@ -453,5 +453,36 @@ TEST_F(RenderNode, WritesTheLastFrameIfTheStillFrameNeverComes) {
   EXPECT_TRUE(has_ball_at(still(), 0.3));
 }
 
+// It draws its own view, which differs from the viewer's, and no node waits for its composites.
+TEST_F(RenderNode, DrawsForASpectator) {
+  start_with(
+      ", video: false, viewer: {path: [{eye_m: [0.8, -1, 0], target_m: [0, 0, 0]}], "
+      "horizontal_fov_deg: 60, render_size_px: [96, 48], recon_size_px: [32, 24]}",
+      false);
+  const config::Viewer& viewer = *config::spectator_of(deployment_.nodes.front());
+  const auto spectators_half = [&](std::uint64_t frame, int half) {
+    Tile tile = this->tile(frame, half);
+    messages::set_text(tile.message.viewer, "rendering");
+    tile.message.eye_from_world = messages::to_wire(config::eye_from_world_at(viewer, 0));
+    tile.message.recon = messages::to_wire(config::recon_pinhole(viewer));
+    return tile;
+  };
+  send_hull(1);  // for the viewer
+  for (const std::uint64_t frame : {2, 3})
+    for (const int half : {0, 1}) deliver(tiles_, spectators_half(frame, half).wire());
+  ASSERT_TRUE(holds([&] {
+    return report().counts.contains(node::kSpectatorFrames) &&
+           report().counts.at(node::kSpectatorFrames) == 2;
+  })) << said();
+  const NodeReport report = ended();
+  EXPECT_TRUE(report.drops.empty());
+  EXPECT_FALSE(report.counts.contains(node::kFramesComposited));
+  EXPECT_EQ(report.latencies.at(node::kCaptureToSpectator).count, 2u);
+  EXPECT_FALSE(report.latencies.contains(node::kCaptureToComposite));
+  EXPECT_EQ(composited_.writers(), 0);
+  EXPECT_EQ(cv::imread((out_ / "composite_rendering.png").string()).size(), cv::Size(96, 48));
+  EXPECT_FALSE(std::filesystem::exists(out_ / "composite.png"));
+}
+
 }  // namespace
 }  // namespace fivepipe::test

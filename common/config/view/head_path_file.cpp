@@ -6,7 +6,7 @@
 #include <fstream>
 
 #include "common/base/readable_file.h"
-#include "common/config/read_files.h"
+#include "common/config/view/head_path.h"
 #include "common/config/yaml/yaml_reader.h"
 
 namespace fivepipe::config {

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/config/read_files.h"
-#include "common/config/viewer.h"
+#include "common/config/view/head_path.h"
+#include "common/config/view/viewer.h"
 
 namespace fivepipe::config {
 
