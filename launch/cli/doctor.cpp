@@ -17,12 +17,12 @@
 #include "common/pipeline/bus/bus.h"
 #include "common/pipeline/bus/profile.h"
 #include "common/pipeline/node/deployment_network.h"
-#include "common/pipeline/security/role_check.h"
 #include "launch/cli/commands.h"
 #include "launch/cli/options.h"
 #include "launch/doctor/disk_rate.h"
 #include "launch/doctor/finding.h"
 #include "launch/doctor/host_findings.h"
+#include "launch/doctor/security_findings.h"
 #include "launch/supervise/interrupt.h"
 #include "launch/supervise/own_files.h"
 
@@ -86,59 +86,6 @@ Finding check_dds(const JoinedNetwork& options) {
     return {Verdict::fail, std::string("DDS: ") + error.what(),
             "check the network profile and CYCLONEDDS_URI"};
   }
-}
-
-// The roles whose keys this machine has.
-std::vector<security::Role> roles_here(const config::Deployment& deployment) {
-  std::vector<security::Role> here;
-  for (const security::Role role : security::kRoles)
-    if (fs::exists(node::role_files(deployment, role).folder)) here.push_back(role);
-  return here;
-}
-
-Finding check_role_keys(const config::Deployment& deployment, std::uint32_t domain,
-                        security::Role role) {
-  const std::string what = std::string("security: role ") + name_of(role) + ": ";
-  try {
-    const security::CheckedRole checked = security::check_role(
-        node::role_files(deployment, role), deployment.name, domain, std::time(nullptr));
-    std::string advice;
-    for (const std::string& warning : checked.warnings)
-      advice += (advice.empty() ? "" : "; ") + warning;
-    return {advice.empty() ? Verdict::ok : Verdict::warn,
-            what + (checked.protection == security::Protection::sign ? "signed" : "encrypted") +
-                ", valid until " + security::utc_text(checked.not_after_s),
-            advice};
-  } catch (const security::SecurityError& error) {
-    return {Verdict::fail, what + error.what(),
-            "make new keys on the machine with the CA: " + node::keys_command(deployment)};
-  }
-}
-
-std::vector<Finding> check_security(const config::Deployment& deployment, std::uint32_t domain) {
-  if (!deployment.security)
-    return {{Verdict::ok, "security: off, as the deployment file has no `security`", ""}};
-  std::vector<Finding> findings;
-  for (const security::Role role : roles_here(deployment))
-    findings.push_back(check_role_keys(deployment, domain, role));
-  if (findings.empty())
-    findings.push_back({Verdict::fail, "security: no keys in " + deployment.security->keys.string(),
-                        "make them by " + node::keys_command(deployment) +
-                            ", or copy the folders of this machine's roles from the machine with "
-                            "the CA"});
-  return findings;
-}
-
-// The role that may tell the other hosts of this one.
-constexpr security::Role kComparingRole = security::Role::supervisor;
-
-// The role with which doctor joins the domain.
-security::Role role_of_doctor(const config::Deployment& deployment) {
-  if (!deployment.security) return security::Role::observer;
-  const std::vector<security::Role> here = roles_here(deployment);
-  for (const security::Role role : {kComparingRole, security::Role::observer})
-    if (std::ranges::count(here, role) > 0) return role;
-  return here.empty() ? security::Role::observer : here.front();
 }
 
 Finding check_cores() {
@@ -226,7 +173,8 @@ int run_doctor(const DoctorOptions& options) {
       if (options.network.local)
         findings.push_back({Verdict::ok, "security: off with --local", ""});
       else
-        append(findings, check_security(deployment, domain_of(options.network, deployment)));
+        append(findings, check_security(deployment, domain_of(options.network, deployment),
+                                        options.network.host, std::time(nullptr)));
     }
     const JoinedNetwork joined = network_from(options.network, role);
     findings.push_back(check_receive_buffer(joined.network));

@@ -14,8 +14,6 @@ namespace {
 const std::map<std::string, security::Protection> kProtections = {
     {"sign", security::Protection::sign}, {"encrypt", security::Protection::encrypt}};
 
-constexpr int kMaxDays = 3650;  // the CA is valid for this time
-
 struct KeysOptions {
   std::string deployment, protection;
   std::vector<std::string> settings;
@@ -46,7 +44,7 @@ int run_keys(const KeysOptions& options) {
             << "made the keys of " << security::kRoles.size() << " roles in " << folder.string()
             << " for domain " << deployment.domain << ", valid until "
             << security::utc_text(made.until_s) << ": messages are "
-            << (made.protection == security::Protection::sign ? "signed" : "encrypted") << '\n'
+            << security::participle_of(made.protection) << '\n'
             << "copy the folder of each role to the machines of its programs:\n";
   for (const security::Role role : security::kRoles)
     std::cout << "  " << (folder / name_of(role)).string() << '\n';
@@ -76,7 +74,7 @@ void add_keys(CLI::App& app, Command& command) {
                    "without any). Keys of both kinds do not work together")
       ->check(CLI::IsMember(kProtections));
   keys->add_option("--days", options->days, "days for which the keys are valid")
-      ->check(CLI::Range(1, kMaxDays))
+      ->check(CLI::Range(1, keys::kCaDays))
       ->capture_default_str();
   keys->add_flag("--force", options->force,
                  "make a new CA, so that all existing keys become invalid");

@@ -102,13 +102,14 @@ void add_network_options(CLI::App* app, NetworkOptions& options) {
 
 void add_host_options(CLI::App* app, NetworkOptions& options) {
   CLI::Option* const deployment = app->get_option("--deployment");
-  app->add_option("--host", options.host,
-                  "name of this machine in the deployment (default: the host with its name or one "
-                  "of its addresses)")
-      ->needs(deployment);
+  CLI::Option* const host = app->add_option("--host", options.host,
+                                            "name of this machine in the deployment (default: the "
+                                            "host with its name or one of its addresses)");
+  host->needs(deployment);
   app->add_flag("--local", options.local,
                 "use the loopback interface instead of the deployment's network")
-      ->needs(deployment);
+      ->needs(deployment)
+      ->excludes(host);
 }
 
 void add_deployment_options(CLI::App* app, NetworkOptions& options) {

@@ -8,6 +8,7 @@
 #include "common/base/usage_error.h"
 #include "common/base/version.h"
 #include "common/config/yaml/config_error.h"
+#include "common/pipeline/bus/bus.h"
 #include "launch/cli/commands.h"
 
 namespace fivepipe::launch {
@@ -50,7 +51,9 @@ int run(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;  // also after --help and --version
   }
-  return command();
+  const int code = command();
+  const bool is_ended = code == 0 || code == 130;
+  return is_ended && bus::keys_expired() ? 2 : code;
 }
 
 }  // namespace

@@ -103,18 +103,21 @@ void add_up(CLI::App& app, Command& command) {
       "  fivepipe up launch/deployments/seated4cam.yaml --set data=/data/seated4cam\n"
       "  fivepipe up launch/deployments/paper_files.yaml --set images=out/images --every-frame\n\n"
       "Exit codes: 0 done; 1 a node failed or was killed, no frame was composited, or the\n"
-      "recording is incomplete; 2 usage or configuration, or another deployment runs in\n"
-      "this domain or writes to this folder; 3 hardware missing; 130 interrupted.");
+      "recording is incomplete; 2 usage or configuration, keys that expire, the clock of\n"
+      "another host, or another deployment runs in this domain or writes to this folder;\n"
+      "3 hardware missing; 130 interrupted.");
   up->add_option(
         "DEPLOYMENT", run.deployment,
         "deployment file (YAML), or the name of one that comes with fivepipe, such as demo")
       ->required();
-  up->add_option("--host", run.host,
-                 "start the nodes of this host (default: the host with this machine's name or one "
-                 "of its addresses; without `hosts` in the deployment, also the nodes without a "
-                 "host)");
+  CLI::Option* const host = up->add_option(
+      "--host", run.host,
+      "start the nodes of this host (default: the host with this machine's name or one "
+      "of its addresses; without `hosts` in the deployment, also the nodes without a "
+      "host)");
   up->add_flag("--local", run.local,
-               "start the nodes of all hosts on this machine, over the loopback interface");
+               "start the nodes of all hosts on this machine, over the loopback interface")
+      ->excludes(host);
   up->add_option("--duration", run.duration_s,
                  "seconds from the first composited frame, or from 20 s after the start if none is "
                  "composited until then; from the start without a render_node (default: until "

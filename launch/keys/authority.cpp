@@ -75,9 +75,8 @@ X509Handle certificate_of(const Key& key, const std::string& common_name, Validi
 
 }  // namespace
 
-Authority::Authority(const std::string& deployment, Validity validity)
-    : key_(new_key()),
-      certificate_(certificate_of(key_, "CA of " + deployment, validity, nullptr, key_)) {}
+Authority::Authority(const std::string& common_name, Validity validity)
+    : key_(new_key()), certificate_(certificate_of(key_, common_name, validity, nullptr, key_)) {}
 
 Authority::Authority(const std::filesystem::path& certificate, const std::filesystem::path& key)
     : key_(security::read_private_key(key)), certificate_(security::read_certificate(certificate)) {

@@ -1,4 +1,4 @@
-// The certificate authority (CA) of a deployment: EC P-256 keys, X.509 certificates and S/MIME
+// A certificate authority (CA) of a deployment: EC P-256 keys, X.509 certificates and S/MIME
 // signatures by OpenSSL.
 #pragma once
 #include <filesystem>
@@ -15,13 +15,14 @@ struct Identity {
 
 class Authority {
  public:
-  // A new one. Throws security::SecurityError.
-  Authority(const std::string& deployment, Validity validity);
-  // That of the files. Throws security::SecurityError if they are unreadable or do not fit.
+  // Makes a new CA. Throws security::SecurityError.
+  Authority(const std::string& common_name, Validity validity);
+  // Reads a CA from its files. Throws security::SecurityError if they are unreadable or do not fit.
   Authority(const std::filesystem::path& certificate, const std::filesystem::path& key);
 
   std::string certificate_pem() const;
   std::string key_pem() const;
+  X509& certificate() const { return *certificate_; }
   std::int64_t not_after_s() const { return security::not_after_s(*certificate_); }
 
   // The functions below throw security::SecurityError.

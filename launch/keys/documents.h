@@ -10,7 +10,7 @@
 namespace fivepipe::keys {
 
 // Only authenticated participants join the domain. Every topic needs permission. Discovery and
-// messages, with their headers, are signed or encrypted (AES-256-GCM in both cases).
+// each submessage, with its header, are signed (AES-256-GMAC) or encrypted (AES-256-GCM).
 std::string governance_xml(std::uint32_t domain, security::Protection protection);
 
 struct Validity {  // seconds since 1970

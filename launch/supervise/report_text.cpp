@@ -40,7 +40,7 @@ std::string latency_line(const json& report) {
   if (latency.is_null()) {
     const std::string name = std::string(node::kCaptureToComposite) + node::kNotCompared;
     for (const json& node : report["nodes"])
-      if (node["latencies_ms"].contains(name))
+      if (node.value("latencies_ms", json::object()).contains(name))
         return "latency, capture to composite: unknown, as the clocks of the hosts were not "
                "compared\n";
     return "";

@@ -273,6 +273,8 @@ bool Bus::wait(std::chrono::nanoseconds timeout) {
   return dds_waitset_wait(impl_->waitset->handle, nullptr, 0, timeout.count()) > 0;
 }
 
+bool keys_expired() { return detail::ExpiryWatch::has_ended_process(); }
+
 std::int32_t Bus::participant() const { return impl_->participant->handle; }
 
 std::vector<EndpointDescription> Bus::endpoints() {
@@ -285,9 +287,11 @@ std::string Bus::why_not_admitted() {
     names += (names.empty() ? "'" : "', '") + name;
   if (names.empty()) return "";
   if (impl_->security)
-    return "deployment " + names + "' refuses the keys in " +
+    return "deployment " + names + "' exchanges no messages with the keys in " +
            impl_->security->files.folder.string() +
-           ": its processes have keys of another CA; copy the folder from the machine with the CA";
+           ": they are of another CA, of the other protection (sign or encrypt) or expired, or the "
+           "deployment runs without security. If a line 'DDS: ...' above names no reason, copy the "
+           "folder again from the machine with the CA";
   return "deployment " + names +
          "' runs there with security, and admits only programs that have its keys: add "
          "--deployment and its file";

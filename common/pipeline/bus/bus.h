@@ -173,6 +173,10 @@ class Writer {
   std::shared_ptr<detail::Entity> entity_;
 };
 
+// Returns whether the keys of this process expire and a bus has therefore sent it SIGTERM. Its exit
+// code should be 2.
+bool keys_expired();
+
 struct BusOptions {
   std::uint32_t domain = 0;
   Network network = {};          // the environment variable CYCLONEDDS_URI overrides its profile
@@ -254,8 +258,9 @@ class Bus {
   // Returns the readers and writers that discovery has found, including those of this process.
   // Discovery takes up to 1 s after the start.
   std::vector<EndpointDescription> endpoints();
-  // Returns a text for people if discovery has found a deployment that gives this process nothing:
-  // it is secured, and this process has no keys, or those of another CA. Empty if there is none.
+  // Returns a text for people if discovery has found a deployment that exchanges no messages with
+  // this process: it is secured, and this process has no keys, or other ones. Empty if there is
+  // none.
   // Call it after discovery: a process that starts has no readers and writers yet.
   std::string why_not_admitted();
   // Names the kernel setting to change if the receive buffer is smaller than the profile requests,

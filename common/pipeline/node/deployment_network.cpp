@@ -15,6 +15,10 @@ security::Credentials credentials_of(const config::Deployment& deployment, const
   try {
     security::CheckedRole checked = security::check_role(credentials.files, deployment.name,
                                                          joining.domain, std::time(nullptr));
+    if (const std::int64_t now_s = std::time(nullptr);
+        checked.not_after_s - now_s <= security::kExpiryMargin_s)
+      throw security::SecurityError(
+          "its keys expire at " + security::utc_text(checked.not_after_s) + ", too soon to start");
     credentials.warnings = std::move(checked.warnings);
     credentials.expires_s = checked.not_after_s;
   } catch (const security::SecurityError& error) {

@@ -52,7 +52,7 @@ int run(const std::string& program, const Arguments& args,
   NodeStatusReporter status(bus, node->name, clock.get());
   NodeContext context{deployment, *node, args.out, args.every_frame, bus, status, clock.get()};
   body(context);
-  return 0;
+  return bus::keys_expired() ? 2 : 0;
 }
 
 }  // namespace

@@ -37,8 +37,8 @@ void stop_running();
 inline constexpr std::chrono::milliseconds kMaxWait{100};
 
 // Parses the command line (arguments.h), loads the deployment, opens the bus and calls run. Exit
-// codes: 0 done, 1 failed, 2 usage or configuration, 3 hardware or peer missing. The named node
-// must be a `program`.
+// codes: 0 done, 1 failed, 2 usage, configuration or keys that expire, 3 hardware or peer missing.
+// The named node must be a `program`.
 int run_node(const std::string& program, int argc, char** argv,
              const std::function<void(NodeContext&)>& run);
 

@@ -13,13 +13,19 @@ enum class Protection { sign, encrypt };
 inline const char* name_of(Protection protection) {
   return protection == Protection::sign ? "sign" : "encrypt";
 }
+// What messages are: "signed" or "encrypted".
+inline const char* participle_of(Protection protection) {
+  return protection == Protection::sign ? "signed" : "encrypted";
+}
+
+inline constexpr std::int64_t kDay_s = 24 * 3600;
 
 // A certificate is reported if it expires in less than this time.
-inline constexpr std::int64_t kExpiresSoon_s = std::int64_t(30) * 24 * 3600;
+inline constexpr std::int64_t kExpiresSoon_s = 30 * kDay_s;
 
 struct CheckedRole {
   Protection protection = Protection::encrypt;  // of all messages of the domain
-  std::int64_t not_after_s = 0;                 // the earliest expiry of identity and CA
+  std::int64_t not_after_s = 0;                 // the earliest end of the files
   std::vector<std::string> warnings;            // a key that others can read, a near expiry
 };
 
@@ -28,6 +34,14 @@ struct CheckedRole {
 // the others.
 CheckedRole check_role(const RoleFiles& files, const std::string& deployment, std::uint32_t domain,
                        std::int64_t now_s);
+
+// The protection that a governance document states. Throws SecurityError, also if `ca` has not
+// signed it.
+Protection protection_of(const std::filesystem::path& governance, X509& ca);
+
+// "keys/sim/identity.pem expires at 2027-03-01 12:00 UTC, in 29 days".
+std::string expiry_text(const std::filesystem::path& file, std::int64_t until_s,
+                        std::int64_t now_s);
 
 // "2027-03-01 12:00 UTC", for people.
 std::string utc_text(std::int64_t time_s);

@@ -9,18 +9,25 @@
 
 namespace fivepipe::security {
 
+// So long before the end of a role's files a process ends, and none starts any more.
+inline constexpr std::int64_t kExpiryMargin_s = 15;
+
 // One folder holds all files of a role, so that it can be copied to another machine as it is.
+// The CA of permissions.p7s and governance.p7s is not that of the identities: Cyclone DDS accepts a
+// document if its signer has any certificate of the CA, so that a role could sign its own
+// permissions.
 struct RoleFiles {
   std::filesystem::path folder;
   Role role = Role::observer;
 
   std::filesystem::path ca() const { return folder / "ca.pem"; }
+  std::filesystem::path permissions_ca() const { return folder / "permissions-ca.pem"; }
   std::filesystem::path identity() const { return folder / "identity.pem"; }
   std::filesystem::path key() const { return folder / "key.pem"; }
   std::filesystem::path governance() const { return folder / "governance.p7s"; }
   std::filesystem::path permissions() const { return folder / "permissions.p7s"; }
   std::vector<std::filesystem::path> all() const {
-    return {ca(), identity(), key(), governance(), permissions()};
+    return {ca(), permissions_ca(), identity(), key(), governance(), permissions()};
   }
 };
 

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <fstream>
 #include <iterator>
@@ -18,15 +19,17 @@ namespace {
 
 namespace fs = std::filesystem;
 using security::check_role;
+using security::kDay_s;
 using security::Protection;
 using security::Role;
 using security::RoleFiles;
 using security::SecurityError;
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-constexpr std::int64_t kNow_s = 1'800'000'000, kDay_s = 24 * 3600;  // in January 2027
+constexpr std::int64_t kNow_s = 1'800'000'000;  // in January 2027
 constexpr std::uint32_t kDomain = 7;
 
 std::string content_of(const fs::path& path) {
@@ -46,6 +49,14 @@ class Keys : public testing::Test {
     return make_keys({keys_, "lab", kDomain, protection, days, new_ca, now_s});
   }
   RoleFiles files(Role role) const { return {keys_ / name_of(role), role}; }
+  std::string problem_of_making(std::int64_t now_s = kNow_s) {
+    try {
+      make({}, 365, now_s);
+    } catch (const SecurityError& error) {
+      return error.what();
+    }
+    return "";
+  }
   std::string problem_of(Role role, std::int64_t now_s = kNow_s,
                          const std::string& deployment = "lab",
                          std::uint32_t domain = kDomain) const {
@@ -79,6 +90,7 @@ TEST_F(Keys, OnlyTheOwnerReadsPrivateKeys) {
   EXPECT_EQ(mode_of(keys_), 0700u);
   EXPECT_EQ(mode_of(keys_ / "ca"), 0700u);
   EXPECT_EQ(mode_of(keys_ / "ca/ca-key.pem"), 0600u);
+  EXPECT_EQ(mode_of(keys_ / "ca/permissions-ca-key.pem"), 0600u);
   for (const Role role : security::kRoles) {
     EXPECT_EQ(mode_of(files(role).folder), 0700u);
     EXPECT_EQ(mode_of(files(role).key()), 0600u);
@@ -130,8 +142,10 @@ TEST_F(Keys, ExpiryIsReportedBeforeAndAfter) {
   EXPECT_THAT(check_role(files(Role::capture), "lab", kDomain, end_s - 31 * kDay_s).warnings,
               IsEmpty());
   EXPECT_THAT(check_role(files(Role::capture), "lab", kDomain, end_s - 29 * kDay_s).warnings,
-              ElementsAre(HasSubstr("role capture expires at " + security::utc_text(end_s) +
-                                    ", in 29 days")));
+              ElementsAre(files(Role::capture).identity().string() + " expires at " +
+                          security::utc_text(end_s) + ", in 29 days"));
+  EXPECT_THAT(check_role(files(Role::capture), "lab", kDomain, end_s - 90 * 60).warnings,
+              ElementsAre(HasSubstr(", in 1 hour")));
   EXPECT_EQ(problem_of(Role::capture, end_s - 1), "");
   EXPECT_THAT(problem_of(Role::capture, end_s),
               HasSubstr("identity.pem: expired at " + security::utc_text(end_s)));
@@ -174,24 +188,103 @@ TEST_F(Keys, AChangedDocumentIsRefused) {
 
 TEST_F(Keys, KeysDoNotOutliveTheCa) {
   make();
-  const std::string problem = [&] {
-    try {
-      make({}, 365, kNow_s + 3300 * kDay_s);
-    } catch (const SecurityError& error) {
-      return std::string(error.what());
-    }
-    return std::string();
-  }();
-  EXPECT_THAT(problem, HasSubstr("the CA expires at"));
+  EXPECT_THAT(problem_of_making(kNow_s + 3300 * kDay_s), HasSubstr("the CA expires at"));
   EXPECT_EQ(check_role(files(Role::sim), "lab", kDomain, kNow_s).not_after_s, kNow_s + 365 * kDay_s)
       << "the old keys stay";
 }
 
 TEST_F(Keys, AMissingCaKeyIsAnErrorAndNotANewCa) {
+  for (const char* file : {"ca-key.pem", "permissions-ca-key.pem", "permissions-ca.pem"}) {
+    make({}, 365, kNow_s, true);
+    fs::remove(keys_ / "ca" / file);
+    EXPECT_THAT(problem_of_making(), AllOf(HasSubstr(file), HasSubstr("--force"))) << file;
+    EXPECT_EQ(problem_of(Role::sim), "");
+  }
+}
+
+// The protection of signed keys must not change to encryption by accident.
+TEST_F(Keys, AnUnknownProtectionIsAnError) {
+  make(Protection::sign);
+  fs::remove(keys_ / "ca/governance.p7s");
+  fs::remove_all(keys_ / "supervisor");
+  EXPECT_THAT(problem_of_making(), HasSubstr("--protection sign or --protection encrypt"));
+  EXPECT_EQ(make(Protection::sign).protection, Protection::sign);
+  EXPECT_EQ(make().protection, Protection::sign);
+}
+
+TEST_F(Keys, TheFirstEndOfAllFilesCounts) {
   make();
-  fs::remove(keys_ / "ca/ca-key.pem");
-  EXPECT_THROW(make(), SecurityError);
+  const Authority authority(keys_ / "ca/permissions-ca.pem", keys_ / "ca/permissions-ca-key.pem");
+  const auto write = [&](std::int64_t from_s, std::int64_t until_s) {
+    std::ofstream(files(Role::sim).permissions()) << authority.signed_document(permissions_xml(
+        subject_of(Role::sim, "lab"), kDomain, {from_s, until_s}, topics_of(Role::sim)));
+  };
+  write(kNow_s, kNow_s + 10 * kDay_s);
+  const security::CheckedRole checked = check_role(files(Role::sim), "lab", kDomain, kNow_s);
+  EXPECT_EQ(checked.not_after_s, kNow_s + 10 * kDay_s);
+  EXPECT_THAT(checked.warnings,
+              ElementsAre(HasSubstr(files(Role::sim).permissions().string() + " expires at")));
+  EXPECT_THAT(problem_of(Role::sim, kNow_s + 10 * kDay_s),
+              HasSubstr("permissions.p7s: expired at"));
+  write(kNow_s + 1, kNow_s + kDay_s);
+  EXPECT_THAT(problem_of(Role::sim), HasSubstr("permissions.p7s: valid only from"));
+}
+
+// Cyclone DDS accepts each signer of a document that the CA of the permissions has certified, and a
+// program need not check its own files.
+TEST_F(Keys, ARoleCannotSignPermissions) {
+  make();
+  const Authority role(files(Role::tracker).identity(), files(Role::tracker).key());
+  const std::string forged = role.signed_document(permissions_xml(
+      subject_of(Role::tracker, "lab"), kDomain, {kNow_s, kNow_s + kDay_s}, {{"*"}, {"*"}}));
+  const auto is_accepted_by_cyclone = [&](const std::string& document, const fs::path& ca_file) {
+    const security::Bio bio(BIO_new_mem_buf(document.data(), int(document.size())));
+    BIO* detached = nullptr;
+    const security::Pkcs7 signature(SMIME_read_PKCS7(bio.get(), &detached));
+    const security::Bio content(detached), text(BIO_new(BIO_s_mem()));
+    const security::X509Handle ca = security::read_certificate(ca_file);
+    const std::unique_ptr<X509_STORE, security::FreeWith<X509_STORE_free>> store(X509_STORE_new());
+    X509_STORE_add_cert(store.get(), ca.get());
+    X509_VERIFY_PARAM_set_time(X509_STORE_get0_param(store.get()), kNow_s);
+    const bool accepted = PKCS7_verify(signature.get(), nullptr, store.get(), content.get(),
+                                       text.get(), PKCS7_TEXT) == 1;
+    security::take_openssl_error();
+    return accepted;
+  };
+  const RoleFiles peer = files(Role::sim);
+  EXPECT_FALSE(is_accepted_by_cyclone(forged, peer.permissions_ca()));
+  EXPECT_TRUE(is_accepted_by_cyclone(content_of(peer.permissions()), peer.permissions_ca()));
+  EXPECT_TRUE(is_accepted_by_cyclone(forged, peer.ca())) << "so one CA for both is not enough";
+}
+
+TEST_F(Keys, AnInterruptedRunLeavesWholeFolders) {
+  make();
+  fs::create_directories(keys_ / "sim.new");
+  std::ofstream(keys_ / "sim.new/key.pem") << "half";
+  make();
   EXPECT_EQ(problem_of(Role::sim), "");
+  EXPECT_FALSE(fs::exists(keys_ / "sim.new"));
+}
+
+// As root, renewed keys stay readable for the user of the service.
+TEST_F(Keys, RenewedKeysKeepTheirOwner) {
+  if (geteuid() != 0) GTEST_SKIP() << "needs root";
+  make();
+  constexpr uid_t kUser = 12345;
+  ASSERT_EQ(chown(files(Role::sim).folder.c_str(), kUser, kUser), 0);
+  make();
+  for (const fs::path& path : {files(Role::sim).folder, files(Role::sim).key()}) {
+    struct stat status {};
+    ASSERT_EQ(stat(path.c_str(), &status), 0);
+    EXPECT_EQ(status.st_uid, kUser) << path;
+  }
+  EXPECT_EQ(mode_of(files(Role::sim).key()), 0600u);
+}
+
+TEST_F(Keys, AFolderThatCannotBeMadeIsNamed) {
+  fs::create_directories(keys_.parent_path());
+  std::ofstream(keys_) << "a file";
+  EXPECT_THAT(problem_of_making(), HasSubstr(keys_.string()));
 }
 
 TEST(Documents, GovernanceAdmitsOnlyAuthenticatedParticipants) {
@@ -207,6 +300,9 @@ TEST(Documents, GovernanceAdmitsOnlyAuthenticatedParticipants) {
                                          {"enable_discovery_protection", "true"},
                                          {"enable_read_access_control", "true"},
                                          {"enable_write_access_control", "true"},
+                                         {"enable_liveliness_protection", "true"},
+                                         {"rtps_protection_kind", "NONE"},
+                                         {"data_protection_kind", "NONE"},
                                          {"metadata_protection_kind", kind}})
       EXPECT_EQ(security::element_of(xml, element), value) << element;
   }

@@ -107,6 +107,9 @@ TEST(Report, ALatencyBetweenClocksThatAreNotComparedIsUnknown) {
   const auto report = launch::report_from(input);
   EXPECT_TRUE(report["latency_ms"].is_null());
   EXPECT_TRUE(contains(launch::table_of(report), text));
+  // Nodes that have not sent a status have no latencies.
+  input.statuses = {};
+  EXPECT_FALSE(contains(launch::table_of(launch::report_from(input)), text));
 }
 
 TEST(Report, ANodeThatSimulatesHasItsMetrics) {

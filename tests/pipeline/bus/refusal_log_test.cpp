@@ -18,7 +18,8 @@ TEST(RefusalLog, ARepeatedTextIsLoggedOncePerMinute) {
   EXPECT_THAT(*log.line_for(first, start), HasSubstr(first));
   EXPECT_EQ(log.line_for(first, start + 1s), std::nullopt);
   EXPECT_EQ(log.line_for(second, start + 59s), std::nullopt) << "of another participant";
-  EXPECT_TRUE(log.line_for(second, start + 60s));
+  EXPECT_THAT(*log.line_for(second, start + 60s),
+              HasSubstr("(2 messages before it are not shown)"));
   EXPECT_EQ(log.line_for("another text", start + 60s), "another text");
 }
 
@@ -38,7 +39,10 @@ TEST(RefusalLog, InventedTextsAreBounded) {
     for (char d = 'a'; d <= 'z'; ++d)
       lines += log.line_for("subject: /CN=" + std::string{c, d}, {}).has_value();
   EXPECT_EQ(lines, RefusalLog::kMaxTexts);
-  EXPECT_TRUE(log.line_for("subject", RefusalLog::Clock::time_point(60s))) << "a minute later";
+  const auto later = log.line_for("subject", RefusalLog::Clock::time_point(60s));
+  ASSERT_TRUE(later) << "a minute later";
+  EXPECT_THAT(*later, HasSubstr("(" + std::to_string(26 * 26 - RefusalLog::kMaxTexts) +
+                                " messages before it are not shown)"));
 }
 
 }  // namespace

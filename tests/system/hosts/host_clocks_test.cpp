@@ -54,7 +54,7 @@ class HostClocks : public TwoHosts {
     EXPECT_GT(rate_hz, kHasSanitizer ? 2 : 15);
     EXPECT_LT(rate_hz, 22);
     for (const auto& [name, node] : report["nodes"].items())
-      EXPECT_LT(node.value("cpu_percent", 0.0), 110) << name;
+      EXPECT_LT(node.value("cpu_percent", 0.0), kHasSanitizer ? 150 : 110) << name;
   }
   std::string said_;  // by beta
 };

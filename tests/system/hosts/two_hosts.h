@@ -19,13 +19,12 @@
 #include "common/pipeline/bus/profile.h"
 #include "tests/support/deployments.h"
 #include "tests/support/process/test_hosts.h"
+#include "tests/support/recording/recordings.h"
 #include "tests/support/sanitizer.h"
 #include "tests/support/test_folder.h"
 #include "tests/support/text.h"
 
 namespace fivepipe::test {
-
-inline constexpr auto kStart = std::chrono::seconds(60);
 
 // In CI, which may make namespaces, a skipped test would be a hidden failure.
 inline bool must_run() { return std::getenv("CI") != nullptr; }

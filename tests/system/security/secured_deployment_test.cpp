@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/pipeline/messages/wire_conversions.h"
+#include "common/pipeline/security/plugins.h"
 #include "launch/keys/authority.h"
 #include "tests/support/recording/recordings.h"
 #include "tests/support/sanitizer.h"
@@ -96,7 +97,7 @@ INSTANTIATE_TEST_SUITE_P(Protections, BothProtections,
                          testing::Values(Protection::sign, Protection::encrypt),
                          [](const auto& parameter) { return name_of(parameter.param); });
 
-TEST_F(SecuredDeployment, AParticipantWithoutKeysGetsAndGivesNothing) {
+TEST_F(SecuredDeployment, AParticipantWithoutKeysNeitherReceivesNorSends) {
   auto frames = bus_.reader<bus::topics::FrameComposited>();
   auto poses = bus_.reader<bus::topics::HeadPose>();
   auto statuses_in = bus_.reader<bus::topics::NodeStatus>();
@@ -127,7 +128,7 @@ TEST_F(SecuredDeployment, AParticipantWithoutKeysGetsAndGivesNothing) {
   EXPECT_GT(report["frames"]["composited"].get<int>(), 20);
 }
 
-TEST_F(SecuredDeployment, ACommandWithoutKeysIsToldWhatAdmitsIt) {
+TEST_F(SecuredDeployment, ACommandWithoutKeysReportsWhichOptionAdmitsIt) {
   start(secured("files"));
   for (const auto& [words, expected] :
        {std::pair<std::vector<std::string>, int>({"top", "--once"}, 3),
@@ -143,7 +144,7 @@ TEST_F(SecuredDeployment, ACommandWithoutKeysIsToldWhatAdmitsIt) {
   }
 }
 
-TEST_F(SecuredDeployment, KeysOfAnotherCaGetAndGiveNothing) {
+TEST_F(SecuredDeployment, KeysOfAnotherCaNeitherReceiveNorSend) {
   const std::string file = secured("files"), foreign = secured("foreign"),
                     recording = folder_ / "recorded.mcap";
   start(file, {"--record", recording});
@@ -151,7 +152,8 @@ TEST_F(SecuredDeployment, KeysOfAnotherCaGetAndGiveNothing) {
        {std::vector<std::string>{"top", "--once"}, {"ls"}, {"simulation", "pause"}}) {
     const auto [code, said] = result_of(words, foreign);
     EXPECT_EQ(code, 3) << words.front() << ": " << said;
-    EXPECT_THAT(said, HasSubstr("its processes have keys of another CA")) << words.front();
+    EXPECT_THAT(said, HasSubstr("they are of another CA, of the other protection"))
+        << words.front();
   }
   const auto [code, said] =
       result_of({"record", "-o", folder_ / "none.mcap", "--duration", "2"}, foreign);
@@ -204,11 +206,40 @@ TEST_F(SecuredDeployment, ACaptureRoleMayNotPublishCommands) {
               HasSubstr("role capture may not have a writer of fivepipe/v1/FrameComposited"));
 }
 
+// The documented configuration of a program of one's own. This process, which has an unsecured
+// domain, is that program in another one.
+TEST_F(SecuredDeployment, AProgramOfYourOwnJoinsByItsConfiguration) {
+  const std::uint32_t domain = own_second_domain();
+  make_small_keys(folder_ / "files/keys", domain);
+  const std::string file = changed_deployment(
+      folder_ / "files", "program: render_node}",
+      "program: render_node}\ndomain: " + std::to_string(domain) + "\nsecurity: {keys: keys}\n");
+  const Program recon(
+      {FIVEPIPE_BINARY_DIR "/recon_node", "--deployment", file, "--node", "recon_a"},
+      folder_ / "recon.log");
+  const std::map<std::string, std::string> environment{
+      {"CYCLONEDDS_URI",
+       text_of(FIVEPIPE_SOURCE_DIR "/docs/examples/secured_program/secured_program.xml")},
+      {"ADDRESS", "127.0.0.1"},
+      {"PEER", "127.0.0.1"},
+      {"KEYS", folder_ / "files/keys/tracker"},
+      {"PLUGINS", fs::path(security::plugin_library("auth")).parent_path()}};
+  for (const auto& [name, value] : environment) setenv(name.c_str(), value.c_str(), 1);
+  std::optional<bus::Bus> tracker;
+  EXPECT_NO_THROW(tracker.emplace(bus::BusOptions{.domain = domain, .deployment = "small"}));
+  for (const auto& [name, value] : environment) unsetenv(name.c_str());
+  ASSERT_TRUE(tracker);
+  auto poses = tracker->writer<bus::topics::HeadPose>();
+  EXPECT_TRUE(eventually(*tracker, kStart, [&] { return poses.readers() == 1; })) << recon.said();
+  EXPECT_THROW(tracker->writer<bus::topics::Command>(), bus::BusError);
+}
+
 // The CA signs a document that does not allow the capture_node to publish poses.
 TEST_F(SecuredDeployment, ANodeWithoutThePermissionEndsAndNamesTheTopic) {
   const std::string file = secured("files");
   const fs::path keys = folder_ / "files/keys";
-  const keys::Authority authority(keys / "ca/ca.pem", keys / "ca/ca-key.pem");
+  const keys::Authority authority(keys / "ca/permissions-ca.pem",
+                                  keys / "ca/permissions-ca-key.pem");
   keys::RoleTopics topics = keys::topics_of(Role::capture);
   ASSERT_EQ(std::erase(topics.publishes, bus::topics::HeadPose::name), 1u);
   const std::int64_t now_s = std::time(nullptr);
@@ -256,12 +287,12 @@ TEST_F(SecuredDeployment, ADeploymentEndsCleanlyBeforeItsKeysExpire) {
                    .days = 1,
                    .now_s = std::time(nullptr) - 24 * 3600 + kLife_s});
   deployed_.emplace(file, domain_, out_);
-  EXPECT_EQ(deployed_->wait_for_end(std::chrono::seconds(kLife_s)), 130) << deployed_->said();
+  EXPECT_EQ(deployed_->wait_for_end(std::chrono::seconds(kLife_s)), 2) << deployed_->said();
   EXPECT_THAT(deployed_->said(),
               AllOf(HasSubstr("keys/supervisor expire within 15 s: this process ends. `fivepipe "
                               "keys " +
                               file + "` makes new ones"),
-                    HasSubstr("the certificate of role capture expires at")));
+                    HasSubstr("keys/capture/identity.pem expires at")));
   const auto report = nlohmann::json::parse(std::ifstream(out_ / "report.json"));
   EXPECT_GT(report["frames"]["composited"].get<int>(), 20);
 }
@@ -278,16 +309,23 @@ TEST_F(SecuredDeployment, ARoleWithoutItsFolderIsRefusedWithTheCommand) {
 
 TEST_F(SecuredDeployment, DoctorListsTheRolesOfThisMachineAndTheirExpiry) {
   const std::string file = secured("files", Protection::sign, 340);
-  for (const Role role : security::kRoles)
-    if (role != Role::recon && role != Role::sim)
-      fs::remove_all(files_of(folder_ / "files/keys", role).folder);
+  for (const Role role : {Role::observer, Role::tracker})
+    fs::remove_all(files_of(folder_ / "files/keys", role).folder);
   fs::permissions(files_of(folder_ / "files/keys", Role::sim).key(), fs::perms(0644));
   const auto [code, said] = result_of({"doctor"}, file);
   EXPECT_EQ(code, 0) << said;
   EXPECT_THAT(said, AllOf(HasSubstr("warn  security: role recon: signed, valid until 2"),
                           HasSubstr(", in 2"), HasSubstr("other users can read"),
                           HasSubstr("DDS: participant in domain")));
-  EXPECT_THAT(said, testing::Not(HasSubstr("role capture")));
+  EXPECT_THAT(said, testing::Not(HasSubstr("role tracker")));
+  // Without these roles, `fivepipe up` cannot start.
+  for (const Role role : {Role::capture, Role::supervisor})
+    fs::remove_all(files_of(folder_ / "files/keys", role).folder);
+  const auto [incomplete_code, incomplete] = result_of({"doctor"}, file);
+  EXPECT_EQ(incomplete_code, 3) << incomplete;
+  EXPECT_THAT(incomplete, AllOf(HasSubstr("FAIL  security: role capture: no keys in "),
+                                HasSubstr("but node capture of this machine needs them"),
+                                HasSubstr("FAIL  security: role supervisor: no keys in ")));
 }
 
 TEST_F(SecuredDeployment, LocalRunsWithoutSecurity) {

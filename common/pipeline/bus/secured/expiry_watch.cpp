@@ -2,25 +2,32 @@
 
 #include <unistd.h>
 
+#include <atomic>
+#include <chrono>
 #include <csignal>
+#include <cstdint>
 #include <ctime>
 #include <iostream>
+
+#include "common/pipeline/security/role_check.h"
 
 namespace fivepipe::bus::detail {
 namespace {
 
-// The clock of the machine may be set meanwhile.
-constexpr std::chrono::seconds kLookPeriod{1};
+// Polls, because the clock may be set while the watch waits.
+constexpr std::chrono::seconds kPollPeriod{1};
+constexpr std::int64_t kWarnings_s[] = {30 * security::kDay_s, 7 * security::kDay_s,
+                                        security::kDay_s, 3600};
+
+std::atomic<bool> has_ended = false;
 
 }  // namespace
 
 ExpiryWatch::ExpiryWatch(const security::Credentials& credentials)
-    : end_s_(credentials.expires_s - kMargin.count()),
-      reason_("the keys in " + credentials.files.folder.string() +
-              " expire within 15 s: this process ends. " + credentials.remedy + " makes new ones"),
-      thread_([this] { wait(); }) {
-  static_assert(kMargin == std::chrono::seconds(15), "the text names it");
-}
+    : expires_s_(credentials.expires_s),
+      keys_("the keys in " + credentials.files.folder.string()),
+      remedy_(credentials.remedy + " makes new ones"),
+      thread_([this] { wait(); }) {}
 
 ExpiryWatch::~ExpiryWatch() {
   {
@@ -31,12 +38,29 @@ ExpiryWatch::~ExpiryWatch() {
   thread_.join();
 }
 
+bool ExpiryWatch::has_ended_process() { return has_ended; }
+
+std::int64_t ExpiryWatch::next_warning_s(std::int64_t now_s, std::int64_t expires_s) {
+  for (const std::int64_t before_s : kWarnings_s)
+    if (expires_s - before_s > now_s) return expires_s - before_s;
+  return INT64_MAX;
+}
+
 void ExpiryWatch::wait() {
   std::unique_lock lock(mutex_);
-  while (!stopped_ && std::time(nullptr) < end_s_)
-    changed_.wait_for(lock, kLookPeriod, [this] { return stopped_; });
+  std::int64_t now_s = std::time(nullptr), warning_s = next_warning_s(now_s, expires_s_);
+  for (; !stopped_ && now_s < expires_s_ - security::kExpiryMargin_s; now_s = std::time(nullptr)) {
+    if (now_s >= warning_s) {
+      warning_s = next_warning_s(now_s, expires_s_);
+      std::cerr << keys_ << " expire at " << security::utc_text(expires_s_) << ": " << remedy_
+                << std::endl;
+    }
+    changed_.wait_for(lock, kPollPeriod, [this] { return stopped_; });
+  }
   if (stopped_) return;
-  std::cerr << reason_ << std::endl;
+  std::cerr << keys_ << " expire within " << security::kExpiryMargin_s << " s: this process ends. "
+            << remedy_ << std::endl;
+  has_ended = true;
   kill(getpid(), SIGTERM);
 }
 

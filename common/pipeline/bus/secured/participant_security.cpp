@@ -28,7 +28,7 @@ void set_security(dds_qos_t* qos, const security::RoleFiles& files) {
   set_file(DDS_SEC_PROP_AUTH_IDENTITY_CA, files.ca());
   set_file(DDS_SEC_PROP_AUTH_IDENTITY_CERT, files.identity());
   set_file(DDS_SEC_PROP_AUTH_PRIV_KEY, files.key());
-  set_file(DDS_SEC_PROP_ACCESS_PERMISSIONS_CA, files.ca());
+  set_file(DDS_SEC_PROP_ACCESS_PERMISSIONS_CA, files.permissions_ca());
   set_file(DDS_SEC_PROP_ACCESS_GOVERNANCE, files.governance());
   set_file(DDS_SEC_PROP_ACCESS_PERMISSIONS, files.permissions());
 }

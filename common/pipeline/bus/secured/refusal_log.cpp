@@ -7,6 +7,7 @@
 #include <cctype>
 #include <iostream>
 #include <mutex>
+#include <utility>
 
 namespace fivepipe::bus::detail {
 namespace {
@@ -58,10 +59,15 @@ void write_line(void*, const dds_log_data_t* data) {
 std::optional<std::string> RefusalLog::line_for(const std::string& text, Clock::time_point now) {
   std::erase_if(logged_, [&](const auto& known) { return now - known.second >= kPeriod; });
   std::string kind = kind_of(text);
-  if (logged_.contains(kind)) return std::nullopt;
-  if (logged_.size() >= kMaxTexts) return std::nullopt;
+  if (logged_.contains(kind) || logged_.size() >= kMaxTexts) {
+    ++suppressed_;
+    return std::nullopt;
+  }
   logged_.emplace(std::move(kind), now);
-  return text + explanation_of(text);
+  const std::uint64_t suppressed = std::exchange(suppressed_, 0);
+  return text + explanation_of(text) +
+         (suppressed > 0 ? " (" + std::to_string(suppressed) + " messages before it are not shown)"
+                         : "");
 }
 
 void limit_dds_log() { dds_set_log_sink(write_line, nullptr); }

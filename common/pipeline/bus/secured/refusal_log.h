@@ -1,6 +1,7 @@
 // Messages of Cyclone DDS about peers that it refuses. Internal to bus.
 #pragma once
 #include <chrono>
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
@@ -8,7 +9,8 @@
 namespace fivepipe::bus::detail {
 
 // Cyclone DDS logs a refused peer each time the peer announces itself, which is once per second.
-// Passes each text on once per kPeriod; texts that differ only in the identifiers of participants
+// Passes each text on once per kPeriod, with the number of the texts before it that it did not pass
+// on; texts that differ only in the identifiers of participants
 // count as one. Peers choose parts of the texts, so it distinguishes at most kMaxTexts of them.
 // Not thread-safe.
 class RefusalLog {
@@ -23,6 +25,7 @@ class RefusalLog {
 
  private:
   std::map<std::string, Clock::time_point> logged_;
+  std::uint64_t suppressed_ = 0;
 };
 
 // Sends the messages of Cyclone DDS of this process through a RefusalLog to stderr, from now on.

@@ -1,0 +1,145 @@
+// A long recorded run on two hosts: nothing grows, nothing slows down, and every message is
+// accounted for. FIVEPIPE_SOAK_S: its length; 1800 takes half an hour.
+#include <gtest/gtest.h>
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <iostream>
+#include <map>
+
+#include "common/pipeline/bus/bus.h"
+#include "tests/system/hosts/two_hosts.h"
+
+namespace fivepipe::test {
+namespace {
+
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
+
+constexpr double kShort_s = 15, kMinute_s = 60;
+// The first minutes warm up caches and pools.
+constexpr double kWarm_s = 5 * kMinute_s;
+constexpr double kMaxGrowth_mb = 1, kMaxSlowdown = 0.1;
+
+// Values with their times since the start [s].
+class Series {
+ public:
+  void add(double t_s, double value) { values_.emplace_back(t_s, value); }
+  // Of the values in [from_s, until_s).
+  double median(double from_s, double until_s) const {
+    std::vector<double> in;
+    for (const auto& [t_s, value] : values_)
+      if (t_s >= from_s && t_s < until_s) in.push_back(value);
+    if (in.empty()) return NAN;
+    std::nth_element(in.begin(), in.begin() + std::ptrdiff_t(in.size() / 2), in.end());
+    return in[in.size() / 2];
+  }
+
+ private:
+  std::vector<std::pair<double, double>> values_;
+};
+
+double memory_mb(pid_t pid) {
+  std::ifstream file("/proc/" + std::to_string(pid) + "/statm");
+  double size = 0, resident = 0;
+  file >> size >> resident;
+  return resident * double(sysconf(_SC_PAGESIZE)) * 1e-6;
+}
+
+std::uint64_t sum_of(const nlohmann::ordered_json& counts) {
+  std::uint64_t sum = 0;
+  for (const auto& count : counts) sum += count["count"].get<std::uint64_t>();
+  return sum;
+}
+
+using Soak = TwoHosts;
+
+TEST_F(Soak, IsLevelAndLosesNothing) {
+  const char* const given = std::getenv("FIVEPIPE_SOAK_S");
+  const double duration_s = given ? std::atof(given) : kShort_s * kSlowdown;
+  const std::string file = deployment();
+  std::ofstream(folder_.path / "files/soak.yaml")
+      << replaced(text_of(file), "frame_rate_hz: 20", "frame_rate_hz: 30");
+  const std::string soak = (folder_.path / "files/soak.yaml").string(),
+                    recorded = (folder_.path / "soak.mcap").string();
+  bus::Bus bus({0, observer_network()});
+  auto composites = bus.reader<bus::topics::FrameComposited>();
+  auto statuses = bus.reader<bus::topics::NodeStatus>();
+  const auto beta = up(1, soak, {"--record", recorded}), alpha = up(0, soak);
+  Clock::time_point start{};
+  std::set<std::uint64_t> composited;
+  Series latency_ms;
+  std::map<std::string, Series> memory;  // [MB] by process
+  std::set<std::string> has_ended;       // nodes
+  const auto take = [&] {
+    const double t_s = std::chrono::duration<double>(Clock::now() - start).count();
+    for (const auto& sample : composites.take()) {
+      if (!sample.valid()) continue;
+      composited.insert(sample->frame);
+      latency_ms.add(t_s, 1e-6 * double(sample->composited_stamp_ns - sample->capture_stamp_ns));
+    }
+    for (const auto& sample : statuses.take())
+      if (sample.valid()) {
+        memory[sample->node].add(t_s, sample->memory_mb);
+        if (sample->final_report) has_ended.insert(sample->node);
+      }
+    return !composited.empty();
+  };
+  ASSERT_TRUE(holds(kStart, take)) << beta->said() << alpha->said();
+  start = Clock::now();
+  holds(std::chrono::seconds(std::int64_t(duration_s / kSlowdown)), [&] {
+    take();
+    const double t_s = std::chrono::duration<double>(Clock::now() - start).count();
+    memory["up alpha"].add(t_s, memory_mb(alpha->pid()));
+    memory["up beta"].add(t_s, memory_mb(beta->pid()));
+    return false;
+  });
+  // The recorder gets the last status of the nodes on alpha.
+  alpha->signal(SIGINT);
+  EXPECT_EQ(alpha->wait_for_end(5s * kSlowdown), 130) << alpha->said();
+  EXPECT_TRUE(holds(10s, [&] { return (take(), has_ended.contains("capture")); })) << beta->said();
+  std::this_thread::sleep_for(500ms);
+  beta->signal(SIGINT);
+  EXPECT_EQ(beta->wait_for_end(5s * kSlowdown), 130) << beta->said();
+  take();
+
+  const auto report = nlohmann::json::parse(std::ifstream(folder_.path / "beta/report.json"));
+  EXPECT_EQ(report["frames"]["composited"], composited.size());
+  EXPECT_EQ(report["recorder"]["lost"], 0);
+  const recording::Recording recording(recorded);
+  const auto in_file = counts_by_topic(recording);
+  const auto last = final_statuses(recording);
+  for (const auto& [topic, count] : sent_by_topic(last))
+    EXPECT_EQ(in_file.at(topic), count) << topic;
+  std::uint64_t captured = 0, dropped = 0;
+  for (const auto& count : last.at("capture")["counts"])
+    if (count["name"] == "frames_captured") captured = count["count"].get<std::uint64_t>();
+  for (const auto& [node, status] : last)
+    if (node != "capture") dropped += sum_of(status["drops"]);
+  // At the end, at most three frames are on their way.
+  EXPECT_GT(captured, std::uint64_t(0.5 * 30 * duration_s / kSlowdown));
+  EXPECT_LE(captured, composited.size() + dropped + 5);
+
+  const double window_s = std::min(kWarm_s, duration_s / 4);
+  const double first_ms = latency_ms.median(0, window_s),
+               last_ms = latency_ms.median(duration_s - window_s, duration_s);
+  std::cout << duration_s << " s, " << captured << " frames captured, " << composited.size()
+            << " composited, " << dropped << " dropped; median latency of the first and last "
+            << window_s << " s: " << first_ms << ", " << last_ms << " ms\n";
+  const bool is_long = duration_s >= 2 * kWarm_s;
+  EXPECT_TRUE(!is_long || std::abs(last_ms / first_ms - 1) <= kMaxSlowdown);
+  for (const auto& [process, series] : memory) {
+    const double warm_s = is_long ? kWarm_s : duration_s / 2,
+                 before = series.median(warm_s, warm_s + std::min(kMinute_s, duration_s / 4)),
+                 after =
+                     series.median(duration_s - std::min(kMinute_s, duration_s / 4), duration_s);
+    std::cout << process << ": " << before << " MB, at the end " << after << " MB\n";
+    EXPECT_TRUE(!is_long || kHasSanitizer || after - before < kMaxGrowth_mb) << process;
+  }
+}
+
+}  // namespace
+}  // namespace fivepipe::test
