@@ -60,13 +60,15 @@ struct Capture::Channel {
 
 Capture::Capture(const config::Rig& rig, const config::Viewer& viewer,
                  const config::CaptureConfig& config, double frame_rate_hz,
-                 const Progress& progress)
+                 const Progress& progress, std::vector<config::Viewer> spectators)
     : rig_(rig),
       viewer_(viewer),
+      colour_viewers_(std::move(spectators)),
       config_(config),
       frame_rate_hz_(frame_rate_hz),
       pool_(int(std::clamp<std::size_t>(config.sources.size(), 1, kMaxThreads))) {
   cv::setNumThreads(1);
+  colour_viewers_.push_back(viewer_);
   for (const config::RigCamera& camera : rig_.cameras) {
     if (!config_.sources.contains(camera.name)) continue;
     channels_.push_back(std::make_unique<Channel>());
@@ -320,11 +322,8 @@ void Capture::add_colours(std::int64_t frame, std::vector<RawCapture>& raw_captu
   const auto may_see = std::ssize(parts) - no_object + std::ptrdiff_t(cameras_of_others());
   if (all ? no_object > 0 : may_see < config_.hull_rule.min_seen) return;  // the hull is empty
   if (!all) parts.clear();  // the hull may extend beyond what a camera sees
-  const Eigen::Isometry3d head = config::eye_from_world_at(viewer_, double(frame) / frame_rate_hz_);
-  std::vector<VisibleRegion> eyes;
-  for (const double x_m : config::eye_positions_m(viewer_))
-    eyes.push_back(
-        visible_region(viewer_, config::eye_at(x_m, head), config_.hull_rule.within_world_m));
+  const std::vector<VisibleRegion> eyes = visible_regions(
+      colour_viewers_, double(frame) / frame_rate_hz_, config_.hull_rule.within_world_m);
   base::in_parallel(pool_, raw_captures.size(), [&](std::size_t i) {
     RawCapture& raw_capture = raw_captures[i];
     const Channel& channel = *channels_[i];

@@ -28,9 +28,11 @@ class Capture {
   // Opens every source of the configuration, learns the backgrounds and computes the first
   // config.precomputed_frames frames. Throws SourceError or HardwareMissing that lists every camera
   // whose source cannot be used. load_deployment() has already rejected cameras that the rig lacks.
-  // Sets OpenCV to one thread, because Capture processes cameras in parallel.
+  // Sets OpenCV to one thread, because Capture processes cameras in parallel. Cameras without
+  // object pixels of their own get the colours that the viewer or a spectator can see.
   Capture(const config::Rig& rig, const config::Viewer& viewer, const config::CaptureConfig& config,
-          double frame_rate_hz, const Progress& progress = {});
+          double frame_rate_hz, const Progress& progress = {},
+          std::vector<config::Viewer> spectators = {});
   ~Capture();
 
   // Returns the cameras of `frame` >= 0, in the rig's order. A video decodes all frames up to this
@@ -83,6 +85,7 @@ class Capture {
 
   config::Rig rig_;
   config::Viewer viewer_;
+  std::vector<config::Viewer> colour_viewers_;  // spectators and the viewer
   config::CaptureConfig config_;
   double frame_rate_hz_;
   Observer observer_;

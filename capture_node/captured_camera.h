@@ -30,8 +30,8 @@ struct CapturedCamera {
   // object pixel.
   std::optional<hull::CoverageOutline> outline;
   // Only cameras that give colour have it, if the caller wants colour and the camera sees a part of
-  // the hull that the viewer can see. Absent in all cameras if the hull is empty: with Limits::all,
-  // if one camera sees no object pixels.
+  // the hull that the viewer or a spectator can see. Absent in all cameras if the hull is empty:
+  // with Limits::all, if one camera sees no object pixels.
   std::optional<hull::ColourRegion> colour;
   // CLOCK_REALTIME at which the camera took the image. All sources without a clock of their own
   // (files, synthetic cameras, precomputed frames) have the same time, see capture().

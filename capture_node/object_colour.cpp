@@ -63,6 +63,16 @@ VisibleRegion visible_region(const config::Viewer& viewer, const Eigen::Isometry
               Eigen::AlignedBox3d(center_m - half_extent_m, center_m + half_extent_m))};
 }
 
+std::vector<VisibleRegion> visible_regions(std::span<const config::Viewer> viewers, double t_s,
+                                           const Eigen::AlignedBox3d& hull_box_m) {
+  std::vector<VisibleRegion> regions;
+  for (const config::Viewer& viewer : viewers)
+    for (const double x_m : config::eye_positions_m(viewer))
+      regions.push_back(visible_region(
+          viewer, config::eye_at(x_m, config::eye_from_world_at(viewer, t_s)), hull_box_m));
+  return regions;
+}
+
 hull::ObjectPixels footprint(std::vector<hull::SilhouetteBounds> parts,
                              const Eigen::AlignedBox3d& box_m, const geometry::Camera& camera,
                              int margin_px) {

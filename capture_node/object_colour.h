@@ -23,6 +23,10 @@ VisibleRegion visible_region(
     const config::Viewer& viewer, const Eigen::Isometry3d& eye_from_world,
     const Eigen::AlignedBox3d& hull_box_m = hull::HullRule().within_world_m);
 
+// Returns what each eye of the viewers can see at a time since the start.
+std::vector<VisibleRegion> visible_regions(std::span<const config::Viewer> viewers, double t_s,
+                                           const Eigen::AlignedBox3d& hull_box_m);
+
 // Returns the pixels of `camera`'s image that can show a point of `box_m` which all `parts` and
 // `camera` see at a depth of at least 1 cm, and all pixels within margin_px of these. The result is
 // one convex region of the image, or empty.

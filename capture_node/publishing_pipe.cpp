@@ -22,11 +22,12 @@ FramePublisher::FramePublisher(node::NodeContext& node)
       colours_(node.bus.writer<bus::topics::ObjectColour>()),
       maps_(node.bus.writer<bus::topics::ObjectPixelMap>()),
       traces_(node.bus, node.status, node.node.name),
-      capture_(node.deployment.rig, node.deployment.viewer,
-               node.every_frame ? config::without_clock(config_) : config_,
-               node.deployment.frame_rate_hz, [this](std::string_view what, double fraction) {
-                 report_progress(what, fraction);
-               }) {
+      capture_(
+          node.deployment.rig, node.deployment.viewer,
+          node.every_frame ? config::without_clock(config_) : config_,
+          node.deployment.frame_rate_hz,
+          [this](std::string_view what, double fraction) { report_progress(what, fraction); },
+          config::spectators_of(node.deployment)) {
   capture_.set_go_on_waiting([this](const std::string& camera, const std::string& reason) {
     node_.status.diagnostic("camera " + camera, reason + "; capture waits for it");
     return node::running();

@@ -35,9 +35,7 @@ constexpr auto kDiscovery = 1s;
 constexpr auto kDelivery = 5s;
 
 bool has_renderer(const config::Deployment& deployment) {
-  return std::any_of(deployment.nodes.begin(), deployment.nodes.end(), [](const auto& node) {
-    return std::holds_alternative<config::RenderConfig>(node.config);
-  });
+  return std::ranges::any_of(deployment.nodes, config::draws_for_viewer);
 }
 
 bool captures(const config::Node& node) {
@@ -143,7 +141,7 @@ class VideoPipe {
       (endpoint.writes ? writes : reads).emplace(endpoint.participant, endpoint.topic);
     std::set<std::string> missing;
     for (const config::Node& node : deployment_.nodes) {
-      if (node.name == node_.node.name) continue;
+      if (node.name == node_.node.name || config::spectator_of(node)) continue;
       const bool draws = std::holds_alternative<config::RenderConfig>(node.config);
       std::vector<const char*> inputs{draws            ? bus::topics::HullTile::name
                                       : captures(node) ? bus::topics::HeadPose::name
@@ -152,8 +150,7 @@ class VideoPipe {
         inputs.push_back(bus::topics::ObjectCoverage::name);
       for (const char* const input : inputs)
         if (!reads.contains({node.name, input})) missing.insert(node.name);
-      if (config::draws_for_viewer(node) &&
-          !writes.contains({node.name, bus::topics::FrameComposited::name}))
+      if (draws && !writes.contains({node.name, bus::topics::FrameComposited::name}))
         missing.insert(node.name);
     }
     return missing;

@@ -32,6 +32,7 @@ install(DIRECTORY launch/deployments launch/profiles DESTINATION share/fivepipe/
 install(DIRECTORY scenes DESTINATION share/fivepipe COMPONENT programs)
 install(FILES README.md docs/configuration.md docs/troubleshooting.md docs/footage.md
   docs/recording.md docs/lab.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT programs)
+install(DIRECTORY docs/examples DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT programs)
 install(FILES launch/installed/fivepipe.bash DESTINATION share/bash-completion/completions
   RENAME fivepipe COMPONENT programs)
 

@@ -23,8 +23,8 @@ class Stopwatch {
 // Estimated cost of a tile without hits, in hits.
 constexpr double kEmptyTileCost_hits = 100;
 
-// At most this many view sizes have a sweep. A viewer and a light need two.
-constexpr std::size_t kMaxSweeps = 4;
+// At most this many view sizes have a sweep: those of the viewer, of a light and of spectators.
+constexpr std::size_t kMaxSweeps = 16;
 
 void add_colour(ReconTile& tile, const hull::View& view, const HullColour& colour) {
   tile.bgr.assign(tile.depth_m.size() * 3, 0);

@@ -32,8 +32,7 @@ constexpr int kMinChecks = 3;
 // Time in which a node that ends reconstructs the frames that are its own; less than a supervisor
 // waits for its end.
 constexpr std::chrono::milliseconds kMaxLeave{400};
-// Between two looks for spectators.
-constexpr std::chrono::seconds kLookPeriod{1};
+constexpr std::chrono::seconds kSpectatorPollPeriod{1};
 
 class ReconstructionPipe {
  public:
@@ -273,16 +272,17 @@ class ReconstructionPipe {
       write_tiles(set, posed[i].of.name, views[i].view, std::move(made[i]));
   }
 
-  // At once if the number of readers of tiles has changed, else once per kLookPeriod.
+  // At once if the number of readers of tiles has changed, else once per kSpectatorPollPeriod.
   void find_spectators() {
     const auto now = std::chrono::steady_clock::now();
     const int readers = tiles_.readers();
-    if (spectators_.empty() || (readers == readers_ && now < next_look_)) return;
+    if (spectators_.empty() || (readers == readers_ && now < next_spectator_poll_)) return;
     readers_ = readers;
-    next_look_ = now + kLookPeriod;
+    next_spectator_poll_ = now + kSpectatorPollPeriod;
     std::set<std::string> nodes;
     for (const bus::EndpointDescription& endpoint : node_.bus.endpoints())
-      if (!endpoint.writes && endpoint.topic == bus::topics::HullTile::name)
+      if (!endpoint.writes && endpoint.topic == bus::topics::HullTile::name &&
+          endpoint.deployment == node_.deployment.name)
         nodes.insert(endpoint.participant);
     spectators_.set_readers(nodes);
   }
@@ -333,8 +333,8 @@ class ReconstructionPipe {
   const std::string viewer_;
   std::vector<config::HullView> views_;  // eyes have the geometry of the last ViewInfo
   Spectators spectators_;
-  int readers_ = 0;  // of tiles, at the last look for spectators
-  std::chrono::steady_clock::time_point next_look_{};
+  int readers_ = 0;  // of tiles, at the last poll for spectators
+  std::chrono::steady_clock::time_point next_spectator_poll_{};
   bool has_view_info_ = false;
   const config::ReconConfig config_;
   Reconstructor reconstructor_;

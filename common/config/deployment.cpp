@@ -221,6 +221,13 @@ const Viewer* spectator_of(const Node& node) {
   return render && render->viewer ? &*render->viewer : nullptr;
 }
 
+std::vector<Viewer> spectators_of(const Deployment& deployment) {
+  std::vector<Viewer> spectators;
+  for (const Node& node : deployment.nodes)
+    if (const Viewer* const spectator = spectator_of(node)) spectators.push_back(*spectator);
+  return spectators;
+}
+
 bool draws_for_viewer(const Node& node) {
   return std::holds_alternative<RenderConfig>(node.config) && !spectator_of(node);
 }

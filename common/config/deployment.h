@@ -73,6 +73,8 @@ const Node* find_node(const Deployment& deployment, const std::string& name);
 // Returns the viewer of a render_node that draws for a spectator; nullptr for any other node. Valid
 // as long as the node.
 const Viewer* spectator_of(const Node& node);
+// Returns the viewers of all spectators.
+std::vector<Viewer> spectators_of(const Deployment& deployment);
 // Returns whether the node is the render_node that draws for the viewer of the deployment.
 bool draws_for_viewer(const Node& node);
 

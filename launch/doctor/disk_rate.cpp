@@ -34,9 +34,11 @@ double recording_rate(const config::Deployment& deployment, double covered) {
     if (camera.gives_shape) bytes += pixels * kMapBytes;
     if (camera.gives_colour) bytes += pixels * covered * (kColourBytes + kMapBytes);
   }
-  const config::Viewer& viewer = deployment.viewer;
-  bytes += double(viewer.recon_width_px) * viewer.recon_height_px *
-           double(config::eye_positions_m(viewer).size()) * covered * kTileBytes;
+  std::vector<config::Viewer> viewers = config::spectators_of(deployment);
+  viewers.push_back(deployment.viewer);
+  for (const config::Viewer& viewer : viewers)
+    bytes += double(viewer.recon_width_px) * viewer.recon_height_px *
+             double(config::eye_positions_m(viewer).size()) * covered * kTileBytes;
   return bytes * deployment.frame_rate_hz;
 }
 

@@ -22,7 +22,6 @@ class Authority {
 
   std::string certificate_pem() const;
   std::string key_pem() const;
-  X509& certificate() const { return *certificate_; }
   std::int64_t not_after_s() const { return security::not_after_s(*certificate_); }
 
   // The functions below throw security::SecurityError.

@@ -93,7 +93,30 @@ void make_parent(const fs::path& parent) {
   make_private_folder(parent);
 }
 
+void rename_or_throw(const fs::path& from, const fs::path& to) {
+  if (rename(from.c_str(), to.c_str()) != 0) throw_error(to, errno);
+}
+
+fs::path set_aside(const fs::path& folder) { return folder.string() + ".old"; }
+
+void put_in_place(const fs::path& made, const fs::path& folder) {
+  std::error_code error;
+  if (!fs::exists(folder, error)) return rename_or_throw(made, folder);
+  if (renameat2(AT_FDCWD, made.c_str(), AT_FDCWD, folder.c_str(), RENAME_EXCHANGE) == 0) return;
+  if (errno != EINVAL && errno != ENOSYS) throw_error(folder, errno);
+  fs::remove_all(set_aside(folder), error);
+  rename_or_throw(folder, set_aside(folder));
+  rename_or_throw(made, folder);
+  fs::remove_all(set_aside(folder), error);
+}
+
 }  // namespace
+
+void recover(const fs::path& folder) {
+  std::error_code error;
+  if (!fs::exists(folder, error) && fs::exists(set_aside(folder), error))
+    rename_or_throw(set_aside(folder), folder);
+}
 
 void write_folder(const fs::path& folder, const std::vector<KeyFile>& files) {
   make_parent(folder.parent_path());
@@ -108,10 +131,7 @@ void write_folder(const fs::path& folder, const std::vector<KeyFile>& files) {
       Descriptor(made, O_RDONLY | O_DIRECTORY).set_owner(*owner);
     }
     sync_folder(made);
-    const bool exists = fs::exists(folder, error);
-    if (renameat2(AT_FDCWD, made.c_str(), AT_FDCWD, folder.c_str(),
-                  exists ? RENAME_EXCHANGE : RENAME_NOREPLACE) != 0)
-      throw_error(folder, errno);
+    put_in_place(made, folder);
   } catch (const SecurityError&) {
     fs::remove_all(made, error);
     throw;

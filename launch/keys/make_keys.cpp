@@ -1,6 +1,7 @@
 #include "launch/keys/make_keys.h"
 
 #include <cstring>
+#include <optional>
 
 #include "launch/keys/authority.h"
 #include "launch/keys/key_files.h"
@@ -52,9 +53,10 @@ Authorities read_authorities(const fs::path& folder) {
 }
 
 // The protection of the existing keys.
-Protection existing_protection(const fs::path& folder, const Authorities& authorities) {
+Protection existing_protection(const fs::path& folder) {
   try {
-    return security::protection_of(folder / kGovernanceFile, authorities.permissions.certificate());
+    const security::X509Handle ca = security::read_certificate(folder / kPermissionsCa);
+    return security::protection_of(folder / kGovernanceFile, *ca);
   } catch (const SecurityError& error) {
     throw SecurityError(std::string(error.what()) +
                         "; state the protection that the existing keys have: --protection sign or "
@@ -84,35 +86,38 @@ void write_role(const KeysRequest& request, const Authorities& authorities, cons
 MadeKeys make_keys(const KeysRequest& request) {
   const fs::path folder = request.folder / "ca";
   MadeKeys made;
-  made.made_ca = request.new_ca || !has_authorities(folder);
+  recover(folder);
+  const bool has_before = has_authorities(folder);
+  made.made_ca = request.new_ca || !has_before;
+  std::optional<Authorities> authorities;
+  if (!made.made_ca) authorities.emplace(read_authorities(folder));
+  made.protection = request.protection ? *request.protection
+                    : has_before       ? existing_protection(folder)
+                                       : Protection::encrypt;
   made.until_s = request.now_s + request.days * security::kDay_s;
   const Validity validity_of_ca{request.now_s - kClockDifference_s,
                                 request.now_s + kCaDays * security::kDay_s};
-  const Authorities authorities =
-      made.made_ca ? Authorities{{"CA of " + request.deployment, validity_of_ca},
-                                 {"permissions CA of " + request.deployment, validity_of_ca}}
-                   : read_authorities(folder);
-  made.protection = request.protection ? *request.protection
-                    : made.made_ca     ? Protection::encrypt
-                                       : existing_protection(folder, authorities);
-  for (const Authority* const authority : {&authorities.identities, &authorities.permissions})
+  if (!authorities)
+    authorities.emplace(Authorities{{"CA of " + request.deployment, validity_of_ca},
+                                    {"permissions CA of " + request.deployment, validity_of_ca}});
+  for (const Authority* const authority : {&authorities->identities, &authorities->permissions})
     if (made.until_s > authority->not_after_s())
       throw SecurityError((folder / kCa).string() + ": the CA expires at " +
                           security::utc_text(authority->not_after_s()) +
                           ", before the keys would: choose fewer --days, or make a new CA by "
                           "--force, which replaces the keys of every machine");
   const std::string governance =
-      authorities.permissions.signed_document(governance_xml(request.domain, made.protection));
+      authorities->permissions.signed_document(governance_xml(request.domain, made.protection));
   if (made.made_ca)
-    write_folder(folder, {{kCa, authorities.identities.certificate_pem(), false},
-                          {kCaKey, authorities.identities.key_pem(), true},
-                          {kPermissionsCa, authorities.permissions.certificate_pem(), false},
-                          {kPermissionsCaKey, authorities.permissions.key_pem(), true},
+    write_folder(folder, {{kCa, authorities->identities.certificate_pem(), false},
+                          {kCaKey, authorities->identities.key_pem(), true},
+                          {kPermissionsCa, authorities->permissions.certificate_pem(), false},
+                          {kPermissionsCaKey, authorities->permissions.key_pem(), true},
                           {kGovernanceFile, governance, false}});
   else
     write_file(folder, {kGovernanceFile, governance, false});
   for (const Role role : security::kRoles)
-    write_role(request, authorities, {request.folder / name_of(role), role}, governance,
+    write_role(request, *authorities, {request.folder / name_of(role), role}, governance,
                {request.now_s - kClockDifference_s, made.until_s});
   return made;
 }

@@ -33,7 +33,7 @@ struct MadeKeys {
 // and for each role a folder with the files of security::RoleFiles. Private keys have mode 0600,
 // the folders 0700 (KeysRequest::folder only if it is new). Each folder appears complete or not at
 // all. Throws security::SecurityError; a role that was not reached keeps its old files, which are
-// valid with the same CAs.
+// valid with the same CAs, unless new_ca.
 MadeKeys make_keys(const KeysRequest& request);
 
 }  // namespace fivepipe::keys

@@ -13,7 +13,8 @@ std::vector<Program> programs_of(const std::vector<config::Node>& nodes,
     Program program{node.name,
                     {program_folder() / config::program_of(node)},
                     node.cores,
-                    settings.out / "log" / (node.name + ".log")};
+                    settings.out / "log" / (node.name + ".log"),
+                    config::spectator_of(node) != nullptr};
     program.argv.insert(program.argv.end(),
                         {"--deployment", settings.deployment, "--node", node.name, "--out",
                          settings.out, "--domain", std::to_string(settings.domain)});

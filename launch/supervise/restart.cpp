@@ -9,7 +9,8 @@ RestartDecision RestartPolicy::on_exit(const ProcessExit& exit, double uptime_s)
   const bool has_code = !exit.by_signal;
   if (has_code && exit.number == 0) return Ended{};
 
-  const bool states_reason = has_code && (exit.number == 2 || exit.number == 3);
+  const bool states_reason =
+      has_code && (exit.number == 2 || exit.number == 3) && !settings_.is_dispensable;
   const int deployment_code = states_reason ? exit.number : 1;
   if (states_reason && !is_healthy_)
     return StopDeployment{deployment_code, "cannot start: " + to_string(exit)};
@@ -23,7 +24,7 @@ RestartDecision RestartPolicy::on_exit(const ProcessExit& exit, double uptime_s)
     quick_deaths_in_row_ = 0;
   else if (!waits_for_hardware)
     ++quick_deaths_in_row_;
-  if (quick_deaths_in_row_ >= settings_.quick_deaths)
+  if (quick_deaths_in_row_ >= settings_.quick_deaths && !settings_.is_dispensable)
     return StopDeployment{deployment_code, "cannot start: died " +
                                                std::to_string(quick_deaths_in_row_) +
                                                " times in a row, last by " + to_string(exit)};

@@ -14,6 +14,8 @@ struct RestartSettings {
   double healthy_after_s = 10.0;  // an uptime from which earlier deaths no longer count
   double quick_death_s = 2.0;     // an uptime below this counts as a failed start
   int quick_deaths = 5;           // consecutive failed starts after which the node cannot start
+  // The node never stops the deployment: a failed start is tried again, after at most max_delay_s.
+  bool is_dispensable = false;
 };
 
 struct Restart {

@@ -21,6 +21,7 @@ using namespace std::chrono_literals;
 
 constexpr std::size_t kFailureLogLines = 15;
 constexpr auto kFailureGrace = 1500ms;
+constexpr double kDispensableDelay_s = 30;  // at most, between failed starts of a dispensable node
 
 std::string seconds(double s) {
   char text[32];
@@ -94,7 +95,10 @@ Supervisor::Supervisor(const std::vector<Program>& programs, RestartSettings set
   for (const Program& program : programs) {
     Supervised& node = nodes_.emplace_back();
     node.program = program;
-    node.policy = RestartPolicy(settings);
+    RestartSettings own = settings;
+    own.is_dispensable = program.is_dispensable;
+    if (own.is_dispensable) own.max_delay_s = std::max(own.max_delay_s, kDispensableDelay_s);
+    node.policy = RestartPolicy(own);
     for (const int core : missing_cores(program.cores))
       output_.event(program.name + ": core " + std::to_string(core) +
                     " is not available on this machine; the node is not pinned to it");

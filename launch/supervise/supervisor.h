@@ -24,6 +24,7 @@ struct Program {
   std::vector<std::string> argv;  // argv[0]: path of the program
   std::vector<int> cores;         // pins the process to these; empty: no pinning
   std::filesystem::path log;      // receives all output, also after restarts; empty: none
+  bool is_dispensable = false;    // RestartSettings
 };
 
 struct ProcessRecord {

@@ -461,6 +461,27 @@ TEST(Capture, ReturnsPixelsAndColourInRigOrder) {
   EXPECT_FALSE(capture.ended());
 }
 
+// The viewer looks away, the spectator at the object; also if the frames are precomputed.
+TEST(Capture, ACameraWithoutShapeSendsWhatSpectatorsSee) {
+  config::Rig rig = table_rig();
+  rig.cameras[2] = test::table_camera("above", {0, -0.3, 2}, 160, 120);
+  rig.cameras[2].gives_shape = false;
+  config::Viewer away = test_viewer();
+  away.path = {{0, {0, -0.8, 0.8}, {0, -3, 0.8}}};
+  config::Viewer spectator = test_viewer();
+  spectator.name = "audience";
+  for (const int precomputed : {0, 2}) {
+    config::CaptureConfig config = synthetic_config(rig);
+    config.precomputed_frames = precomputed;
+    Capture alone(rig, away, config, 30), watched(rig, away, config, 30, {}, {spectator}),
+        seen(rig, spectator, config, 30);
+    EXPECT_FALSE(alone.capture(1, true)[2].colour);
+    const auto colour = watched.capture(1, true)[2].colour;
+    ASSERT_TRUE(colour);
+    EXPECT_EQ(colour->pixels, seen.capture(1, true)[2].colour.value().pixels);
+  }
+}
+
 // A camera without shape sends what at least one eye can see.
 TEST(Capture, TheColourSufficesForBothEyesOfAStereoViewer) {
   const config::Rig rig = table_rig();

@@ -134,6 +134,18 @@ TEST_F(Pipeline, ASpectatorComesAndGoes) {
   EXPECT_EQ(report["nodes"]["rendering"]["drops"].size(), 0u) << report["nodes"]["rendering"];
 }
 
+TEST_F(Pipeline, ASpectatorThatCannotStartDoesNotEndTheRun) {
+  // A video needs an even size.
+  Deployed deployed(
+      changed_deployment(out_ / "files", "  - {name: rendering, program: render_node}\n",
+                         "  - {name: rendering, program: render_node}\n  - {name: audience, "
+                         "program: render_node, viewer: {path: [{eye_m: [0.7, -0.5, 0.5], "
+                         "target_m: [0, 0, 0.2]}], render_size_px: [161, 120]}}\n"),
+      domain_, out_, {"--duration", "10"});
+  EXPECT_EQ(deployed.wait_for_end(kStart + 10s * kSlowdown), 0) << log();
+  EXPECT_TRUE(contains(log(), "audience died: exit code 1 (failed), restart 5 in ")) << log();
+}
+
 // Both eyes of all frames are reconstructed, drawn and shown side by side.
 TEST_F(Pipeline, AStereoViewerSeesBothEyesSideBySide) {
   Deployed deployed(

@@ -114,17 +114,17 @@ class Refusals : public Socket {
   static constexpr std::uint16_t kPort = 9;  // "discard", which no usual system serves any more
 };
 
-template <class Question>
-PathMtu ask(Question& question) {
-  PathMtu found{question.mtu()};
+template <class Probe>
+PathMtu measure(Probe& probe) {
+  PathMtu found{probe.mtu()};
   if (found.bytes == 0) return found;
   int small_answers = 0;
-  for (int i = 0; i < Question::kRounds && !found.arrives && small_answers < kSmallAnswers; ++i) {
-    for (int large = 0; large < Question::kLargePerSmall && !found.arrives; ++large) {
-      found.arrives = question.is_answered(question.mtu());
-      found.bytes = question.mtu();
+  for (int i = 0; i < Probe::kRounds && !found.arrives && small_answers < kSmallAnswers; ++i) {
+    for (int large = 0; large < Probe::kLargePerSmall && !found.arrives; ++large) {
+      found.arrives = probe.is_answered(probe.mtu());
+      found.bytes = probe.mtu();
     }
-    if (!found.arrives) small_answers += question.is_answered(Question::kHeaders);
+    if (!found.arrives) small_answers += probe.is_answered(Probe::kHeaders);
   }
   found.answers = found.arrives || small_answers == kSmallAnswers;
   return found;
@@ -134,9 +134,9 @@ PathMtu ask(Question& question) {
 
 PathMtu path_mtu(const std::string& address) {
   if (Echo echo(address); echo.is_open())
-    if (const PathMtu found = ask(echo); found.answers || found.bytes == 0) return found;
+    if (const PathMtu found = measure(echo); found.answers || found.bytes == 0) return found;
   Refusals refusals(address);
-  return ask(refusals);
+  return measure(refusals);
 }
 
 }  // namespace fivepipe::base

@@ -16,7 +16,7 @@ security::Credentials credentials_of(const config::Deployment& deployment, const
     security::CheckedRole checked = security::check_role(credentials.files, deployment.name,
                                                          joining.domain, std::time(nullptr));
     if (const std::int64_t now_s = std::time(nullptr);
-        checked.not_after_s - now_s <= security::kExpiryMargin_s)
+        checked.not_after_s - now_s <= security::expiry_margin_s(joining.role))
       throw security::SecurityError(
           "its keys expire at " + security::utc_text(checked.not_after_s) + ", too soon to start");
     credentials.warnings = std::move(checked.warnings);

@@ -33,7 +33,7 @@ class NodeStatusReporter {
   NodeStatusReporter(const NodeStatusReporter&) = delete;
   NodeStatusReporter& operator=(const NodeStatusReporter&) = delete;
 
-  // So long after the first latency without a compared clock, a diagnostic says so.
+  // So long after the first latency without a compared clock, a diagnostic reports it.
   static constexpr std::chrono::seconds kComparisonPatience{5};
 
   // Adds n to the count of this name.

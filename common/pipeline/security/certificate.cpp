@@ -54,7 +54,8 @@ std::string read_signed_document(const std::filesystem::path& file, X509& ca) {
   const std::unique_ptr<X509_STORE, FreeWith<X509_STORE_free>> store(X509_STORE_new());
   X509_STORE_add_cert(store.get(), &ca);
   const Bio text(BIO_new(BIO_s_mem()));
-  // Stricter than Cyclone DDS, which accepts each signer that the CA has certified: the CA itself.
+  // Accepts only the CA itself as signer. Cyclone DDS also accepts any signer with a certificate of
+  // the CA.
   const std::unique_ptr<STACK_OF(X509), FreeWith<free_stack>> signers(sk_X509_new_null());
   sk_X509_push(signers.get(), &ca);
   if (PKCS7_verify(signature.get(), signers.get(), store.get(), content.get(), text.get(),

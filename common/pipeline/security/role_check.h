@@ -20,7 +20,7 @@ inline const char* participle_of(Protection protection) {
 
 inline constexpr std::int64_t kDay_s = 24 * 3600;
 
-// A certificate is reported if it expires in less than this time.
+// A file is reported if it expires in less than this time.
 inline constexpr std::int64_t kExpiresSoon_s = 30 * kDay_s;
 
 struct CheckedRole {

@@ -9,8 +9,9 @@
 
 namespace fivepipe::security {
 
-// So long before the end of a role's files a process ends, and none starts any more.
-inline constexpr std::int64_t kExpiryMargin_s = 15;
+// So long before the end of a role's files a process ends, and none starts any more. `fivepipe up`
+// is first: it ends its nodes within the difference.
+constexpr std::int64_t expiry_margin_s(Role role) { return role == Role::supervisor ? 15 : 8; }
 
 // One folder holds all files of a role, so that it can be copied to another machine as it is.
 // The CA of permissions.p7s and governance.p7s is not that of the identities: Cyclone DDS accepts a

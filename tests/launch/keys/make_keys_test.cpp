@@ -257,6 +257,22 @@ TEST_F(Keys, ARoleCannotSignPermissions) {
   EXPECT_TRUE(is_accepted_by_cyclone(forged, peer.ca())) << "so one CA for both is not enough";
 }
 
+TEST_F(Keys, ANewCaKeepsTheProtection) {
+  make(Protection::sign);
+  const MadeKeys made = make({}, 365, kNow_s, true);
+  EXPECT_TRUE(made.made_ca);
+  EXPECT_EQ(made.protection, Protection::sign);
+}
+
+// On a file system without an exchange at once, the old folder has another name for a moment.
+TEST_F(Keys, AnInterruptedExchangeOfTheCaIsCompleted) {
+  make();
+  const std::string ca = content_of(keys_ / "ca/ca.pem");
+  fs::rename(keys_ / "ca", keys_ / "ca.old");
+  EXPECT_FALSE(make().made_ca);
+  EXPECT_EQ(content_of(keys_ / "ca/ca.pem"), ca);
+}
+
 TEST_F(Keys, AnInterruptedRunLeavesWholeFolders) {
   make();
   fs::create_directories(keys_ / "sim.new");

@@ -59,6 +59,22 @@ TEST(RestartPolicy, FiveQuickExitsInARowStopDeployment) {
   EXPECT_NE(std::get<launch::StopDeployment>(after).reason.find("exit code 1"), std::string::npos);
 }
 
+TEST(RestartPolicy, ADispensableNodeNeverStopsTheDeployment) {
+  launch::RestartSettings settings;
+  settings.is_dispensable = true;
+  for (const int code : {1, 2, 3}) {
+    launch::RestartPolicy policy(settings);
+    for (int i = 0; i < 20; ++i) {
+      const auto after = policy.on_exit(launch::ProcessExit{false, code}, 0.1);
+      ASSERT_TRUE(std::holds_alternative<launch::Restart>(after)) << code;
+      EXPECT_LE(std::get<launch::Restart>(after).delay_s, settings.max_delay_s);
+    }
+    EXPECT_EQ(
+        std::get<launch::Restart>(policy.on_exit(launch::ProcessExit{false, code}, 0.1)).delay_s,
+        settings.max_delay_s);
+  }
+}
+
 TEST(RestartPolicy, SlowExitResetsQuickExitCount) {
   launch::RestartPolicy policy;
   for (int i = 0; i < 4; ++i) policy.on_exit(failed, 0.1);

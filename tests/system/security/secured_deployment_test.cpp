@@ -297,6 +297,23 @@ TEST_F(SecuredDeployment, ADeploymentEndsCleanlyBeforeItsKeysExpire) {
   EXPECT_GT(report["frames"]["composited"].get<int>(), 20);
 }
 
+TEST_F(SecuredDeployment, ANodeEndsBeforeItsKeysExpireAndDoesNotStartAgain) {
+  const std::string file = secured("files");
+  constexpr int kLife_s = 8 + 3 * kSlowdown;
+  keys::make_keys({.folder = folder_ / "files/keys",
+                   .deployment = "small",
+                   .domain = domain_,
+                   .protection = Protection::encrypt,
+                   .days = 1,
+                   .now_s = std::time(nullptr) - 24 * 3600 + kLife_s});
+  const auto first = node("sim_node", "simulation", file);
+  EXPECT_EQ(first->wait_for_end(kCommandTime), 2) << first->said();
+  EXPECT_THAT(first->said(), HasSubstr("keys/sim expire within 8 s: this process ends"));
+  const auto second = node("sim_node", "simulation", file);
+  EXPECT_EQ(second->wait_for_end(kCommandTime), 2) << second->said();
+  EXPECT_THAT(second->said(), HasSubstr("too soon to start"));
+}
+
 TEST_F(SecuredDeployment, ARoleWithoutItsFolderIsRefusedWithTheCommand) {
   const std::string file = secured("files");
   fs::remove_all(folder_ / "files/keys/observer");

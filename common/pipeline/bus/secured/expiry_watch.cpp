@@ -25,6 +25,7 @@ std::atomic<bool> has_ended = false;
 
 ExpiryWatch::ExpiryWatch(const security::Credentials& credentials)
     : expires_s_(credentials.expires_s),
+      margin_s_(security::expiry_margin_s(credentials.files.role)),
       keys_("the keys in " + credentials.files.folder.string()),
       remedy_(credentials.remedy + " makes new ones"),
       thread_([this] { wait(); }) {}
@@ -49,7 +50,7 @@ std::int64_t ExpiryWatch::next_warning_s(std::int64_t now_s, std::int64_t expire
 void ExpiryWatch::wait() {
   std::unique_lock lock(mutex_);
   std::int64_t now_s = std::time(nullptr), warning_s = next_warning_s(now_s, expires_s_);
-  for (; !stopped_ && now_s < expires_s_ - security::kExpiryMargin_s; now_s = std::time(nullptr)) {
+  for (; !stopped_ && now_s < expires_s_ - margin_s_; now_s = std::time(nullptr)) {
     if (now_s >= warning_s) {
       warning_s = next_warning_s(now_s, expires_s_);
       std::cerr << keys_ << " expire at " << security::utc_text(expires_s_) << ": " << remedy_
@@ -58,8 +59,8 @@ void ExpiryWatch::wait() {
     changed_.wait_for(lock, kPollPeriod, [this] { return stopped_; });
   }
   if (stopped_) return;
-  std::cerr << keys_ << " expire within " << security::kExpiryMargin_s << " s: this process ends. "
-            << remedy_ << std::endl;
+  std::cerr << keys_ << " expire within " << margin_s_ << " s: this process ends. " << remedy_
+            << std::endl;
   has_ended = true;
   kill(getpid(), SIGTERM);
 }

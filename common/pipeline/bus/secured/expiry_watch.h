@@ -11,10 +11,10 @@
 namespace fivepipe::bus::detail {
 
 // When a certificate expires, Cyclone DDS deletes the participant under its readers and writers,
-// and the process crashes. security::kExpiryMargin_s before that time, the watch writes the reason
-// to stderr and sends SIGTERM to this process, as to an operator's request: nodes, recordings and
-// `fivepipe up` end cleanly, with code 2. The margin is longer than `up` waits for its nodes. The
-// watch also warns 30, 7 and 1 days and 1 hour before.
+// and the process crashes. security::expiry_margin_s() before that time, the watch writes the
+// reason to stderr and sends SIGTERM to this process, as to an operator's request: nodes,
+// recordings and `fivepipe up` end cleanly, with code 2. The watch also warns 30, 7 and 1 days and
+// 1 hour before.
 class ExpiryWatch {
  public:
   explicit ExpiryWatch(const security::Credentials& credentials);
@@ -31,6 +31,7 @@ class ExpiryWatch {
   void wait();
 
   const std::int64_t expires_s_;  // seconds since 1970
+  const std::int64_t margin_s_;
   const std::string keys_, remedy_;
   std::mutex mutex_;
   std::condition_variable changed_;

@@ -10,9 +10,8 @@ namespace fivepipe::bus::detail {
 
 // Cyclone DDS logs a refused peer each time the peer announces itself, which is once per second.
 // Passes each text on once per kPeriod, with the number of the texts before it that it did not pass
-// on; texts that differ only in the identifiers of participants
-// count as one. Peers choose parts of the texts, so it distinguishes at most kMaxTexts of them.
-// Not thread-safe.
+// on; texts that differ only in the identifiers of participants count as one. Peers choose parts of
+// the texts, so it distinguishes at most kMaxTexts of them. Not thread-safe.
 class RefusalLog {
  public:
   using Clock = std::chrono::steady_clock;
