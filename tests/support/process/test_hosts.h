@@ -87,9 +87,11 @@ class TestHosts {
     const std::size_t at = text.find("counter packets ");
     return at == std::string::npos ? 0 : std::atoi(text.c_str() + at + 16);
   }
-  // From now on, the host sends, and receives, at most this rate, such as "1gbit".
+  // From now on, the host sends, and receives, at most this rate, such as "1gbit". The burst is
+  // more than such a link sends between two ticks of a kernel with 250 Hz; with less, tbf does not
+  // reach the rate.
   void limit_rate(int host, const std::string& rate) {
-    const std::string limit = " root tbf rate " + rate + " burst 256kb latency 50ms";
+    const std::string limit = " root tbf rate " + rate + " burst 1mb latency 50ms";
     run_in(host, "tc qdisc replace dev eth0" + limit);
     run("tc qdisc replace dev " + port_of(host) + limit);
   }
