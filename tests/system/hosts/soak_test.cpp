@@ -74,6 +74,7 @@ TEST_F(Soak, IsLevelAndLosesNothing) {
   Series latency_ms;
   std::map<std::string, Series> memory;  // [MB] by process
   std::set<std::string> has_ended;       // nodes
+  int recorder_statuses = 0;
   const auto take = [&] {
     const double t_s = std::chrono::duration<double>(Clock::now() - start).count();
     for (const auto& sample : composites.take()) {
@@ -84,6 +85,7 @@ TEST_F(Soak, IsLevelAndLosesNothing) {
     for (const auto& sample : statuses.take())
       if (sample.valid()) {
         memory[sample->node].add(t_s, sample->memory_mb);
+        recorder_statuses += std::string(sample->node).starts_with("recorder");
         if (sample->final_report) has_ended.insert(sample->node);
       }
     return !composited.empty();
@@ -101,7 +103,8 @@ TEST_F(Soak, IsLevelAndLosesNothing) {
   alpha->signal(SIGINT);
   EXPECT_EQ(alpha->wait_for_end(5s * kSlowdown), 130) << alpha->said();
   EXPECT_TRUE(holds(10s, [&] { return (take(), has_ended.contains("capture")); })) << beta->said();
-  std::this_thread::sleep_for(500ms);
+  const int statuses_before = recorder_statuses;  // the recorder sends them between its messages
+  EXPECT_TRUE(holds(10s, [&] { return (take(), recorder_statuses >= statuses_before + 2); }));
   beta->signal(SIGINT);
   EXPECT_EQ(beta->wait_for_end(5s * kSlowdown), 130) << beta->said();
   take();

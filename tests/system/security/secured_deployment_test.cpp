@@ -39,6 +39,17 @@ class SecuredDeployment : public RecordingTest {
                               "program: render_node, video: false}\ndomain: " +
                                   std::to_string(domain_) + "\nsecurity: {keys: keys}\n");
   }
+  // The same in `files`, with keys that expire in life_s seconds.
+  std::string secured_for(int life_s) {
+    const std::string file = secured("files");
+    keys::make_keys({.folder = folder_ / "files/keys",
+                     .deployment = "small",
+                     .domain = domain_,
+                     .protection = Protection::encrypt,
+                     .days = 1,
+                     .now_s = std::time(nullptr) - security::kDay_s + life_s});
+    return file;
+  }
   void start(const std::string& deployment, const std::vector<std::string>& more = {}) {
     deployed_.emplace(deployment, domain_, out_, more);
     EXPECT_TRUE(eventually(bus_, kStart, [&] { return is_rendering(); })) << deployed_->said();
@@ -278,14 +289,8 @@ TEST_F(SecuredDeployment, ExpiredKeysAreNamedWithTheCommandThatRenewsThem) {
 
 // DDS deletes a participant whose certificate expires.
 TEST_F(SecuredDeployment, ADeploymentEndsCleanlyBeforeItsKeysExpire) {
-  const std::string file = secured("files");
   constexpr int kLife_s = 15 + 15 * kSlowdown;
-  keys::make_keys({.folder = folder_ / "files/keys",
-                   .deployment = "small",
-                   .domain = domain_,
-                   .protection = Protection::encrypt,
-                   .days = 1,
-                   .now_s = std::time(nullptr) - 24 * 3600 + kLife_s});
+  const std::string file = secured_for(kLife_s);
   deployed_.emplace(file, domain_, out_);
   EXPECT_EQ(deployed_->wait_for_end(std::chrono::seconds(kLife_s)), 2) << deployed_->said();
   EXPECT_THAT(deployed_->said(),
@@ -298,14 +303,8 @@ TEST_F(SecuredDeployment, ADeploymentEndsCleanlyBeforeItsKeysExpire) {
 }
 
 TEST_F(SecuredDeployment, ANodeEndsBeforeItsKeysExpireAndDoesNotStartAgain) {
-  const std::string file = secured("files");
   constexpr int kLife_s = 8 + 3 * kSlowdown;
-  keys::make_keys({.folder = folder_ / "files/keys",
-                   .deployment = "small",
-                   .domain = domain_,
-                   .protection = Protection::encrypt,
-                   .days = 1,
-                   .now_s = std::time(nullptr) - 24 * 3600 + kLife_s});
+  const std::string file = secured_for(kLife_s);
   const auto first = node("sim_node", "simulation", file);
   EXPECT_EQ(first->wait_for_end(kCommandTime), 2) << first->said();
   EXPECT_THAT(first->said(), HasSubstr("keys/sim expire within 8 s: this process ends"));
