@@ -133,6 +133,12 @@ void add_cameras(CLI::App& app, Command& command) {
               "[--json]");
 }
 
+void add_study(CLI::App& app, Command& command) {
+  add_program(app, command, "study", "fivepipe_study",
+              "How much space a task needs, from recorded sessions: study what-if RECORDING --part "
+              "NAME --range FROM:TO [--axis AXIS]");
+}
+
 void add_segment(CLI::App& app, Command& command) {
   add_program(app, command, "segment", "fivepipe_segment",
               "Segment one clip into masks and overlays: segment CLIP --out FOLDER "

@@ -17,6 +17,7 @@
 #include <span>
 #include <vector>
 
+#include "common/collision/detection/bvh.h"
 #include "common/collision/detection/triangle.h"
 #include "common/hull/query/hull_query.h"
 
@@ -62,6 +63,11 @@ class HullProximity {
   // Vertices: as of_points(). Triangles: the search starts from the vertices' bounds, so the result
   // may differ from of_triangles() within the tolerance.
   MeshProximity of_mesh(const geometry::Mesh& mesh, const Eigen::Isometry3d& world_from_object);
+  // The distance of the tree's nearest triangle, by branch and bound over its boxes. Triangles that
+  // are not nearer than enough_m are not searched: {d, infinity} with d >= enough_m then means that
+  // the distance is at least d. Runs in the calling thread.
+  Proximity of_part(const Bvh& tree, const Eigen::Isometry3d& world_from_part,
+                    double enough_m = std::numeric_limits<double>::infinity());
 
  private:
   struct Search;

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <regex>
 #include <sstream>
@@ -18,6 +19,7 @@
 #include "common/base/version.h"
 #include "tests/support/capture/pictures.h"
 #include "tests/support/deployments.h"
+#include "tests/support/recording/kept_recording.h"
 #include "tests/support/test_folder.h"
 #include "tests/support/text.h"
 
@@ -87,9 +89,10 @@ TEST(Command, MissingDeploymentIsAConfigurationError) {
 }
 
 TEST(Command, HelpOfEverySubcommandHasAnExample) {
-  for (const char* subcommand : {"", "up ", "top ", "record ", "replay ", "info ", "ls ", "echo ",
-                                 "hz ", "simulation ", "doctor ", "bench ", "maps ", "segment ",
-                                 "cameras ", "bench simulation ", "bench compare "}) {
+  for (const char* subcommand :
+       {"", "up ", "top ", "record ", "replay ", "info ", "ls ", "echo ", "hz ", "simulation ",
+        "doctor ", "bench ", "maps ", "segment ", "study ", "study what-if ", "cameras ",
+        "bench simulation ", "bench compare "}) {
     const Answer answer = fivepipe(std::string(subcommand) + "--help");
     EXPECT_EQ(answer.exit_code, 0) << answer.text;
     EXPECT_TRUE(test::contains(answer.text, "Example")) << subcommand << "\n" << answer.text;
@@ -328,6 +331,37 @@ TEST(Command, SegmentWritesMasksOverlaysAndSettings) {
   EXPECT_EQ(segment("--background /no/such.png").exit_code, 1);
   EXPECT_EQ(fivepipe("segment /no/such.mp4 --out " + out.string()).exit_code, 1);
   EXPECT_EQ(fivepipe("segment").exit_code, 2);
+}
+
+TEST(Command, StudyWhatIfPrintsAndWritesTheLayouts) {
+  const test::TestFolder folder;
+  const fs::path csv = folder.path / "new/layouts.csv", json = folder.path / "layouts.json";
+  const std::string command = "study what-if " + test::kKeptRecording + " --part block ";
+  const Answer answer = fivepipe(command + "--axis -z --at 10cm --range 10cm:300mm --layouts 3 " +
+                                 "--csv " + csv.string() + " --json " + json.string());
+  ASSERT_EQ(answer.exit_code, 0) << answer.text;
+  EXPECT_TRUE(test::contains(answer.text, "spacing 10.0 cm to 30.0 cm")) << answer.text;
+  EXPECT_TRUE(test::contains(answer.text, "Least spacing above which all are free: "))
+      << answer.text;
+  EXPECT_TRUE(test::contains(test::text_of(csv), "\n0.2,")) << test::text_of(csv);
+  EXPECT_EQ(nlohmann::json::parse(std::ifstream(json))["layouts"].size(), 3u);
+  const auto expect_usage = [&](const std::string& arguments, const std::string& text) {
+    const Answer wrong = fivepipe(arguments);
+    EXPECT_EQ(wrong.exit_code, 2) << arguments << '\n' << wrong.text;
+    EXPECT_TRUE(test::contains(wrong.text, text)) << arguments << '\n' << wrong.text;
+  };
+  expect_usage(command + "--range 10cm", "--range: write FROM:TO");
+  expect_usage(command + "--range 10cm:5cm", "--range: 10cm:5cm begins after its end");
+  expect_usage(command + "--range 10:20cm", "'10' is no length; write a number and its unit");
+  expect_usage(command + "--range 0m:1m --axis up", "--axis: 'up' is none of x, y, z");
+  expect_usage(command + "--range 0m:1m --axis 0,0,0", "--axis: '0,0,0' is none of");
+  expect_usage(command + "--range 0m:1m --at 5", "--at: '5' is no length");
+  expect_usage(command + "--range 0m:1m --layouts 0", "--layouts");
+  expect_usage(command + "--range 0m:1m --set rig", "--set: expected KEY=VALUE, got rig");
+  expect_usage("study what-if " + test::kKeptRecording + " --part crate --range 0m:1m",
+               "has no part 'crate'; it has: plate, block");
+  expect_usage("study", "");
+  EXPECT_EQ(fivepipe("study what-if /no/such.mcap --part block --range 0m:1m").exit_code, 1);
 }
 
 TEST(Command, ErrorsOfMapsHaveTheirExitCode) {

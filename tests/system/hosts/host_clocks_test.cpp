@@ -250,6 +250,27 @@ TEST_F(DoctorOnTwoHosts, NamesAHostThatIsMissing) {
   EXPECT_TRUE(contains(alpha->said(), "warn  no program speaks for host beta")) << alpha->said();
 }
 
+// One machine that is off takes seconds.
+TEST_F(DoctorOnTwoHosts, AsksAllHostsAtOnce) {
+  const std::string one = deployment(), many = (folder_.path / "files" / "many.yaml").string();
+  std::string hosts = "hosts:\n";
+  for (int i = 0; i < 5; ++i)
+    hosts += "  off_" + std::to_string(i) + ": {address: " + TestHosts::address(10 + i) + "}\n";
+  std::ofstream(many) << replaced(text_of(one), "hosts:\n", hosts);
+  hosts_.set_link(1, false);
+  const auto seconds = [&](const std::string& file) {
+    const auto start = std::chrono::steady_clock::now();
+    const auto alpha = doctor(0, file, "0");
+    EXPECT_EQ(alpha->wait_for_end(90s * kSlowdown), 0) << alpha->said();
+    EXPECT_TRUE(contains(alpha->said(), "warn  host beta (10.77.0.2): no answer")) << alpha->said();
+    EXPECT_EQ(contains(alpha->said(), "warn  host off_4 (10.77.0.15): no answer"), file == many)
+        << alpha->said();
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  };
+  const double of_one_s = seconds(one), of_six_s = seconds(many);
+  EXPECT_LT(of_six_s, 2 * of_one_s + 1);
+}
+
 TEST_F(DoctorOnTwoHosts, NamesAHostWithoutARoute) {
   const std::string file = (folder_.path / "files" / "other.yaml").string();
   const std::string text = text_of(deployment());

@@ -74,9 +74,10 @@ TEST_F(TwoHosts, OnePercentOfLostPacketsLosesNoFrame) {
     for (const auto& [reason, count] : report["frames"]["dropped"].items())
       EXPECT_TRUE(kHasSanitizer && (reason == "pipeline_busy" || reason == "late_state"))
           << reason << report["frames"];
-    // At the end, a recon_node finishes up to three frames that are assigned to it.
+    // At the end, a recon_node finishes up to three frames that are assigned to it. capture_node no
+    // longer waits for a frame that takes too long, as with a sanitizer.
     EXPECT_LE(report["frames"]["complete"].get<int>() - report["frames"]["composited"].get<int>(),
-              5);
+              kHasSanitizer ? 15 : 5);
     EXPECT_GE(report["frames"]["composited"].get<int>(), kHasSanitizer ? 20 : 190);
   }
   if (kHasSanitizer) return;

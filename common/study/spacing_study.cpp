@@ -1,0 +1,216 @@
+#include "common/study/spacing_study.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "common/collision/detection/cpu/cpu_detector.h"
+#include "common/collision/proximity/proximity.h"
+#include "common/hull/query/hull_query.h"
+
+namespace fivepipe::study {
+namespace {
+
+using collision::SpacingInterval;
+using collision::SpacingVerdict;
+using collision::SpacingVerdicts;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+void check(const Line& line) {
+  const std::vector<double>& spacings_m = line.spacings_m;
+  const bool is_valid =
+      std::isfinite(line.range.low_m) && std::isfinite(line.range.high_m) &&
+      line.range.low_m <= line.range.high_m && std::ranges::is_sorted(spacings_m) &&
+      std::ranges::all_of(
+          spacings_m, [&](double s) { return s >= line.range.low_m && s <= line.range.high_m; });
+  if (!is_valid)
+    throw std::invalid_argument("study: spacings must ascend and be in a finite range");
+}
+
+// The intervals that are in both lists.
+std::vector<SpacingInterval> in_both(const std::vector<SpacingInterval>& a,
+                                     const std::vector<SpacingInterval>& b) {
+  std::vector<SpacingInterval> both;
+  for (std::size_t i = 0, k = 0; i < a.size() && k < b.size();) {
+    const SpacingInterval common{std::max(a[i].low_m, b[k].low_m),
+                                 std::min(a[i].high_m, b[k].high_m)};
+    if (common.low_m <= common.high_m) both.push_back(common);
+    (a[i].high_m < b[k].high_m ? i : k) += 1;
+  }
+  return both;
+}
+
+// Distance to the nearest spacing that the list holds; infinity if it is empty.
+double distance_to(const std::vector<SpacingInterval>& list, double spacing_m) {
+  double distance_m = kInfinity;
+  for (const SpacingInterval& i : list)
+    distance_m = std::min(distance_m, std::max({0.0, i.low_m - spacing_m, spacing_m - i.high_m}));
+  return distance_m;
+}
+
+// Lower bound of the distance to the nearest spacing of the range at which the part is free: to the
+// end of the interval that collides throughout.
+double certified_depth_m(const SpacingVerdicts& verdicts, const SpacingInterval& range,
+                         double spacing_m) {
+  for (const SpacingInterval& i : verdicts.colliding) {
+    if (spacing_m < i.low_m || spacing_m > i.high_m) continue;
+    // Beyond the range there is no layout.
+    const double below_m = i.low_m > range.low_m ? spacing_m - i.low_m : kInfinity,
+                 above_m = i.high_m < range.high_m ? i.high_m - spacing_m : kInfinity;
+    return std::min(below_m, above_m);
+  }
+  return 0;
+}
+
+}  // namespace
+
+// What a thread needs to compute a frame.
+struct SpacingStudy::Context {
+  Context(const hull::HullRule& hull_rule, double eps_m)
+      : rule(hull_rule), detector(collision::cpu_detector({.eps_m = eps_m, .spacing_m = 0})) {}
+
+  void set(std::span<const hull::Silhouette> silhouettes) {
+    hull.assign(silhouettes, rule);
+    query.emplace(hull);
+    detector->set_hull(*query, silhouettes);
+  }
+
+  hull::HullRule rule;
+  base::WorkerPool pool{1};
+  hull::CpuHull hull{pool};
+  std::optional<hull::HullQuery> query;
+  std::unique_ptr<collision::CollisionDetector> detector;
+};
+
+// One frame of one line.
+struct SpacingStudy::LineFrame {
+  SpacingVerdicts verdicts;
+  std::vector<bool> collides;         // per layout
+  std::vector<Bracket> clearances;    // per layout, if requested
+  std::vector<Bracket> penetrations;  // per layout, if requested
+  std::size_t detections = 0;
+};
+
+SpacingStudy::SpacingStudy(std::vector<Line> lines, const StudyOptions& options,
+                           base::WorkerPool& pool)
+    : lines_(std::move(lines)), options_(options), pool_(pool) {
+  if (!(options.clearance_cap_m > 0 && std::isfinite(options.clearance_cap_m) &&
+        options.tolerance_m > 0 && std::isfinite(options.eps_m) &&
+        options.eps_m >= collision::kMinEps_m))
+    throw std::invalid_argument("study: clearance_cap_m, tolerance_m or eps_m is out of range");
+  for (const Line& line : lines_) {
+    check(line);
+    LineResult& result = results_.emplace_back();
+    result.free = {line.range};
+    for (const double spacing_m : line.spacings_m)
+      result.layouts.push_back({spacing_m, 0, 0, {options.clearance_cap_m, kInfinity}, {0, 0}});
+  }
+  for (int i = 0; i < pool.threads(); ++i)
+    contexts_.push_back(std::make_unique<Context>(options.rule, options.eps_m));
+}
+
+SpacingStudy::~SpacingStudy() = default;
+
+void SpacingStudy::add(StudyFrame frame) {
+  ++frames_;
+  duration_s_ += frame.duration_s;
+  waiting_.push_back(std::move(frame));
+  if (waiting_.size() == kFramesPerBatch) compute();
+}
+
+std::vector<LineResult> SpacingStudy::results() {
+  compute();
+  return results_;
+}
+
+void SpacingStudy::compute() {
+  std::vector<std::vector<LineFrame>> found(waiting_.size());
+  pool_.run(int(waiting_.size()), [&](int frame, int thread) {
+    Context& context = *contexts_[std::size_t(thread)];
+    context.set(waiting_[std::size_t(frame)].silhouettes);
+    for (std::size_t line = 0; line < lines_.size(); ++line)
+      found[std::size_t(frame)].push_back(frame_of(context, line));
+  });
+  for (std::size_t frame = 0; frame < found.size(); ++frame)
+    for (std::size_t line = 0; line < lines_.size(); ++line)
+      fold(line, found[frame][line], waiting_[frame].duration_s);
+  waiting_.clear();
+}
+
+SpacingStudy::LineFrame SpacingStudy::frame_of(Context& context, std::size_t index) const {
+  const Line& line = lines_[index];
+  LineFrame found;
+  // Balls of twice eps_m are collisions that the detector finds, too.
+  found.verdicts = collision::SpacingSweep(*context.query, {.solid_m = 2 * options_.eps_m})(
+      line.part, line.range);
+  for (const double spacing_m : line.spacings_m) {
+    const SpacingVerdict verdict = collision::verdict_at(found.verdicts, spacing_m);
+    bool collides = verdict == SpacingVerdict::colliding;
+    if (verdict == SpacingVerdict::undecided) {
+      const collision::DetectionObject object{&line.part.tree(), line.part.pose(spacing_m)};
+      collides = context.detector->detect({&object, 1})[0].colliding();
+      ++found.detections;
+    }
+    found.collides.push_back(collides);
+  }
+  if (!line.with_distances) return found;
+
+  std::optional<collision::HullProximity> proximity;  // only if a distance is searched for
+  const std::vector<LayoutResult>& before = results_[index].layouts;
+  for (std::size_t i = 0; i < line.spacings_m.size(); ++i) {
+    const double spacing_m = line.spacings_m[i];
+    found.penetrations.push_back(
+        found.collides[i] ? Bracket{certified_depth_m(found.verdicts, line.range, spacing_m),
+                                    distance_to(found.verdicts.free, spacing_m)}
+                          : Bracket{0, 0});
+    if (found.collides[i]) {
+      found.clearances.push_back({0, 0});
+      continue;
+    }
+    const double enough_m = before[i].clearance.max_m;
+    double known_m = 0;  // from the other layouts
+    for (std::size_t k = 0; k < i; ++k)
+      known_m =
+          std::max(known_m, found.clearances[k].min_m - std::abs(spacing_m - line.spacings_m[k]));
+    if (known_m >= std::min(enough_m, options_.clearance_cap_m)) {
+      found.clearances.push_back({known_m, kInfinity});
+      continue;
+    }
+    if (!proximity)
+      proximity.emplace(*context.query, collision::ProximityOptions{options_.clearance_cap_m,
+                                                                    options_.tolerance_m});
+    const collision::Proximity p =
+        proximity->of_part(line.part.tree(), line.part.pose(spacing_m), enough_m);
+    found.clearances.push_back({p.min_m, p.max_m});
+  }
+  return found;
+}
+
+void SpacingStudy::fold(std::size_t index, const LineFrame& found, double duration_s) {
+  LineResult& result = results_[index];
+  result.free = in_both(result.free, found.verdicts.free);
+  detections_ += found.detections;
+  for (std::size_t i = 0; i < result.layouts.size(); ++i) {
+    LayoutResult& layout = result.layouts[i];
+    if (found.collides[i]) {
+      ++layout.colliding_frames;
+      layout.collision_s += duration_s;
+    }
+    if (!lines_[index].with_distances) continue;
+    const Bracket &clearance = found.clearances[i], &penetration = found.penetrations[i];
+    layout.clearance = {std::min(layout.clearance.min_m, clearance.min_m),
+                        std::min(layout.clearance.max_m, clearance.max_m)};
+    layout.penetration = {std::max(layout.penetration.min_m, penetration.min_m),
+                          std::max(layout.penetration.max_m, penetration.max_m)};
+  }
+}
+
+double least_free_above_m(const LineResult& result, const SpacingInterval& range) {
+  return !result.free.empty() && result.free.back().high_m >= range.high_m
+             ? result.free.back().low_m
+             : kInfinity;
+}
+
+}  // namespace fivepipe::study

@@ -1,0 +1,113 @@
+// What-if: in which layouts would the real objects of recorded frames have collided with a movable
+// part?
+//
+// Each frame's hull is prepared once for all layouts. A sweep (common/collision/spacing) certifies
+// whole intervals of spacing; only layouts in its undecided gaps are detected one by one. Distances
+// are certified by HullProximity, and a distance at one spacing bounds those at others, because
+// moving the part by d changes its distance by at most d.
+#pragma once
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "common/base/worker_pool.h"
+#include "common/collision/detection/detection.h"
+#include "common/collision/spacing/spacing_sweep.h"
+#include "common/hull/hull.h"
+
+namespace fivepipe::study {
+
+// One part on one axis, and its layouts.
+struct Line {
+  collision::MovablePart part;
+  collision::SpacingInterval range;
+  std::vector<double> spacings_m;  // ascending, in the range
+  bool with_distances = true;      // whether clearance and penetration are requested
+};
+
+// Real objects of one recorded frame.
+struct StudyFrame {
+  std::vector<hull::Silhouette> silhouettes;
+  double duration_s;  // until the next frame
+};
+
+struct StudyOptions {
+  hull::HullRule rule = {};
+  // A collision of the detector: as in the live scene.
+  double eps_m = 0.5e-3;
+  // Largest clearance that is measured; a larger one is {clearance_cap_m, infinity}.
+  double clearance_cap_m = 0.1;
+  double tolerance_m = 1e-3;  // of a clearance: largest max_m - min_m
+};
+
+// min_m <= value <= max_m.
+struct Bracket {
+  double min_m, max_m;
+  bool operator==(const Bracket&) const = default;
+};
+
+// All frames, one spacing.
+struct LayoutResult {
+  double spacing_m = 0;
+  std::size_t colliding_frames = 0;
+  double collision_s = 0;
+  // Least distance between the part and the hull; {0, 0} if they collide in a frame.
+  Bracket clearance{};
+  // Largest distance, over the frames with a collision, to the nearest spacing of the range at
+  // which the part is free in that frame: how far the part is in the way along its axis. {0, 0}
+  // without a collision; max_m is infinite if no spacing of the range is certified free in such a
+  // frame.
+  Bracket penetration{};
+};
+
+struct LineResult {
+  std::vector<LayoutResult> layouts;
+  // Spacings that are certified free in all frames; ascending, disjoint. The rest of the range
+  // collides in a frame, or is undecided within the tolerance of the sweep.
+  std::vector<collision::SpacingInterval> free;
+};
+
+// The results depend neither on the number of threads nor on how the frames are divided into calls
+// of add().
+class SpacingStudy {
+ public:
+  // Throws std::invalid_argument if a line's spacings do not ascend or are not in its range, or if
+  // an option is out of range.
+  SpacingStudy(std::vector<Line> lines, const StudyOptions& options, base::WorkerPool& pool);
+  ~SpacingStudy();
+
+  void add(StudyFrame frame);
+  // One per line. Computes the frames that are still waiting.
+  std::vector<LineResult> results();
+  std::size_t frames() const { return frames_; }
+  double duration_s() const { return duration_s_; }
+  // Layouts that were detected one by one, over all frames.
+  std::size_t detections() const { return detections_; }
+
+ private:
+  struct Context;
+  struct LineFrame;
+  void compute();
+  LineFrame frame_of(Context& context, std::size_t line) const;
+  void fold(std::size_t line, const LineFrame& found, double duration_s);
+
+  std::vector<Line> lines_;
+  StudyOptions options_;
+  base::WorkerPool& pool_;
+  std::vector<std::unique_ptr<Context>> contexts_;  // one per thread of the pool
+  std::vector<StudyFrame> waiting_;
+  std::vector<LineResult> results_;
+  std::size_t frames_ = 0, detections_ = 0;
+  double duration_s_ = 0;
+};
+
+// Frames that are computed together. Their clearances are searched only below the least ones of
+// earlier batches, so the size is fixed.
+inline constexpr std::size_t kFramesPerBatch = 32;
+
+// Returns the least spacing above which the whole range is certified free; infinity if there is
+// none.
+double least_free_above_m(const LineResult& result, const collision::SpacingInterval& range);
+
+}  // namespace fivepipe::study

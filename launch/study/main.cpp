@@ -1,0 +1,40 @@
+// fivepipe study: how much space a task needs, from recorded sessions.
+#include <iostream>
+
+#include "common/base/usage_error.h"
+#include "common/config/yaml/config_error.h"
+#include "launch/study/commands.h"
+
+namespace fivepipe::study {
+namespace {
+
+int run(int argc, char** argv) {
+  CLI::App app("fivepipe study: how much space a task needs, from recorded sessions.");
+  app.require_subcommand(1);
+  app.footer(
+      "Example:\n"
+      "  fivepipe study what-if session.mcap --part side_block --axis x --range -40cm:20cm");
+  Command command;
+  add_what_if(app, command);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  }
+  return command();
+}
+
+}  // namespace
+}  // namespace fivepipe::study
+
+int main(int argc, char** argv) {
+  try {
+    return fivepipe::study::run(argc, argv);
+  } catch (const fivepipe::config::ConfigError& error) {
+    return std::cerr << error.what() << '\n', 2;
+  } catch (const fivepipe::base::UsageError& error) {
+    return std::cerr << "fivepipe study: " << error.what() << '\n', 2;
+  } catch (const std::exception& error) {
+    return std::cerr << "fivepipe study: " << error.what() << '\n', 1;
+  }
+}

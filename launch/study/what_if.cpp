@@ -1,0 +1,75 @@
+#include "launch/study/what_if.h"
+
+#include <algorithm>
+
+#include "common/base/text_table.h"
+#include "common/base/usage_error.h"
+#include "common/recording/replay/recorded_deployment.h"
+#include "launch/study/recorded_frames.h"
+
+namespace fivepipe::study {
+namespace {
+
+const config::SceneObject& part_of(const config::Scene& scene, const std::string& name) {
+  std::vector<std::string> names;
+  for (const config::SceneObject& object : scene.objects) {
+    if (object.name == name) {
+      if (object.motion != config::Motion::fixed)
+        throw base::UsageError(name + " moves by itself; a part of a layout has motion: fixed");
+      return object;
+    }
+    if (object.motion == config::Motion::fixed) names.push_back(object.name);
+  }
+  throw base::UsageError("the scene " + scene.name + " has no part '" + name +
+                         "'; it has: " + base::joined(names, ", "));
+}
+
+// `count` spacings at equal distances, with both ends of the range.
+std::vector<double> spacings_m(const collision::SpacingInterval& range, int count) {
+  std::vector<double> spacings_m;
+  for (int i = 0; i < count; ++i)
+    spacings_m.push_back(count == 1 ? range.low_m
+                                    : range.low_m + (range.high_m - range.low_m) * i / (count - 1));
+  spacings_m.back() = std::min(spacings_m.back(), range.high_m);
+  return spacings_m;
+}
+
+// The detector's eps_m of the recorded simulation.
+double eps_m(const config::Deployment& deployment) {
+  for (const config::Node& node : deployment.nodes)
+    if (const auto* sim = std::get_if<config::SimConfig>(&node.config)) return sim->eps_m;
+  return config::SimConfig{}.eps_m;
+}
+
+}  // namespace
+
+WhatIf what_if(const WhatIfOptions& options, const Progress& progress) {
+  const recording::Recording recording(options.recording);
+  const replay::RecordedDeployment recorded(recording, options.settings);
+  const config::Deployment& deployment = recorded.deployment();
+  const config::SceneObject& object = part_of(deployment.scene, options.part);
+
+  // At spacing 0 the part is moved back by what the spacing is in the scene.
+  Eigen::Isometry3d world_from_part = object.world_from_object;
+  world_from_part.translation() -= options.at_m * options.axis_world.normalized();
+  std::vector<Line> lines;
+  lines.push_back(
+      {collision::MovablePart(config::mesh_of(object), world_from_part, options.axis_world),
+       options.range, spacings_m(options.range, options.layouts), options.with_distances});
+  base::WorkerPool pool(options.threads);
+  SpacingStudy study(std::move(lines), {.rule = deployment.hull_rule, .eps_m = eps_m(deployment)},
+                     pool);
+  RecordedFrames frames(recording, deployment);
+  while (auto frame = frames.next()) {
+    study.add({std::move(frame->set.silhouettes), frame->duration_s});
+    progress(frame->done);
+  }
+  if (study.frames() == 0)
+    throw recording::RecordingError(
+        options.recording.string() +
+        " contains no complete frame: one map of each camera of the recorded rig that gives shape");
+  return {options,        deployment.scene.name,  study.frames(), study.duration_s(),
+          frames.drops(), study.results().front()};
+}
+
+}  // namespace fivepipe::study

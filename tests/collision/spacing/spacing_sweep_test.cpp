@@ -1,0 +1,222 @@
+// Spacings of a part that are free of the hull, against certified detection at single spacings.
+#include "common/collision/spacing/spacing_sweep.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "common/collision/detection/cpu/cpu_detector.h"
+#include "tests/support/collision/scene.h"
+#include "tests/support/hull/test_pool.h"
+
+namespace fivepipe::collision {
+namespace {
+
+using Eigen::Vector3d;
+using test::test_pool;
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+// One frame: its hull, the sweep, and a detector that decides single spacings.
+struct Frame {
+  std::vector<hull::Silhouette> silhouettes;
+  hull::CpuHull hull;
+  hull::HullQuery query;
+  std::unique_ptr<CollisionDetector> detector = cpu_detector({.eps_m = 0.5e-3, .spacing_m = 0});
+
+  explicit Frame(std::vector<hull::Silhouette> s)
+      : silhouettes(std::move(s)), hull(test_pool(), silhouettes), query(hull) {
+    detector->set_hull(query, silhouettes);
+  }
+  SpacingVerdicts sweep(const MovablePart& part, const SpacingInterval& range,
+                        const SpacingOptions& options = {}) const {
+    return SpacingSweep(query, options)(part, range);
+  }
+  bool collides(const MovablePart& part, double spacing_m) {
+    const std::vector<DetectionObject> objects{{&part.tree(), part.pose(spacing_m)}};
+    return detector->detect(objects)[0].colliding();
+  }
+};
+
+double length_m(const std::vector<SpacingInterval>& intervals) {
+  double sum_m = 0;
+  for (const SpacingInterval& i : intervals) sum_m += i.high_m - i.low_m;
+  return sum_m;
+}
+
+// Each list is ascending, disjoint and in the range, and no spacing is in both.
+void expect_well_formed(const SpacingVerdicts& found, const SpacingInterval& range) {
+  std::vector<SpacingInterval> all;
+  for (const auto& list : {found.free, found.colliding}) {
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      EXPECT_LE(list[i].low_m, list[i].high_m);
+      EXPECT_GE(list[i].low_m, range.low_m);
+      EXPECT_LE(list[i].high_m, range.high_m);
+      if (i > 0) {
+        EXPECT_GT(list[i].low_m, list[i - 1].high_m);
+      }
+    }
+    all.insert(all.end(), list.begin(), list.end());
+  }
+  std::ranges::sort(all, {}, &SpacingInterval::low_m);
+  for (std::size_t i = 1; i < all.size(); ++i) EXPECT_GE(all[i].low_m, all[i - 1].high_m);
+}
+
+// The detector agrees at `count` spacings and at the ends of all intervals.
+void expect_agreement(Frame& frame, const MovablePart& part, const SpacingInterval& range,
+                      const SpacingVerdicts& found, int count) {
+  std::vector<double> spacings_m;
+  for (int i = 0; i < count; ++i)
+    spacings_m.push_back(range.low_m + (range.high_m - range.low_m) * (i + 0.5) / count);
+  for (const auto& list : {found.free, found.colliding})
+    for (const SpacingInterval& i : list) spacings_m.insert(spacings_m.end(), {i.low_m, i.high_m});
+  for (const double spacing_m : spacings_m) {
+    const SpacingVerdict verdict = verdict_at(found, spacing_m);
+    if (verdict == SpacingVerdict::undecided) continue;
+    EXPECT_EQ(frame.collides(part, spacing_m), verdict == SpacingVerdict::colliding) << spacing_m;
+  }
+}
+
+MovablePart plate(const Vector3d& at_m, const Vector3d& axis = Vector3d::UnitX()) {
+  return {geometry::box_mesh({0.02, 0.2, 0.2}, 0.02), test::at(at_m), axis};
+}
+
+// A ball of 5 cm at the origin, and a plate of 2 cm that moves through it.
+TEST(SpacingSweep, FindsBothSidesOfABall) {
+  Frame frame(
+      test::silhouettes_of({test::ball(test::kOrigin, 0.05)}, test::ring(8, 1.2, 0.5, 400, 0.4)));
+  const MovablePart part = plate({-0.2, 0, 0});
+  const SpacingInterval range{0, 0.4};
+  const SpacingVerdicts found = frame.sweep(part, range);
+  expect_well_formed(found, range);
+  ASSERT_EQ(found.free.size(), 2u);
+  ASSERT_EQ(found.colliding.size(), 1u);
+  // The hull is larger than the ball, by two pixels of 1 mm and by its corners.
+  EXPECT_LT(found.free[0].high_m, 0.2 - 0.06);
+  EXPECT_GT(found.free[0].high_m, 0.2 - 0.06 - 0.012);
+  EXPECT_GT(found.free[1].low_m, 0.2 + 0.06);
+  EXPECT_LT(found.free[1].low_m, 0.2 + 0.06 + 0.012);
+  EXPECT_LT(found.colliding[0].low_m - found.free[0].high_m, 0.004);
+  EXPECT_LT(found.free[1].low_m - found.colliding[0].high_m, 0.004);
+  expect_agreement(frame, part, range, found, 200);
+}
+
+// Bisection between a free and a colliding spacing would not find the arm behind the part.
+TEST(SpacingSweep, AnArmBehindThePartLimitsItFromBehind) {
+  Frame frame(test::silhouettes_of(
+      {{Vector3d(-0.15, -0.3, 0), Vector3d(-0.15, 0.3, 0), 0.01}, test::ball({0.15, 0, 0}, 0.03)},
+      test::ring(6, 1.5, 0.9, 400, 0.8)));
+  const MovablePart part = plate(test::kOrigin);
+  const SpacingInterval range{-0.3, 0.3};
+  const SpacingVerdicts found = frame.sweep(part, range);
+  expect_well_formed(found, range);
+  ASSERT_EQ(found.free.size(), 3u);
+  EXPECT_EQ(verdict_at(found, 0), SpacingVerdict::free);
+  EXPECT_EQ(verdict_at(found, -0.15), SpacingVerdict::colliding);
+  EXPECT_EQ(verdict_at(found, 0.15), SpacingVerdict::colliding);
+  EXPECT_EQ(verdict_at(found, -0.29), SpacingVerdict::free);
+  expect_agreement(frame, part, range, found, 200);
+}
+
+TEST(SpacingSweep, AgreesWithDetectionOnRandomScenes) {
+  test::Random random(18);
+  double undecided_m = 0, colliding_m = 0;
+  for (int scene = 0; scene < 40; ++scene) {
+    Frame frame(test::silhouettes_of(test::random_object(random, 3),
+                                     test::random_cameras(random, 2 + scene % 4)));
+    Eigen::Isometry3d pose = test::at(test::random_in_ball(random, 0.3));
+    pose.rotate(Eigen::AngleAxisd(test::uniform(random, 0, 3), test::random_direction(random)));
+    const geometry::Mesh mesh =
+        scene % 2 ? geometry::sphere_mesh(0.05, 2) : geometry::box_mesh({0.1, 0.05, 0.01}, 0);
+    const MovablePart part(mesh, pose,
+                           test::uniform(random, 0.1, 9) * test::random_direction(random));
+    const SpacingInterval range{-test::uniform(random, 0, 0.4), test::uniform(random, 0, 0.4)};
+    const SpacingVerdicts found = frame.sweep(part, range);
+    expect_well_formed(found, range);
+    expect_agreement(frame, part, range, found, 60);
+    colliding_m += length_m(found.colliding);
+    undecided_m += range.high_m - range.low_m - length_m(found.free) - length_m(found.colliding);
+  }
+  EXPECT_GT(colliding_m, 1);
+  EXPECT_LT(undecided_m, 0.5);
+  std::cout << "colliding " << colliding_m << " m, undecided " << undecided_m << " m\n";
+}
+
+TEST(SpacingSweep, WithoutAHullAllIsFree) {
+  const std::vector<geometry::Camera> cameras = test::ring(3, 1, 0.5, 50, 0.5);
+  Frame frame(test::silhouettes_of({}, cameras));
+  const SpacingVerdicts found = frame.sweep(plate(test::kOrigin), {-1, 1});
+  EXPECT_EQ(found.free, (std::vector<SpacingInterval>{{-1, 1}}));
+  EXPECT_TRUE(found.colliding.empty());
+}
+
+TEST(SpacingSweep, WithACameraThatIsNotFiniteNothingIsDecided) {
+  std::vector<geometry::Camera> cameras = test::ring(3, 1, 0.5, 50, 0.5);
+  std::vector<hull::Silhouette> silhouettes =
+      test::silhouettes_of({test::ball(test::kOrigin, 0.1)}, cameras);
+  silhouettes[1].camera.pinhole.fx_px = kNan;
+  Frame frame(silhouettes);
+  const SpacingVerdicts found = frame.sweep(plate(test::kOrigin), {-1, 1});
+  EXPECT_TRUE(found.free.empty());
+  EXPECT_TRUE(found.colliding.empty());
+}
+
+TEST(SpacingSweep, ARangeOfOneSpacingAndAPartWithoutTriangles) {
+  Frame frame(test::hand_among());
+  const SpacingVerdicts found = frame.sweep(plate({-0.05, 0, 0}), {0, 0});
+  EXPECT_EQ(found.colliding, (std::vector<SpacingInterval>{{0, 0}}));
+  EXPECT_EQ(frame.sweep(plate({-0.4, 0, 0}), {0, 0}).free, (std::vector<SpacingInterval>{{0, 0}}));
+  const MovablePart nothing({}, test::at(test::kOrigin), Vector3d::UnitX());
+  EXPECT_EQ(frame.sweep(nothing, {-1, 1}).free, (std::vector<SpacingInterval>{{-1, 1}}));
+}
+
+// A needle and a point still have a surface.
+TEST(SpacingSweep, TrianglesWithoutAreaCollide) {
+  Frame frame(test::hand_among());
+  for (const double length_m : {0.02, 0.0}) {
+    const geometry::Mesh mesh{{{0, 0, 0}, {0, length_m, 0}, {0, length_m / 2, 0}}, {{0, 1, 2}}};
+    const MovablePart part(mesh, test::at({-0.05, 0, -0.2}), Vector3d::UnitZ());
+    const SpacingInterval range{0, 0.4};
+    const SpacingVerdicts found = frame.sweep(part, range);
+    expect_agreement(frame, part, range, found, 100);
+    EXPECT_EQ(found.free.size(), 2u);
+    EXPECT_EQ(found.colliding.size(), 1u);
+  }
+}
+
+// What is certified with another order of the triangles does not contradict.
+TEST(SpacingSweep, TheOrderOfTrianglesDoesNotMatter) {
+  Frame frame(test::hand_among());
+  geometry::Mesh mesh = geometry::box_mesh({0.03, 0.1, 0.1}, 0.02);
+  const SpacingInterval range{-0.3, 0.3};
+  const SpacingVerdicts before =
+      frame.sweep({mesh, test::at(test::kOrigin), Vector3d::UnitX()}, range);
+  std::ranges::reverse(mesh.triangles);
+  for (auto& triangle : mesh.triangles) std::ranges::rotate(triangle, triangle.begin() + 1);
+  const SpacingVerdicts after =
+      frame.sweep({mesh, test::at(test::kOrigin), Vector3d::UnitX()}, range);
+  for (int i = 0; i < 500; ++i) {
+    const double spacing_m = -0.3 + 0.6 * i / 500;
+    const auto a = verdict_at(before, spacing_m), b = verdict_at(after, spacing_m);
+    if (a != SpacingVerdict::undecided && b != SpacingVerdict::undecided) {
+      EXPECT_EQ(a, b);
+    }
+  }
+  EXPECT_NEAR(length_m(before.free), length_m(after.free), 0.002);
+}
+
+TEST(SpacingSweep, RefusesWhatIsNotFinite) {
+  Frame frame(test::hand_among());
+  const MovablePart part = plate(test::kOrigin);
+  for (const SpacingInterval& range : {SpacingInterval{kNan, 1}, {0, kNan}, {0, HUGE_VAL}, {1, 0}})
+    EXPECT_THROW(frame.sweep(part, range), std::invalid_argument);
+  for (const SpacingOptions& options :
+       {SpacingOptions{0, 0}, {-1, 0}, {kNan, 0}, {1e-3, -1}, {1e-3, kNan}})
+    EXPECT_THROW(frame.sweep(part, {0, 1}, options), std::invalid_argument);
+  for (const Vector3d& axis : {Vector3d(0, 0, 0), Vector3d(kNan, 0, 0), Vector3d(HUGE_VAL, 0, 0)})
+    EXPECT_THROW(plate(test::kOrigin, axis), std::invalid_argument);
+  EXPECT_THROW(plate({kNan, 0, 0}), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace fivepipe::collision

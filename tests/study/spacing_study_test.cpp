@@ -1,0 +1,227 @@
+// Layouts of a part against recorded frames: the same verdicts as detection of single layouts.
+#include "common/study/spacing_study.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "common/collision/detection/cpu/cpu_detector.h"
+#include "common/collision/oracle/distance_reference.h"
+#include "common/collision/proximity/proximity.h"
+#include "common/hull/query/hull_query.h"
+#include "tests/support/collision/scene.h"
+#include "tests/support/hull/test_pool.h"
+
+namespace fivepipe::study {
+namespace {
+
+using collision::SpacingInterval;
+using Eigen::Vector3d;
+using test::test_pool;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr SpacingInterval kRange{-0.15, 0.25};
+
+// A hand that moves past the part and back.
+StudyFrame frame_at(double t) {
+  return {test::hand_among(4, 200, {-0.25 + 0.3 * std::sin(3 * t), 0.02 * std::cos(5 * t), 0}),
+          0.05};
+}
+
+collision::MovablePart part() {
+  return {geometry::box_mesh({0.05, 0.15, 0.12}, 0.03), test::at({0, 0, 0.02}), Vector3d::UnitX()};
+}
+
+std::vector<double> equally_spaced(int count) {
+  std::vector<double> spacings_m;
+  for (int i = 0; i < count; ++i)
+    spacings_m.push_back(std::min(
+        kRange.high_m, kRange.low_m + (kRange.high_m - kRange.low_m) * i / std::max(1, count - 1)));
+  return spacings_m;
+}
+
+LineResult studied(int frames, const std::vector<double>& spacings_m, bool with_distances = true,
+                   int threads = 2) {
+  base::WorkerPool pool(threads);
+  SpacingStudy study({{part(), kRange, spacings_m, with_distances}}, {}, pool);
+  for (int i = 0; i < frames; ++i) study.add(frame_at(0.05 * i));
+  const LineResult result = study.results().front();
+  EXPECT_EQ(study.frames(), std::size_t(frames));
+  EXPECT_NEAR(study.duration_s(), 0.05 * frames, 1e-9);
+  return result;
+}
+
+// One frame as a single layout is detected.
+struct SingleFrame {
+  StudyFrame frame;
+  hull::CpuHull hull{test_pool(), frame.silhouettes};
+  hull::HullQuery query{hull};
+  std::unique_ptr<collision::CollisionDetector> detector =
+      collision::cpu_detector({.eps_m = 0.5e-3, .spacing_m = 0});
+  explicit SingleFrame(StudyFrame f) : frame(std::move(f)) {
+    detector->set_hull(query, frame.silhouettes);
+  }
+  bool collides(double spacing_m) {
+    const collision::MovablePart moved = part();
+    const std::vector<collision::DetectionObject> objects{{&moved.tree(), moved.pose(spacing_m)}};
+    return detector->detect(objects)[0].colliding();
+  }
+};
+
+TEST(SpacingStudy, EqualsDetectionOfSingleLayouts) {
+  constexpr int kFrames = 50;
+  const std::vector<double> spacings_m = equally_spaced(50);
+  const LineResult result = studied(kFrames, spacings_m);
+  std::vector<std::size_t> colliding(spacings_m.size());
+  for (int i = 0; i < kFrames; ++i) {
+    SingleFrame frame(frame_at(0.05 * i));
+    for (std::size_t k = 0; k < spacings_m.size(); ++k)
+      colliding[k] += frame.collides(spacings_m[k]);
+  }
+  std::size_t with_collision = 0;
+  for (std::size_t k = 0; k < spacings_m.size(); ++k) {
+    const LayoutResult& layout = result.layouts[k];
+    EXPECT_EQ(layout.spacing_m, spacings_m[k]);
+    EXPECT_EQ(layout.colliding_frames, colliding[k]) << spacings_m[k];
+    EXPECT_NEAR(layout.collision_s, 0.05 * double(colliding[k]), 1e-9);
+    with_collision += colliding[k] > 0;
+  }
+  EXPECT_GT(with_collision, 10u);
+  EXPECT_LT(with_collision, 45u);
+}
+
+TEST(SpacingStudy, FreeIntervalsAreFreeInEachFrame) {
+  constexpr int kFrames = 40;
+  const LineResult result = studied(kFrames, {});
+  ASSERT_FALSE(result.free.empty());
+  std::vector<double> in_free_m;
+  for (const SpacingInterval& i : result.free)
+    for (const double at : {0.0, 0.3, 1.0})
+      in_free_m.push_back(i.low_m + at * (i.high_m - i.low_m));
+  for (int i = 0; i < kFrames; ++i) {
+    SingleFrame frame(frame_at(0.05 * i));
+    for (const double spacing_m : in_free_m) EXPECT_FALSE(frame.collides(spacing_m)) << spacing_m;
+  }
+  const double least_m = least_free_above_m(result, kRange);
+  EXPECT_EQ(least_m, result.free.back().low_m);
+  EXPECT_EQ(result.free.back().high_m, kRange.high_m);
+}
+
+TEST(SpacingStudy, WithAllFreeAboveThereIsNoLeastSpacing) {
+  EXPECT_EQ(least_free_above_m({{}, {}}, kRange), kInfinity);
+  EXPECT_EQ(least_free_above_m({{}, {{-0.1, 0.1}}}, kRange), kInfinity);
+  EXPECT_EQ(least_free_above_m({{}, {{-0.1, 0.1}, {0.2, 0.25}}}, kRange), 0.2);
+}
+
+// The nearest triangle of each frame, one by one, and points of the part by the exact reference.
+TEST(SpacingStudy, ClearanceContainsTheReference) {
+  constexpr int kFrames = 12;
+  const std::vector<double> spacings_m = equally_spaced(9);
+  const LineResult result = studied(kFrames, spacings_m);
+  const collision::MovablePart moved = part();
+  test::Random random(7);
+  int measured = 0;
+  for (std::size_t k = 0; k < spacings_m.size(); ++k) {
+    const Bracket& clearance = result.layouts[k].clearance;
+    double least_min_m = kInfinity, least_max_m = kInfinity, least_reference_m = kInfinity;
+    for (int i = 0; i < kFrames; ++i) {
+      SingleFrame frame(frame_at(0.05 * i));
+      collision::HullProximity proximity(frame.query, {.cap_m = 0.1, .tolerance_m = 5e-5});
+      const std::vector<collision::Triangle> triangles =
+          collision::world_triangles(moved.tree().mesh(), moved.pose(spacings_m[k]));
+      std::vector<collision::Proximity> of_triangles(triangles.size());
+      proximity.of_triangles(triangles, of_triangles);
+      for (const collision::Proximity& p : of_triangles) {
+        least_min_m = std::min(least_min_m, p.min_m);
+        least_max_m = std::min(least_max_m, p.max_m);
+      }
+      const collision::HullDistance reference(frame.frame.silhouettes);
+      for (int sample = 0; sample < 20; ++sample) {
+        const auto& [a, b, c] = triangles[random() % triangles.size()];
+        const double u = test::uniform(random, 0, 1), v = test::uniform(random, 0, 1 - u);
+        least_reference_m =
+            std::min(least_reference_m,
+                     reference.clearance_m(a + u * (b - a) + v * (c - a), 0.1, 1e-3).max_m);
+      }
+    }
+    EXPECT_LE(clearance.min_m, least_max_m) << spacings_m[k];
+    EXPECT_LE(clearance.min_m, least_reference_m) << spacings_m[k];
+    EXPECT_GE(clearance.max_m, least_min_m) << spacings_m[k];
+    if (std::isfinite(clearance.max_m)) {
+      EXPECT_LE(clearance.max_m - clearance.min_m, 2e-3);
+      measured += clearance.min_m > 0;
+    } else {
+      EXPECT_GE(clearance.min_m, 0.1);
+      EXPECT_GE(least_min_m, 0.1);
+    }
+  }
+  EXPECT_GE(measured, 1);
+}
+
+// How far the part is in the way: the nearest spacing that does not collide, tried in steps.
+TEST(SpacingStudy, PenetrationContainsTheNearestFreeSpacing) {
+  constexpr double kStep_m = 0.5e-3;
+  const std::vector<double> spacings_m = equally_spaced(17);
+  for (int i = 0; i < 12; ++i) {
+    SingleFrame frame(frame_at(0.4 * i));
+    base::WorkerPool pool(1);
+    SpacingStudy study({{part(), kRange, spacings_m}}, {}, pool);
+    study.add(frame_at(0.4 * i));
+    std::vector<double> free_m;
+    for (double s = kRange.low_m; s <= kRange.high_m; s += kStep_m)
+      if (!frame.collides(s)) free_m.push_back(s);
+    const LineResult result = study.results().front();
+    for (const LayoutResult& layout : result.layouts) {
+      if (layout.colliding_frames == 0) {
+        EXPECT_EQ(layout.penetration, (Bracket{0, 0}));
+        continue;
+      }
+      double nearest_m = kInfinity;
+      for (const double s : free_m) nearest_m = std::min(nearest_m, std::abs(s - layout.spacing_m));
+      EXPECT_LE(layout.penetration.min_m, nearest_m) << layout.spacing_m;
+      EXPECT_GE(layout.penetration.max_m, nearest_m - 2 * kStep_m) << layout.spacing_m;
+    }
+  }
+}
+
+TEST(SpacingStudy, DoesNotDependOnTheNumberOfThreads) {
+  const LineResult one = studied(70, equally_spaced(11), true, 1),
+                   three = studied(70, equally_spaced(11), true, 3);
+  EXPECT_EQ(one.free, three.free);
+  for (std::size_t k = 0; k < one.layouts.size(); ++k) {
+    EXPECT_EQ(one.layouts[k].colliding_frames, three.layouts[k].colliding_frames);
+    EXPECT_EQ(one.layouts[k].collision_s, three.layouts[k].collision_s);
+    EXPECT_EQ(one.layouts[k].clearance, three.layouts[k].clearance);
+    EXPECT_EQ(one.layouts[k].penetration, three.layouts[k].penetration);
+  }
+}
+
+TEST(SpacingStudy, EachLineHasItsResult) {
+  base::WorkerPool pool(2);
+  const collision::MovablePart far(geometry::box_mesh({0.01, 0.01, 0.01}), test::at({0, 0, 5}),
+                                   Vector3d::UnitX());
+  SpacingStudy study({{part(), kRange, {0.1}}, {far, kRange, {-0.1, 0.1}}}, {}, pool);
+  for (int i = 0; i < 5; ++i) study.add(frame_at(0.5));
+  const std::vector<LineResult> results = study.results();
+  ASSERT_EQ(results.size(), 2u);
+  EXPECT_EQ(results[1].free, (std::vector<SpacingInterval>{kRange}));
+  ASSERT_EQ(results[1].layouts.size(), 2u);
+  EXPECT_EQ(results[1].layouts[0].colliding_frames, 0u);
+  EXPECT_EQ(results[1].layouts[0].clearance, (Bracket{0.1, kInfinity}));
+}
+
+TEST(SpacingStudy, RefusesSpacingsOutOfOrderOrRange) {
+  base::WorkerPool pool(1);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const std::vector<double>& spacings_m :
+       {std::vector<double>{0.1, 0}, {-1}, {1}, {nan}, {0, nan, 0.1}})
+    EXPECT_THROW(SpacingStudy({{part(), kRange, spacings_m}}, {}, pool), std::invalid_argument);
+  for (const SpacingInterval& range : {SpacingInterval{1, 0}, {nan, 1}, {0, kInfinity}})
+    EXPECT_THROW(SpacingStudy({{part(), range, {}}}, {}, pool), std::invalid_argument);
+  for (const StudyOptions& options :
+       {StudyOptions{{}, 0}, {{}, 1e-3, 0}, {{}, 1e-3, kInfinity}, {{}, 1e-3, 0.1, 0}})
+    EXPECT_THROW(SpacingStudy({{part(), kRange, {}}}, options, pool), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace fivepipe::study

@@ -1,0 +1,130 @@
+// fivepipe study what-if on the kept recording.
+#include "launch/study/what_if.h"
+
+#include <gtest/gtest.h>
+
+#include "common/base/usage_error.h"
+#include "common/recording/files/recording.h"
+#include "common/recording/schema/cdr.h"
+#include "tests/support/recording/kept_recording.h"
+
+namespace fivepipe::study {
+namespace {
+
+WhatIfOptions block() {
+  WhatIfOptions options;
+  options.recording = test::kKeptRecording;
+  options.part = "block";
+  options.range = {-0.4, 0.4};
+  options.layouts = 5;
+  return options;
+}
+
+WhatIf run(const WhatIfOptions& options) {
+  return what_if(options, [](double) {});
+}
+
+// The number of frames in which the recorded simulation saw the object collide.
+std::size_t recorded_collisions(const std::string& object) {
+  const recording::Recording recording(test::kKeptRecording);
+  std::size_t colliding = 0;
+  auto cursor = recording.messages();
+  while (const auto message = cursor.next()) {
+    if (message->channel->topic != "fivepipe/v1/CollisionResult" || message->key_change) continue;
+    const auto json =
+        schema::decode(recording.idl(*message->channel), message->channel->type, message->cdr);
+    colliding += json["object"] == object && json["verdict"] == "colliding";
+  }
+  return colliding;
+}
+
+TEST(WhatIf, OfTheRecordedLayoutEqualsTheRecordedSimulation) {
+  WhatIfOptions options = block();
+  options.range = {0, 0};
+  options.layouts = 1;
+  const WhatIf found = run(options);
+  EXPECT_EQ(found.frames, 33u);
+  ASSERT_EQ(found.result.layouts.size(), 1u);
+  EXPECT_GT(recorded_collisions("block"), 0u);
+  EXPECT_EQ(found.result.layouts[0].colliding_frames, recorded_collisions("block"));
+}
+
+TEST(WhatIf, SpacingIsMeasuredFromThatOfTheRecording) {
+  WhatIfOptions moved = block();
+  moved.at_m = 0.14;
+  moved.range = {-0.26, 0.54};
+  const WhatIf a = run(block()), b = run(moved);
+  for (std::size_t i = 0; i < 5; ++i) {
+    EXPECT_NEAR(b.result.layouts[i].spacing_m, a.result.layouts[i].spacing_m + 0.14, 1e-12);
+    EXPECT_EQ(b.result.layouts[i].colliding_frames, a.result.layouts[i].colliding_frames);
+  }
+  WhatIfOptions mirrored = block();
+  mirrored.axis_world = -3 * Eigen::Vector3d::UnitX();
+  const WhatIf c = run(mirrored);
+  for (std::size_t i = 0; i < 5; ++i)
+    EXPECT_EQ(c.result.layouts[i].colliding_frames, a.result.layouts[4 - i].colliding_frames);
+}
+
+TEST(WhatIf, TextStatesWhatIsCertified) {
+  const WhatIf found = run(block());
+  const std::string text = text_of(found);
+  for (const char* part :
+       {"33 frames", "part block of scene kept, spacing -40.0 cm to 40.0 cm", "in the way by",
+        "Free in all frames, certified at every spacing between the ends:\n  -40.00 to -",
+        "The largest spacings of the range are not free", "would have moved differently"})
+    EXPECT_NE(text.find(part), std::string::npos) << part << '\n' << text;
+  const auto json = json_of(found);
+  EXPECT_EQ(json["layouts"].size(), 5u);
+  EXPECT_EQ(json["least_free_above_m"], nullptr);
+  EXPECT_EQ(json["free_m"][0][0], -0.4);
+  EXPECT_EQ(json["layouts"][0]["clearance_m"]["max"], nullptr) << "more than is measured";
+  const std::string csv = csv_of(found);
+  EXPECT_EQ(std::ranges::count(csv, '\n'), 6);
+  EXPECT_EQ(csv.rfind("spacing_m,colliding_frames,collision_s,penetration_min_m,penetration_max_m,"
+                      "clearance_min_m,clearance_max_m\n-0.4,0,0,0,0,0.1,\n",
+                      0),
+            0u)
+      << csv;
+}
+
+TEST(WhatIf, WithoutDistancesHasTheSameVerdicts) {
+  WhatIfOptions verdicts = block();
+  verdicts.with_distances = false;
+  const WhatIf found = run(verdicts), all = run(block());
+  for (std::size_t i = 0; i < 5; ++i)
+    EXPECT_EQ(found.result.layouts[i].collision_s, all.result.layouts[i].collision_s);
+  EXPECT_EQ(found.result.free, all.result.free);
+  EXPECT_EQ(text_of(found).find("clearance"), std::string::npos);
+  EXPECT_FALSE(json_of(found)["layouts"][0].contains("clearance_m"));
+  EXPECT_EQ(csv_of(found).rfind("spacing_m,colliding_frames,collision_s\n-0.4,0,0\n", 0), 0u);
+}
+
+TEST(WhatIf, NamesThePartsOfTheScene) {
+  WhatIfOptions options = block();
+  const auto error_of = [&](const std::string& part) -> std::string {
+    options.part = part;
+    try {
+      run(options);
+    } catch (const base::UsageError& error) {
+      return error.what();
+    }
+    return "no error";
+  };
+  EXPECT_EQ(error_of("crate"), "the scene kept has no part 'crate'; it has: plate, block");
+  EXPECT_EQ(error_of("ball"), "ball moves by itself; a part of a layout has motion: fixed");
+}
+
+TEST(WhatIf, ReportsItsProgress) {
+  double last = 0;
+  int calls = 0;
+  what_if(block(), [&](double done) {
+    EXPECT_GE(done, last);
+    last = done;
+    ++calls;
+  });
+  EXPECT_EQ(calls, 33);
+  EXPECT_EQ(last, 1);
+}
+
+}  // namespace
+}  // namespace fivepipe::study
