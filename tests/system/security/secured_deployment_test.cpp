@@ -92,8 +92,9 @@ TEST_P(BothProtections, CommandsJoinByTheirRolesAndFramesAreComposited) {
   EXPECT_EQ(result_of({"hz", "ObjectPixelMap", "--once", "4"}, file).first, 0);
   EXPECT_EQ(result_of({"echo", "HeadPose", "--count", "2"}, file).first, 0);
   EXPECT_EQ(result_of({"simulation", "pause"}, file).first, 0);
-  const auto [record_code, record] =
-      result_of({"record", "-o", folder_ / "part.mcap", "--duration", "1"}, file);
+  // The recorder authenticates first.
+  const auto [record_code, record] = result_of(
+      {"record", "-o", folder_ / "part.mcap", "--duration", kHasSanitizer ? "15" : "4"}, file);
   EXPECT_EQ(record_code, 0) << record;
   const auto report = ended_by(SIGINT);
   EXPECT_GT(report["frames"]["composited"].get<int>(), 20) << report["frames"].dump(1);
