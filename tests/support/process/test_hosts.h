@@ -112,6 +112,14 @@ class TestHosts {
   void set_mtu(int host, int bytes) {
     run_in(host, "ip link set eth0 mtu " + std::to_string(bytes));
   }
+  // As in a network with jumbo frames: of all hosts and of the switch.
+  void set_mtu_of_all(int bytes) {
+    for (std::size_t host = 0; host < holders_.size(); ++host) {
+      run("ip link set " + port_of(int(host)) + " mtu " + std::to_string(bytes));
+      set_mtu(int(host), bytes);
+    }
+    run("ip link set switch mtu " + std::to_string(bytes));
+  }
   void set_link(int host, bool is_up) {
     run("ip link set " + port_of(host) + (is_up ? " up" : " down"));
   }

@@ -165,17 +165,26 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-// Alternately, because the speed of a machine drifts.
+// Alternately, because the speed of a machine drifts. All hosts share the cores of this machine, so
+// what the network costs is the time in which its kernel handles packets; jumbo frames need fewer.
 TEST_F(FourHosts, TheNetworkCostsLittleOfTheRate) {
   const std::string file = deployment(240);
-  std::vector<double> on_four, on_one;
+  std::vector<double> on_four, on_four_jumbo, on_one;
   for (int i = 0; i < (is_long() ? 5 : 1); ++i) {
     on_one.push_back(rate(file, true));
+    hosts_.set_mtu_of_all(1500);
     on_four.push_back(rate(file, false));
+    if (!is_long()) break;
+    hosts_.set_mtu_of_all(9000);
+    on_four_jumbo.push_back(rate(file, false));
   }
-  std::cout << "four hosts: " << median(on_four) << " frames/s, one: " << median(on_one) << '\n';
+  ASSERT_EQ(hosts_.why_not(), "");
+  std::cout << "one host: " << median(on_one) << " frames/s, four: " << median(on_four) << '\n';
   // One run of each is no measurement: it shows only that frames go through all hosts.
-  EXPECT_GT(median(on_four), (is_long() ? 0.9 : 0.4) * median(on_one));
+  EXPECT_GT(median(on_four), (is_long() ? 0.85 : 0.4) * median(on_one));
+  if (!is_long()) return;
+  std::cout << "four with jumbo frames: " << median(on_four_jumbo) << " frames/s\n";
+  EXPECT_GT(median(on_four_jumbo), 0.9 * median(on_one));
 }
 
 // The nodes that read object-pixel maps run on one host or on several: a map is sent once.
