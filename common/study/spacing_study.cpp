@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
 #include <limits>
+#include <mutex>
+#include <optional>
 #include <stdexcept>
 
 #include "common/collision/detection/cpu/cpu_detector.h"
@@ -18,15 +21,18 @@ using collision::SpacingVerdicts;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
+constexpr double kMaxEps_m = 1;
+
 void check(const Line& line) {
   const std::vector<double>& spacings_m = line.spacings_m;
   const bool is_valid =
-      std::isfinite(line.range.low_m) && std::isfinite(line.range.high_m) &&
+      std::abs(line.range.low_m) <= collision::kMaxSpacing_m &&
+      std::abs(line.range.high_m) <= collision::kMaxSpacing_m &&
       line.range.low_m <= line.range.high_m && std::ranges::is_sorted(spacings_m) &&
       std::ranges::all_of(
           spacings_m, [&](double s) { return s >= line.range.low_m && s <= line.range.high_m; });
   if (!is_valid)
-    throw std::invalid_argument("study: spacings must ascend and be in a finite range");
+    throw std::invalid_argument("study: spacings must ascend and be in a range within 1 km");
 }
 
 // The intervals that are in both lists.
@@ -51,10 +57,10 @@ double distance_to(const std::vector<SpacingInterval>& list, double spacing_m) {
 }
 
 // Lower bound of the distance to the nearest spacing of the range at which the part is free: to the
-// end of the interval that collides throughout.
+// end of the interval in which the part touches the hull throughout.
 double certified_depth_m(const SpacingVerdicts& verdicts, const SpacingInterval& range,
                          double spacing_m) {
-  for (const SpacingInterval& i : verdicts.colliding) {
+  for (const SpacingInterval& i : verdicts.touching) {
     if (spacing_m < i.low_m || spacing_m > i.high_m) continue;
     // Beyond the range there is no layout.
     const double below_m = i.low_m > range.low_m ? spacing_m - i.low_m : kInfinity,
@@ -87,17 +93,16 @@ struct SpacingStudy::Context {
 // One frame of one line.
 struct SpacingStudy::LineFrame {
   SpacingVerdicts verdicts;
-  std::vector<bool> collides;         // per layout
-  std::vector<Bracket> clearances;    // per layout, if requested
-  std::vector<Bracket> penetrations;  // per layout, if requested
-  std::size_t detections = 0;
+  std::vector<bool> collides, is_undecided;  // per layout
+  std::vector<Bracket> clearances;           // per layout, if requested
+  std::vector<Bracket> penetrations;         // per layout, if requested
 };
 
 SpacingStudy::SpacingStudy(std::vector<Line> lines, const StudyOptions& options,
                            base::WorkerPool& pool)
     : lines_(std::move(lines)), options_(options), pool_(pool) {
   if (!(options.clearance_cap_m > 0 && std::isfinite(options.clearance_cap_m) &&
-        options.tolerance_m > 0 && std::isfinite(options.eps_m) &&
+        options.tolerance_m > 0 && options.eps_m <= kMaxEps_m &&
         options.eps_m >= collision::kMinEps_m))
     throw std::invalid_argument("study: clearance_cap_m, tolerance_m or eps_m is out of range");
   for (const Line& line : lines_) {
@@ -105,7 +110,8 @@ SpacingStudy::SpacingStudy(std::vector<Line> lines, const StudyOptions& options,
     LineResult& result = results_.emplace_back();
     result.free = {line.range};
     for (const double spacing_m : line.spacings_m)
-      result.layouts.push_back({spacing_m, 0, 0, {options.clearance_cap_m, kInfinity}, {0, 0}});
+      result.layouts.push_back(
+          {.spacing_m = spacing_m, .clearance = {options.clearance_cap_m, kInfinity}});
   }
   for (int i = 0; i < pool.threads(); ++i)
     contexts_.push_back(std::make_unique<Context>(options.rule, options.eps_m));
@@ -113,11 +119,12 @@ SpacingStudy::SpacingStudy(std::vector<Line> lines, const StudyOptions& options,
 
 SpacingStudy::~SpacingStudy() = default;
 
-void SpacingStudy::add(StudyFrame frame) {
+std::size_t SpacingStudy::add(StudyFrame frame) {
   ++frames_;
   duration_s_ += frame.duration_s;
   waiting_.push_back(std::move(frame));
   if (waiting_.size() == kFramesPerBatch) compute();
+  return frames_ - waiting_.size();
 }
 
 std::vector<LineResult> SpacingStudy::results() {
@@ -127,15 +134,26 @@ std::vector<LineResult> SpacingStudy::results() {
 
 void SpacingStudy::compute() {
   std::vector<std::vector<LineFrame>> found(waiting_.size());
+  std::vector<char> is_empty(waiting_.size());
+  std::mutex mutex;
+  std::exception_ptr failure;
   pool_.run(int(waiting_.size()), [&](int frame, int thread) {
-    Context& context = *contexts_[std::size_t(thread)];
-    context.set(waiting_[std::size_t(frame)].silhouettes);
-    for (std::size_t line = 0; line < lines_.size(); ++line)
-      found[std::size_t(frame)].push_back(frame_of(context, line));
+    try {
+      Context& context = *contexts_[std::size_t(thread)];
+      context.set(waiting_[std::size_t(frame)].silhouettes);
+      is_empty[std::size_t(frame)] = context.hull.empty() && !context.hull.unusable();
+      for (std::size_t line = 0; line < lines_.size(); ++line)
+        found[std::size_t(frame)].push_back(frame_of(context, line));
+    } catch (...) {
+      const std::lock_guard lock(mutex);
+      if (!failure) failure = std::current_exception();
+    }
   });
+  if (failure) std::rethrow_exception(failure);
   for (std::size_t frame = 0; frame < found.size(); ++frame)
     for (std::size_t line = 0; line < lines_.size(); ++line)
       fold(line, found[frame][line], waiting_[frame].duration_s);
+  empty_frames_ += std::size_t(std::ranges::count(is_empty, 1));
   waiting_.clear();
 }
 
@@ -148,17 +166,23 @@ SpacingStudy::LineFrame SpacingStudy::frame_of(Context& context, std::size_t ind
   for (const double spacing_m : line.spacings_m) {
     const SpacingVerdict verdict = collision::verdict_at(found.verdicts, spacing_m);
     bool collides = verdict == SpacingVerdict::colliding;
-    if (verdict == SpacingVerdict::undecided) {
+    bool is_undecided = verdict == SpacingVerdict::undecided;
+    if (is_undecided && !context.hull.unusable()) {
       const collision::DetectionObject object{&line.part.tree(), line.part.pose(spacing_m)};
-      collides = context.detector->detect({&object, 1})[0].colliding();
-      ++found.detections;
+      const collision::CollisionVerdict detected =
+          context.detector->detect({&object, 1})[0].verdict;
+      collides = detected == collision::CollisionVerdict::colliding;
+      is_undecided = detected == collision::CollisionVerdict::undecided;
     }
     found.collides.push_back(collides);
+    found.is_undecided.push_back(is_undecided);
   }
   if (!line.with_distances) return found;
 
   std::optional<collision::HullProximity> proximity;  // only if a distance is searched for
   const std::vector<LayoutResult>& before = results_[index].layouts;
+  // Of the layouts so far: largest lower bound of the clearance plus the spacing.
+  double reach_m = -kInfinity;
   for (std::size_t i = 0; i < line.spacings_m.size(); ++i) {
     const double spacing_m = line.spacings_m[i];
     found.penetrations.push_back(
@@ -170,10 +194,8 @@ SpacingStudy::LineFrame SpacingStudy::frame_of(Context& context, std::size_t ind
       continue;
     }
     const double enough_m = before[i].clearance.max_m;
-    double known_m = 0;  // from the other layouts
-    for (std::size_t k = 0; k < i; ++k)
-      known_m =
-          std::max(known_m, found.clearances[k].min_m - std::abs(spacing_m - line.spacings_m[k]));
+    // From the layouts before, whose spacings are smaller.
+    const double known_m = std::max(0.0, reach_m - spacing_m);
     if (known_m >= std::min(enough_m, options_.clearance_cap_m)) {
       found.clearances.push_back({known_m, kInfinity});
       continue;
@@ -184,6 +206,7 @@ SpacingStudy::LineFrame SpacingStudy::frame_of(Context& context, std::size_t ind
     const collision::Proximity p =
         proximity->of_part(line.part.tree(), line.part.pose(spacing_m), enough_m);
     found.clearances.push_back({p.min_m, p.max_m});
+    reach_m = std::max(reach_m, p.min_m + spacing_m);
   }
   return found;
 }
@@ -191,13 +214,14 @@ SpacingStudy::LineFrame SpacingStudy::frame_of(Context& context, std::size_t ind
 void SpacingStudy::fold(std::size_t index, const LineFrame& found, double duration_s) {
   LineResult& result = results_[index];
   result.free = in_both(result.free, found.verdicts.free);
-  detections_ += found.detections;
+  result.incomplete_frames += !found.verdicts.is_complete;
   for (std::size_t i = 0; i < result.layouts.size(); ++i) {
     LayoutResult& layout = result.layouts[i];
     if (found.collides[i]) {
       ++layout.colliding_frames;
       layout.collision_s += duration_s;
     }
+    layout.undecided_frames += found.is_undecided[i];
     if (!lines_[index].with_distances) continue;
     const Bracket &clearance = found.clearances[i], &penetration = found.penetrations[i];
     layout.clearance = {std::min(layout.clearance.min_m, clearance.min_m),
@@ -207,7 +231,7 @@ void SpacingStudy::fold(std::size_t index, const LineFrame& found, double durati
   }
 }
 
-double least_free_above_m(const LineResult& result, const SpacingInterval& range) {
+double min_free_spacing_m(const LineResult& result, const SpacingInterval& range) {
   return !result.free.empty() && result.free.back().high_m >= range.high_m
              ? result.free.back().low_m
              : kInfinity;

@@ -26,7 +26,7 @@ struct Line {
   bool with_distances = true;      // whether clearance and penetration are requested
 };
 
-// Real objects of one recorded frame.
+// The real objects of one recorded frame.
 struct StudyFrame {
   std::vector<hull::Silhouette> silhouettes;
   double duration_s;  // until the next frame
@@ -34,7 +34,7 @@ struct StudyFrame {
 
 struct StudyOptions {
   hull::HullRule rule = {};
-  // A collision of the detector: as in the live scene.
+  // Of the detection of single layouts, by backend cpu (DetectionOptions).
   double eps_m = 0.5e-3;
   // Largest clearance that is measured; a larger one is {clearance_cap_m, infinity}.
   double clearance_cap_m = 0.1;
@@ -51,13 +51,16 @@ struct Bracket {
 struct LayoutResult {
   double spacing_m = 0;
   std::size_t colliding_frames = 0;
+  // Frames in which the layout is neither certified free nor known to collide: the hull may touch
+  // the part.
+  std::size_t undecided_frames = 0;
   double collision_s = 0;
-  // Least distance between the part and the hull; {0, 0} if they collide in a frame.
+  // Minimum distance between the part and the hull; {0, 0} if they collide in a frame.
   Bracket clearance{};
   // Largest distance, over the frames with a collision, to the nearest spacing of the range at
   // which the part is free in that frame: how far the part is in the way along its axis. {0, 0}
-  // without a collision; max_m is infinite if no spacing of the range is certified free in such a
-  // frame.
+  // without a collision. max_m is infinite if no spacing of the range is certified free in such a
+  // frame, and min_m, too, if the part collides at each spacing of the range.
   Bracket penetration{};
 };
 
@@ -66,10 +69,11 @@ struct LineResult {
   // Spacings that are certified free in all frames; ascending, disjoint. The rest of the range
   // collides in a frame, or is undecided within the tolerance of the sweep.
   std::vector<collision::SpacingInterval> free;
+  std::size_t incomplete_frames = 0;  // see SpacingVerdicts::is_complete
 };
 
-// The results depend neither on the number of threads nor on how the frames are divided into calls
-// of add().
+// The results do not depend on the number of threads. A call of results() ends a batch, which may
+// change clearances within their tolerance.
 class SpacingStudy {
  public:
   // Throws std::invalid_argument if a line's spacings do not ascend or are not in its range, or if
@@ -77,13 +81,14 @@ class SpacingStudy {
   SpacingStudy(std::vector<Line> lines, const StudyOptions& options, base::WorkerPool& pool);
   ~SpacingStudy();
 
-  void add(StudyFrame frame);
+  // Computes a batch when it is full. Returns the number of frames that are computed.
+  std::size_t add(StudyFrame frame);
   // One per line. Computes the frames that are still waiting.
   std::vector<LineResult> results();
   std::size_t frames() const { return frames_; }
+  // Frames whose hull is empty: a camera saw no object, or the silhouettes have no common point.
+  std::size_t empty_frames() const { return empty_frames_; }
   double duration_s() const { return duration_s_; }
-  // Layouts that were detected one by one, over all frames.
-  std::size_t detections() const { return detections_; }
 
  private:
   struct Context;
@@ -98,16 +103,16 @@ class SpacingStudy {
   std::vector<std::unique_ptr<Context>> contexts_;  // one per thread of the pool
   std::vector<StudyFrame> waiting_;
   std::vector<LineResult> results_;
-  std::size_t frames_ = 0, detections_ = 0;
+  std::size_t frames_ = 0, empty_frames_ = 0;
   double duration_s_ = 0;
 };
 
-// Frames that are computed together. Their clearances are searched only below the least ones of
+// Frames that are computed together. Their clearances are searched only below the minima of
 // earlier batches, so the size is fixed.
 inline constexpr std::size_t kFramesPerBatch = 32;
 
-// Returns the least spacing above which the whole range is certified free; infinity if there is
+// Returns the minimum spacing above which the whole range is certified free; infinity if there is
 // none.
-double least_free_above_m(const LineResult& result, const collision::SpacingInterval& range);
+double min_free_spacing_m(const LineResult& result, const collision::SpacingInterval& range);
 
 }  // namespace fivepipe::study

@@ -68,14 +68,27 @@ RecordedFrames::RecordedFrames(const Recording& recording, const config::Deploym
   waiting_ = next_set();
 }
 
+void RecordedFrames::count(const std::string& reason, const std::string& fault) {
+  ++drops_[reason];
+  if (first_fault_.empty()) first_fault_ = fault;
+}
+
+std::optional<recording::RecordedMessage> RecordedFrames::next_message() {
+  for (;;) try {
+      return cursor_.next();
+    } catch (const mcap::McapError& error) {
+      count("damaged_chunk", error.what());
+    }
+}
+
 std::optional<frames::FrameSet> RecordedFrames::next_set() {
-  while (const auto message = cursor_.next()) {
+  while (const auto message = next_message()) {
     if (message->key_change) continue;
     const double length_ns = double(recording_.end_ns() - recording_.start_ns());
     done_ = length_ns > 0 ? double(message->log_stamp_ns - recording_.start_ns()) / length_ns : 1;
     auto map = received(message->cdr, rig_);
     if (const auto* bad = std::get_if<messages::BadMessage>(&map)) {
-      ++drops_[bad->reason];
+      count(bad->reason, messages::text_of(*bad));
       continue;
     }
     // A channel is one writer. 0 is none.
@@ -96,9 +109,8 @@ std::optional<RecordedFrame> RecordedFrames::next() {
   RecordedFrame frame{std::move(*waiting_), 0, 0};
   waiting_ = next_set();
   if (waiting_)
-    last_duration_s_ =
-        std::clamp(1e-9 * double(waiting_->capture_stamp_ns - frame.set.capture_stamp_ns), 0.0,
-                   kLongestFrame_s);
+    last_duration_s_ = std::clamp(
+        1e-9 * double(waiting_->capture_stamp_ns - frame.set.capture_stamp_ns), 0.0, kMaxFrame_s);
   frame.duration_s = last_duration_s_;
   frame.done = done_;
   return frame;

@@ -4,6 +4,7 @@
 
 #include "common/base/text_table.h"
 #include "common/base/usage_error.h"
+#include "common/collision/spacing/view_interval.h"
 #include "common/recording/replay/recorded_deployment.h"
 #include "launch/study/recorded_frames.h"
 
@@ -34,6 +35,15 @@ std::vector<double> spacings_m(const collision::SpacingInterval& range, int coun
   return spacings_m;
 }
 
+// The cameras whose images all points of the hull must be in.
+std::vector<geometry::Camera> limiting_cameras(const config::Deployment& deployment) {
+  std::vector<geometry::Camera> cameras;
+  if (deployment.hull_rule.limits == hull::Limits::all)
+    for (const std::size_t i : config::shape_cameras(deployment.rig))
+      cameras.push_back(config::published_camera(deployment.rig.cameras[i]));
+  return cameras;
+}
+
 // The detector's eps_m of the recorded simulation.
 double eps_m(const config::Deployment& deployment) {
   for (const config::Node& node : deployment.nodes)
@@ -52,24 +62,44 @@ WhatIf what_if(const WhatIfOptions& options, const Progress& progress) {
   // At spacing 0 the part is moved back by what the spacing is in the scene.
   Eigen::Isometry3d world_from_part = object.world_from_object;
   world_from_part.translation() -= options.at_m * options.axis_world.normalized();
+  const collision::MovablePart part(config::mesh_of(object), world_from_part, options.axis_world);
+  WhatIf found;
+  found.options = options;
+  found.scene = deployment.scene.name;
+  found.eps_m = eps_m(deployment);
+  found.damage = recording.mcap().damage().summary;
+  found.in_view = collision::interval_in_view(part, options.range, limiting_cameras(deployment),
+                                              deployment.hull_rule.within_world_m);
   std::vector<Line> lines;
   lines.push_back(
-      {collision::MovablePart(config::mesh_of(object), world_from_part, options.axis_world),
-       options.range, spacings_m(options.range, options.layouts), options.with_distances});
+      {part, options.range, spacings_m(options.range, options.layouts), options.with_distances});
   base::WorkerPool pool(options.threads);
-  SpacingStudy study(std::move(lines), {.rule = deployment.hull_rule, .eps_m = eps_m(deployment)},
-                     pool);
+  SpacingStudy study(std::move(lines), {.rule = deployment.hull_rule, .eps_m = found.eps_m}, pool);
   RecordedFrames frames(recording, deployment);
-  while (auto frame = frames.next()) {
-    study.add({std::move(frame->set.silhouettes), frame->duration_s});
-    progress(frame->done);
-  }
-  if (study.frames() == 0)
-    throw recording::RecordingError(
+  std::size_t computed = 0;
+  while (auto frame = frames.next())
+    if (const std::size_t now = study.add({std::move(frame->set.silhouettes), frame->duration_s});
+        now > computed) {
+      computed = now;
+      progress(frame->done);
+    }
+  if (study.frames() == 0) {
+    std::string why =
         options.recording.string() +
-        " contains no complete frame: one map of each camera of the recorded rig that gives shape");
-  return {options,        deployment.scene.name,  study.frames(), study.duration_s(),
-          frames.drops(), study.results().front()};
+        " contains no complete frame: one map of each camera of the recorded rig that "
+        "gives shape";
+    for (const auto& [reason, count] : frames.drops())
+      why += "; dropped: " + std::to_string(count) + " " + reason;
+    if (!frames.first_fault().empty()) why += ", first: " + base::printable(frames.first_fault());
+    throw recording::RecordingError(why);
+  }
+  found.result = study.results().front();
+  progress(1);
+  found.frames = study.frames();
+  found.empty_frames = study.empty_frames();
+  found.duration_s = study.duration_s();
+  found.drops = frames.drops();
+  return found;
 }
 
 }  // namespace fivepipe::study

@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
 #include "common/study/spacing_study.h"
@@ -26,13 +27,18 @@ struct WhatIfOptions {
 struct WhatIf {
   WhatIfOptions options;
   std::string scene;
-  std::size_t frames = 0;
+  std::size_t frames = 0, empty_frames = 0;  // the latter without a hull
   double duration_s = 0;
+  double eps_m = 0;                            // of the detection
   std::map<std::string, std::uint64_t> drops;  // of the recording, by reason
+  std::string damage;                          // of the file; empty: it is finished
+  // Spacings at which the whole part is in the volume and, with `limits: all`, in the image of each
+  // camera; nullopt: there is none.
+  std::optional<collision::SpacingInterval> in_view;
   LineResult result;
 };
 
-// Called after each frame with the part of the work that is done, 0 to 1.
+// Called with the part of the work that is done, 0 to 1, when it has grown.
 using Progress = std::function<void(double done)>;
 // Throws base::UsageError if the scene has no such part, or the part does not keep its shape and
 // pose; recording::RecordingError if there is no complete frame, and as RecordedFrames and

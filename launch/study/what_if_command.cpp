@@ -2,6 +2,7 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <iostream>
 #include <thread>
@@ -24,8 +25,13 @@ struct Words {
   bool verdicts_only = false;
 };
 
+constexpr double kMaxLength_m = 500;
+
 double length_from(const std::string& option, const std::string& text) {
-  if (const auto length = length_m(text)) return *length;
+  if (const auto length = length_m(text)) {
+    if (std::abs(*length) <= kMaxLength_m) return *length;
+    throw base::UsageError(option + ": '" + text + "' is longer than 500 m");
+  }
   throw base::UsageError(option + ": '" + text +
                          "' is no length; write a number and its unit, such as 18cm, 180mm, 0.18m "
                          "or 7in");
@@ -108,13 +114,13 @@ void add_what_if(CLI::App& app, Command& command) {
   CLI::App* const sub = app.add_subcommand(
       "what-if",
       "Computes what the real objects of a recording would have hit with a part at other spacings: "
-      "collision time, how far the part is in the way, clearance, and the spacings that are "
+      "collision time, penetration, clearance, and the spacings that are "
       "certified free in all frames");
   sub->footer(
       "Examples:\n"
       "  fivepipe up launch/deployments/demo.yaml --duration 10 --record session.mcap\n"
       "  fivepipe study what-if session.mcap --part side_block --axis x --range -40cm:20cm\n"
-      "  fivepipe study what-if session.mcap --part payload_a --axis x --at 14cm --range "
+      "  fivepipe study what-if session.mcap --part near_tower --axis -x --at 14cm --range "
       "14cm:30cm --layouts 1000 --verdicts --csv layouts.csv\n\n"
       "Exit codes: 0 done, 1 the recording cannot be used, 2 usage or configuration.");
   sub->add_option("recording", options->recording, "recording with object-pixel maps (.mcap)")

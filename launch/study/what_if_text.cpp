@@ -3,19 +3,59 @@
 #include <cmath>
 
 #include "common/base/text_table.h"
+#include "common/base/version.h"
 #include "launch/study/length.h"
 #include "launch/study/what_if.h"
 
 namespace fivepipe::study {
 namespace {
 
+// Part of the last decimal: of a bound that is exact in decimals.
+constexpr double kRounding = 1e-6;
+
+// Lengths in cm with two decimals, rounded so that the statement stays true.
+std::string at_least(double length_m) {
+  return fmt::format("{:.2f}", std::floor(1e4 * length_m + kRounding) / 100);
+}
+std::string at_most(double length_m) {
+  return fmt::format("{:.2f}", std::ceil(1e4 * length_m - kRounding) / 100);
+}
+
 // A length of which bounds are known.
 std::string text_of_bracket(const Bracket& bracket) {
-  if (!std::isfinite(bracket.max_m))
-    return bracket.min_m > 0 ? "> " + text_of_length(bracket.min_m) : "unknown";
-  return bracket.max_m > 0
-             ? fmt::format("{:.1f} to {:.1f} cm", 100 * bracket.min_m, 100 * bracket.max_m)
-             : "0";
+  if (std::isinf(bracket.min_m)) return "whole range";
+  if (std::isinf(bracket.max_m))
+    return bracket.min_m > 0 ? "at least " + at_least(bracket.min_m) + " cm" : "unknown";
+  return bracket.max_m > 0 ? at_least(bracket.min_m) + " to " + at_most(bracket.max_m) + " cm"
+                           : "0";
+}
+
+// What limits the results.
+std::string notes_of(const WhatIf& found) {
+  const collision::SpacingInterval& range = found.options.range;
+  std::string notes;
+  if (!found.in_view)
+    notes +=
+        "Nowhere in the range is the whole part in view of the cameras and in the volume: what is "
+        "outside\nis free because no hull can be there.\n";
+  else if (found.in_view->low_m > range.low_m || found.in_view->high_m < range.high_m)
+    notes += fmt::format(
+        "The whole part is in view of the cameras and in the volume from {} to {} cm. Elsewhere, "
+        "what is\noutside is free because no hull can be there.\n",
+        at_most(found.in_view->low_m), at_least(found.in_view->high_m));
+  if (found.empty_frames > 0)
+    notes += fmt::format("Frames without a hull: {} of {}.\n", found.empty_frames, found.frames);
+  if (found.result.incomplete_frames > 0)
+    notes += fmt::format(
+        "In {} frames the search reached its limit and left more undecided: the part is very near "
+        "to "
+        "the\nhull along the range.\n",
+        found.result.incomplete_frames);
+  for (const auto& [reason, count] : found.drops)
+    notes += fmt::format("Dropped of the recording: {} ({}).\n", reason, count);
+  if (!found.damage.empty())
+    notes += base::printable(found.damage) + ": only what could be read was studied.\n";
+  return notes;
 }
 
 // null instead of infinity, which JSON does not have.
@@ -41,14 +81,16 @@ std::string text_of(const WhatIf& found) {
       text_of_length(options.range.low_m), text_of_length(options.range.high_m));
   std::vector<base::TextTable::Column> columns{{"spacing", true}, {"collides", true}};
   if (options.with_distances) {
-    columns.push_back({"in the way by", true});
+    columns.push_back({"penetration", true});
     columns.push_back({"clearance", true});
   }
   base::TextTable table(columns);
   for (const LayoutResult& layout : found.result.layouts) {
-    std::vector<std::string> cells{
-        text_of_length(layout.spacing_m),
-        layout.colliding_frames > 0 ? fmt::format("{:.2f} s", layout.collision_s) : "-"};
+    std::vector<std::string> cells{fmt::format("{:.2f} cm", 100 * layout.spacing_m),
+                                   layout.colliding_frames > 0
+                                       ? fmt::format("{:.2f} s", layout.collision_s)
+                                   : layout.undecided_frames > 0 ? "undecided"
+                                                                 : "-"};
     if (options.with_distances) {
       cells.push_back(layout.colliding_frames > 0 ? text_of_bracket(layout.penetration) : "-");
       cells.push_back(text_of_bracket(layout.clearance));
@@ -61,18 +103,15 @@ std::string text_of(const WhatIf& found) {
   } else {
     text += "Free in all frames, certified at every spacing between the ends:\n";
     for (const collision::SpacingInterval& i : found.result.free)
-      text += fmt::format("  {:.2f} to {:.2f} cm\n", 100 * i.low_m, 100 * i.high_m);
-    const double least_m = least_free_above_m(found.result, options.range);
-    text += std::isfinite(least_m)
-                ? fmt::format("Least spacing above which all are free: {:.2f} cm\n", 100 * least_m)
+      text += fmt::format("  {} to {} cm\n", at_most(i.low_m), at_least(i.high_m));
+    const double min_m = min_free_spacing_m(found.result, options.range);
+    text += std::isfinite(min_m)
+                ? "Minimum spacing above which all are free: " + at_most(min_m) + " cm\n"
                 : "The largest spacings of the range are not free: try a longer range.\n";
   }
-  for (const auto& [reason, count] : found.drops)
-    text += fmt::format("Left out: {} ({})\n", reason, count);
-  text +=
-      "The visual hull is larger than the objects, so a free spacing is safe and a collision may "
-      "be\nless deep. In another layout, a person would have moved differently.\n";
-  return text;
+  return text + notes_of(found) +
+         "The visual hull is larger than the objects, so a collision may be less deep or not "
+         "exist. In\nanother layout, a person would have moved differently.\n";
 }
 
 nlohmann::ordered_json json_of(const WhatIf& found) {
@@ -81,19 +120,29 @@ nlohmann::ordered_json json_of(const WhatIf& found) {
       {"recording", options.recording.string()},
       {"scene", found.scene},
       {"part", options.part},
+      {"at_m", options.at_m},
       {"axis", {options.axis_world.x(), options.axis_world.y(), options.axis_world.z()}},
+      {"settings", options.settings},
+      {"eps_m", found.eps_m},
+      {"version", base::version()},
       {"frames", found.frames},
+      {"frames_without_hull", found.empty_frames},
+      {"incomplete_frames", found.result.incomplete_frames},
       {"duration_s", found.duration_s},
       {"range_m", {options.range.low_m, options.range.high_m}},
-      {"least_free_above_m", json_of_length(least_free_above_m(found.result, options.range))},
+      {"in_view_m", nullptr},
+      {"min_free_spacing_m", json_of_length(min_free_spacing_m(found.result, options.range))},
       {"free_m", nlohmann::ordered_json::array()},
       {"drops", found.drops},
+      {"damage", found.damage},
       {"layouts", nlohmann::ordered_json::array()}};
+  if (found.in_view) json["in_view_m"] = {found.in_view->low_m, found.in_view->high_m};
   for (const collision::SpacingInterval& i : found.result.free)
     json["free_m"].push_back({i.low_m, i.high_m});
   for (const LayoutResult& layout : found.result.layouts) {
     json["layouts"].push_back({{"spacing_m", layout.spacing_m},
                                {"colliding_frames", layout.colliding_frames},
+                               {"undecided_frames", layout.undecided_frames},
                                {"collision_s", layout.collision_s}});
     if (options.with_distances) {
       json["layouts"].back()["penetration_m"] = json_of_bracket(layout.penetration);
@@ -105,13 +154,13 @@ nlohmann::ordered_json json_of(const WhatIf& found) {
 
 std::string csv_of(const WhatIf& found) {
   const bool with_distances = found.options.with_distances;
-  std::string text = "spacing_m,colliding_frames,collision_s";
+  std::string text = "spacing_m,colliding_frames,undecided_frames,collision_s";
   if (with_distances)
     text += ",penetration_min_m,penetration_max_m,clearance_min_m,clearance_max_m";
   text += '\n';
   for (const LayoutResult& layout : found.result.layouts) {
-    text += fmt::format("{},{},{}", csv_number(layout.spacing_m), layout.colliding_frames,
-                        csv_number(layout.collision_s));
+    text += fmt::format("{},{},{},{}", csv_number(layout.spacing_m), layout.colliding_frames,
+                        layout.undecided_frames, csv_number(layout.collision_s));
     if (with_distances)
       for (const double value : {layout.penetration.min_m, layout.penetration.max_m,
                                  layout.clearance.min_m, layout.clearance.max_m})

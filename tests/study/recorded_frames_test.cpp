@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <fstream>
+
 #include "common/recording/files/recording_writer.h"
 #include "common/recording/replay/recorded_deployment.h"
 #include "tests/support/recording/kept_recording.h"
@@ -24,12 +26,77 @@ TEST(RecordedFrames, OfTheKeptRecordingAreComplete) {
     EXPECT_GT(all[i].set.frame, all[i - 1].set.frame);
     EXPECT_GE(all[i].done, all[i - 1].done);
     EXPECT_NEAR(all[i - 1].duration_s,
-                std::min(kLongestFrame_s, 1e-9 * double(all[i].set.capture_stamp_ns -
-                                                        all[i - 1].set.capture_stamp_ns)),
+                std::min(kMaxFrame_s, 1e-9 * double(all[i].set.capture_stamp_ns -
+                                                    all[i - 1].set.capture_stamp_ns)),
                 1e-12);
   }
   EXPECT_EQ(all.back().duration_s, all[all.size() - 2].duration_s);
   EXPECT_EQ(all.back().done, 1);
+}
+
+// Of the kept recording with another rig: each map has another size.
+TEST(RecordedFrames, BadMapsAreDroppedAndCounted) {
+  const recording::Recording recording(test::kKeptRecording);
+  const replay::RecordedDeployment recorded(recording, {});
+  config::Deployment other = recorded.deployment();
+  for (config::RigCamera& camera : other.rig.cameras) ++camera.published.width_px;
+  RecordedFrames frames(recording, other);
+  EXPECT_FALSE(frames.next());
+  EXPECT_EQ(frames.drops(), (std::map<std::string, std::uint64_t>{{"bad_map", 99}}));
+  EXPECT_EQ(frames.first_fault().rfind("bad_map: ", 0), 0u) << frames.first_fault();
+}
+
+// A camera that is not in the rig; the frames are complete without it.
+TEST(RecordedFrames, MapsOfAnUnknownCameraAreDropped) {
+  const recording::Recording recording(test::kKeptRecording);
+  const replay::RecordedDeployment recorded(recording, {});
+  config::Deployment other = recorded.deployment();
+  other.rig.cameras.pop_back();
+  RecordedFrames frames(recording, other);
+  int count = 0;
+  while (const auto frame = frames.next()) {
+    EXPECT_EQ(frame->set.silhouettes.size(), 2u);
+    ++count;
+  }
+  EXPECT_EQ(count, 33);
+  ASSERT_EQ(frames.drops().size(), 1u);
+  EXPECT_EQ(frames.drops().begin()->second, 33u);
+}
+
+// Cut in the middle: what is before the cut is read.
+TEST(RecordedFrames, OfATruncatedFileAreThoseBeforeItsEnd) {
+  const test::TestFolder folder;
+  const std::filesystem::path file = folder.path / "cut.mcap";
+  std::filesystem::copy_file(test::kKeptRecording, file);
+  std::filesystem::resize_file(file, std::filesystem::file_size(file) * 6 / 10);
+  const recording::Recording kept(test::kKeptRecording), cut(file);
+  EXPECT_FALSE(cut.mcap().is_finished());
+  const replay::RecordedDeployment recorded(kept, {});
+  RecordedFrames frames(cut, recorded.deployment());
+  int count = 0;
+  while (frames.next()) ++count;
+  EXPECT_GT(count, 5);
+  EXPECT_LT(count, 33);
+}
+
+TEST(RecordedFrames, ADamagedChunkIsSkippedAndCounted) {
+  const test::TestFolder folder;
+  const std::filesystem::path file = folder.path / "damaged.mcap";
+  std::filesystem::copy_file(test::kKeptRecording, file);
+  {
+    std::fstream bytes(file, std::ios::in | std::ios::out | std::ios::binary);
+    bytes.seekp(std::streamoff(std::filesystem::file_size(file) / 2));
+    bytes << "damage";
+  }
+  const recording::Recording kept(test::kKeptRecording), damaged(file);
+  const replay::RecordedDeployment recorded(kept, {});
+  RecordedFrames frames(damaged, recorded.deployment());
+  int count = 0;
+  while (frames.next()) ++count;
+  EXPECT_GT(count, 5);
+  EXPECT_LT(count, 33);
+  EXPECT_EQ(frames.drops().at("damaged_chunk"), 1u);
+  EXPECT_FALSE(frames.first_fault().empty());
 }
 
 TEST(RecordedFrames, NamesARecordingWithoutMaps) {

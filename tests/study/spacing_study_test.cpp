@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <numbers>
 
 #include "common/collision/detection/cpu/cpu_detector.h"
 #include "common/collision/oracle/distance_reference.h"
@@ -102,15 +103,15 @@ TEST(SpacingStudy, FreeIntervalsAreFreeInEachFrame) {
     SingleFrame frame(frame_at(0.05 * i));
     for (const double spacing_m : in_free_m) EXPECT_FALSE(frame.collides(spacing_m)) << spacing_m;
   }
-  const double least_m = least_free_above_m(result, kRange);
-  EXPECT_EQ(least_m, result.free.back().low_m);
+  const double min_m = min_free_spacing_m(result, kRange);
+  EXPECT_EQ(min_m, result.free.back().low_m);
   EXPECT_EQ(result.free.back().high_m, kRange.high_m);
 }
 
-TEST(SpacingStudy, WithAllFreeAboveThereIsNoLeastSpacing) {
-  EXPECT_EQ(least_free_above_m({{}, {}}, kRange), kInfinity);
-  EXPECT_EQ(least_free_above_m({{}, {{-0.1, 0.1}}}, kRange), kInfinity);
-  EXPECT_EQ(least_free_above_m({{}, {{-0.1, 0.1}, {0.2, 0.25}}}, kRange), 0.2);
+TEST(SpacingStudy, MinFreeSpacingIsTheLowEndOfTheLastInterval) {
+  EXPECT_EQ(min_free_spacing_m({{}, {}}, kRange), kInfinity);
+  EXPECT_EQ(min_free_spacing_m({{}, {{-0.1, 0.1}}}, kRange), kInfinity);
+  EXPECT_EQ(min_free_spacing_m({{}, {{-0.1, 0.1}, {0.2, 0.25}}}, kRange), 0.2);
 }
 
 // The nearest triangle of each frame, one by one, and points of the part by the exact reference.
@@ -162,6 +163,7 @@ TEST(SpacingStudy, ClearanceContainsTheReference) {
 TEST(SpacingStudy, PenetrationContainsTheNearestFreeSpacing) {
   constexpr double kStep_m = 0.5e-3;
   const std::vector<double> spacings_m = equally_spaced(17);
+  int bounded = 0;
   for (int i = 0; i < 12; ++i) {
     SingleFrame frame(frame_at(0.4 * i));
     base::WorkerPool pool(1);
@@ -180,8 +182,98 @@ TEST(SpacingStudy, PenetrationContainsTheNearestFreeSpacing) {
       for (const double s : free_m) nearest_m = std::min(nearest_m, std::abs(s - layout.spacing_m));
       EXPECT_LE(layout.penetration.min_m, nearest_m) << layout.spacing_m;
       EXPECT_GE(layout.penetration.max_m, nearest_m - 2 * kStep_m) << layout.spacing_m;
+      if (std::isinf(nearest_m)) continue;
+      EXPECT_LE(layout.penetration.max_m - layout.penetration.min_m, 8e-3) << layout.spacing_m;
+      ++bounded;
     }
   }
+  EXPECT_GT(bounded, 20);
+}
+
+TEST(SpacingStudy, PenetrationIsTheMaximumOverTheFrames) {
+  base::WorkerPool pool(2);
+  const std::vector<double> spacings_m = equally_spaced(9);
+  SpacingStudy all({{part(), kRange, spacings_m}}, {}, pool);
+  std::vector<LineResult> each;
+  for (int i = 0; i < 6; ++i) {
+    all.add(frame_at(0.4 * i));
+    SpacingStudy one({{part(), kRange, spacings_m}}, {}, pool);
+    one.add(frame_at(0.4 * i));
+    each.push_back(one.results().front());
+  }
+  const LineResult result = all.results().front();
+  for (std::size_t k = 0; k < spacings_m.size(); ++k) {
+    Bracket largest{0, 0};
+    for (const LineResult& of_frame : each)
+      largest = {std::max(largest.min_m, of_frame.layouts[k].penetration.min_m),
+                 std::max(largest.max_m, of_frame.layouts[k].penetration.max_m)};
+    EXPECT_EQ(result.layouts[k].penetration, largest);
+  }
+}
+
+// A batch is searched only below the clearances of the batches before.
+TEST(SpacingStudy, ClearanceOfManyBatchesIsTheMinimumOfTheFrames) {
+  base::WorkerPool pool(2);
+  const std::vector<double> spacings_m{0.08, 0.1, 0.12, 0.14, 0.16, 0.18, 0.2, 0.22, 0.24};
+  SpacingStudy all({{part(), kRange, spacings_m}}, {}, pool);
+  std::vector<Bracket> smallest(spacings_m.size(), {kInfinity, kInfinity});
+  // The hand comes nearest in the second batch.
+  for (std::size_t i = 0; i < 3 * kFramesPerBatch; ++i) {
+    const double turn = double(i) / double(3 * kFramesPerBatch - 1);
+    const StudyFrame frame{
+        test::hand_among(4, 200, {-0.25 + 0.2 * std::sin(std::numbers::pi * turn), 0, 0}), 0.05};
+    all.add(frame);
+    SpacingStudy one({{part(), kRange, spacings_m}}, {}, pool);
+    one.add(frame);
+    const LineResult of_frame = one.results().front();
+    for (std::size_t k = 0; k < spacings_m.size(); ++k)
+      smallest[k] = {std::min(smallest[k].min_m, of_frame.layouts[k].clearance.min_m),
+                     std::min(smallest[k].max_m, of_frame.layouts[k].clearance.max_m)};
+  }
+  const LineResult result = all.results().front();
+  int measured = 0;
+  for (std::size_t k = 0; k < spacings_m.size(); ++k) {
+    const Bracket& clearance = result.layouts[k].clearance;
+    EXPECT_LE(clearance.min_m, smallest[k].max_m);
+    EXPECT_GE(clearance.max_m, smallest[k].min_m);
+    EXPECT_TRUE(clearance.max_m - clearance.min_m <= 2e-3 || clearance.min_m >= 0.1)
+        << clearance.min_m << ' ' << clearance.max_m;
+    measured += clearance.min_m > 0 && clearance.min_m < 0.1;
+  }
+  EXPECT_GE(measured, 2);
+}
+
+TEST(SpacingStudy, KnowsFramesWithoutAHullAndUnknownOnes) {
+  base::WorkerPool pool(1);
+  SpacingStudy study({{part(), kRange, {0.0}}}, {}, pool);
+  StudyFrame empty = frame_at(0), unusable = frame_at(0);
+  empty.silhouettes[1].pixels = hull::ObjectPixels(200, 200);
+  unusable.silhouettes[1].camera.pinhole.fx_px = std::numeric_limits<double>::quiet_NaN();
+  study.add(empty);
+  LineResult result = study.results().front();
+  EXPECT_EQ(study.empty_frames(), 1u);
+  EXPECT_EQ(result.free, (std::vector<SpacingInterval>{kRange}));
+  EXPECT_EQ(result.layouts[0].undecided_frames, 0u);
+  study.add(unusable);
+  result = study.results().front();
+  EXPECT_EQ(study.empty_frames(), 1u);
+  EXPECT_TRUE(result.free.empty());
+  EXPECT_EQ(result.layouts[0].undecided_frames, 1u);
+  EXPECT_EQ(result.layouts[0].colliding_frames, 0u);
+  EXPECT_EQ(result.layouts[0].clearance.min_m, 0);
+}
+
+TEST(SpacingStudy, UsesTheRuleOfTheHull) {
+  base::WorkerPool pool(1);
+  StudyOptions above;
+  above.rule.within_world_m =
+      Eigen::AlignedBox3d(Vector3d(-1, -1, 0.5), Vector3d(1, 1, 1));  // above the hand
+  SpacingStudy study({{part(), kRange, equally_spaced(5)}}, above, pool),
+      everywhere({{part(), kRange, equally_spaced(5)}}, {}, pool);
+  study.add(frame_at(0.5));
+  everywhere.add(frame_at(0.5));
+  EXPECT_EQ(study.results().front().free, (std::vector<SpacingInterval>{kRange}));
+  EXPECT_NE(everywhere.results().front().free, (std::vector<SpacingInterval>{kRange}));
 }
 
 TEST(SpacingStudy, DoesNotDependOnTheNumberOfThreads) {
@@ -219,7 +311,7 @@ TEST(SpacingStudy, RefusesSpacingsOutOfOrderOrRange) {
   for (const SpacingInterval& range : {SpacingInterval{1, 0}, {nan, 1}, {0, kInfinity}})
     EXPECT_THROW(SpacingStudy({{part(), range, {}}}, {}, pool), std::invalid_argument);
   for (const StudyOptions& options :
-       {StudyOptions{{}, 0}, {{}, 1e-3, 0}, {{}, 1e-3, kInfinity}, {{}, 1e-3, 0.1, 0}})
+       {StudyOptions{{}, 0}, {{}, 1e308}, {{}, 1e-3, 0}, {{}, 1e-3, kInfinity}, {{}, 1e-3, 0.1, 0}})
     EXPECT_THROW(SpacingStudy({{part(), kRange, {}}}, options, pool), std::invalid_argument);
 }
 

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "common/base/usage_error.h"
 #include "common/recording/files/recording.h"
 #include "common/recording/schema/cdr.h"
@@ -69,22 +71,71 @@ TEST(WhatIf, TextStatesWhatIsCertified) {
   const WhatIf found = run(block());
   const std::string text = text_of(found);
   for (const char* part :
-       {"33 frames", "part block of scene kept, spacing -40.0 cm to 40.0 cm", "in the way by",
+       {"33 frames", "part block of scene kept, spacing -40.0 cm to 40.0 cm", "penetration",
         "Free in all frames, certified at every spacing between the ends:\n  -40.00 to -",
         "The largest spacings of the range are not free", "would have moved differently"})
     EXPECT_NE(text.find(part), std::string::npos) << part << '\n' << text;
   const auto json = json_of(found);
   EXPECT_EQ(json["layouts"].size(), 5u);
-  EXPECT_EQ(json["least_free_above_m"], nullptr);
+  EXPECT_EQ(json["min_free_spacing_m"], nullptr);
   EXPECT_EQ(json["free_m"][0][0], -0.4);
   EXPECT_EQ(json["layouts"][0]["clearance_m"]["max"], nullptr) << "more than is measured";
   const std::string csv = csv_of(found);
   EXPECT_EQ(std::ranges::count(csv, '\n'), 6);
-  EXPECT_EQ(csv.rfind("spacing_m,colliding_frames,collision_s,penetration_min_m,penetration_max_m,"
-                      "clearance_min_m,clearance_max_m\n-0.4,0,0,0,0,0.1,\n",
+  EXPECT_EQ(csv.rfind("spacing_m,colliding_frames,undecided_frames,collision_s,penetration_min_m,"
+                      "penetration_max_m,clearance_min_m,clearance_max_m\n-0.4,0,0,0,0,0,0.1,\n",
                       0),
             0u)
       << csv;
+}
+
+TEST(WhatIf, TextRoundsSoThatItStaysTrue) {
+  WhatIf found = run(block());
+  found.result.free = {{-0.4, 0.123451}, {0.234549, 0.4}};
+  found.result.layouts = {{.spacing_m = 0.1,
+                           .colliding_frames = 1,
+                           .collision_s = 0.05,
+                           .clearance = {0, 0},
+                           .penetration = {0.012349, 0.013451}},
+                          {.spacing_m = 0.2, .undecided_frames = 2, .clearance = {0.1, HUGE_VAL}},
+                          {.spacing_m = 0.3,
+                           .colliding_frames = 1,
+                           .clearance = {0, 0},
+                           .penetration = {HUGE_VAL, HUGE_VAL}}};
+  const std::string text = text_of(found);
+  for (const char* part :
+       {"-40.00 to 12.34 cm\n", "23.46 to 40.00 cm\n", "all are free: 23.46 cm\n",
+        "1.23 to 1.35 cm", "undecided", "at least 10.00 cm", "whole range"})
+    EXPECT_NE(text.find(part), std::string::npos) << part << '\n' << text;
+}
+
+TEST(WhatIf, TextNamesWhatLimitsTheResults) {
+  WhatIf found = run(block());
+  EXPECT_EQ(text_of(found).find("Frames without a hull"), std::string::npos);
+  found.empty_frames = 3;
+  found.result.incomplete_frames = 2;
+  found.drops = {{"bad_map", 7}};
+  found.damage = "unfinished";
+  found.in_view = collision::SpacingInterval{-0.1, 0.2};
+  std::string text = text_of(found);
+  for (const char* part :
+       {"Frames without a hull: 3 of 33.", "In 2 frames the search reached its limit",
+        "Dropped of the recording: bad_map (7).", "unfinished: only what could be read",
+        "The whole part is in view of the cameras and in the volume from -10.00 to 20.00 cm."})
+    EXPECT_NE(text.find(part), std::string::npos) << part << '\n' << text;
+  found.in_view = std::nullopt;
+  text = text_of(found);
+  EXPECT_NE(text.find("Nowhere in the range is the whole part in view"), std::string::npos);
+}
+
+TEST(WhatIf, FarFromTheVolumeIsOutOfView) {
+  WhatIfOptions options = block();
+  options.range = {0, 5};
+  const WhatIf found = run(options);
+  ASSERT_TRUE(found.in_view);
+  EXPECT_LT(found.in_view->high_m, 2);
+  options.range = {4, 5};
+  EXPECT_FALSE(run(options).in_view);
 }
 
 TEST(WhatIf, WithoutDistancesHasTheSameVerdicts) {
@@ -96,7 +147,9 @@ TEST(WhatIf, WithoutDistancesHasTheSameVerdicts) {
   EXPECT_EQ(found.result.free, all.result.free);
   EXPECT_EQ(text_of(found).find("clearance"), std::string::npos);
   EXPECT_FALSE(json_of(found)["layouts"][0].contains("clearance_m"));
-  EXPECT_EQ(csv_of(found).rfind("spacing_m,colliding_frames,collision_s\n-0.4,0,0\n", 0), 0u);
+  EXPECT_EQ(csv_of(found).rfind(
+                "spacing_m,colliding_frames,undecided_frames,collision_s\n-0.4,0,0,0\n", 0),
+            0u);
 }
 
 TEST(WhatIf, NamesThePartsOfTheScene) {
@@ -122,7 +175,7 @@ TEST(WhatIf, ReportsItsProgress) {
     last = done;
     ++calls;
   });
-  EXPECT_EQ(calls, 33);
+  EXPECT_EQ(calls, 2) << "one batch of 32 frames, and the last one";
   EXPECT_EQ(last, 1);
 }
 

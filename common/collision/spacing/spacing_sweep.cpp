@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
+#include <queue>
 #include <stdexcept>
+#include <utility>
+#include <variant>
 
 #include "common/collision/proximity/lazy_octree.h"
 #include "common/collision/proximity/moving_triangle.h"
@@ -17,10 +19,13 @@ using Eigen::Vector3d;
 constexpr double kBoxRounding = 32 * std::numeric_limits<double>::epsilon();
 // Covers the rounding of a ball's radius and of the interval in which its centre stays in it.
 constexpr double kBelowOne = 1 - 1e-9;
-// Points of the part's surface that are tried as centres of a ball in the hull, per spacing, and
-// the largest half size of the parts of triangles that they are the centroids of [m].
-constexpr int kMaxCenters = 96;
-constexpr double kCenterSpacing_m = 4e-3;
+// Cubes that one sweep tests. A part that is nearer to the hull than it is divided, along much of
+// the range, would need more.
+constexpr int kMaxCubes = 2'000'000;
+// Boxes and parts of triangles that a search for the centre of a ball in the hull opens, and the
+// half size of the parts that it does not divide [m].
+constexpr int kMaxOpened = 96;
+constexpr double kUndividedHalf_m = 4e-3;
 
 struct Box {
   Vector3d center_m, half_m;
@@ -93,21 +98,25 @@ class SpacingSweep::Search {
 
   SpacingVerdicts operator()(const SpacingInterval& range) {
     decide(range);
+    found_.is_complete = cubes_left_ > 0;
     // A ball may reach beyond the range.
-    for (SpacingInterval& i : found_.colliding)
-      i = {std::max(i.low_m, range.low_m), std::min(i.high_m, range.high_m)};
+    for (auto* const list : {&found_.touching, &found_.colliding})
+      for (SpacingInterval& i : *list)
+        i = {std::max(i.low_m, range.low_m), std::min(i.high_m, range.high_m)};
     return std::move(found_);
   }
 
  private:
   void decide(SpacingInterval range) {
-    if (!trim(range)) return;
+    if (cubes_left_ == 0 || !trim(range)) return;
     if (is_free(range)) return add(found_.free, range);
     const double mid_m = range.low_m / 2 + range.high_m / 2, half_m = mid_m - range.low_m;
-    const double radius_m =
-        kBelowOne * ball_radius(mid_m, half_m + 2 * options_.solid_m) - options_.solid_m;
-    if (radius_m > 0) add(found_.colliding, {mid_m - radius_m, mid_m + radius_m});
-    if (range.high_m - range.low_m <= options_.tolerance_m || !(half_m > 0)) return;
+    const double touching_m = kBelowOne * ball_radius(mid_m, half_m + 2 * options_.solid_m),
+                 colliding_m = touching_m - options_.solid_m;
+    if (touching_m > 0) add(found_.touching, {mid_m - touching_m, mid_m + touching_m});
+    if (colliding_m > 0) add(found_.colliding, {mid_m - colliding_m, mid_m + colliding_m});
+    const bool is_divisible = range.low_m < mid_m && mid_m < range.high_m;
+    if (range.high_m - range.low_m <= options_.tolerance_m || !is_divisible) return;
     decide({range.low_m, mid_m});
     decide({mid_m, range.high_m});
   }
@@ -122,7 +131,10 @@ class SpacingSweep::Search {
     return true;
   }
 
-  bool is_certified_free(const Box& box, double mid_m, double reach_m) const {
+  // Also false once the sweep has tested kMaxCubes.
+  bool is_certified_free(const Box& box, double mid_m, double reach_m) {
+    if (cubes_left_ == 0) return false;
+    --cubes_left_;
     const Vector3d center_m = box.center_m + mid_m * axis_,
                    half_m = box.half_m + reach_m * axis_.cwiseAbs();
     const double rounding_m =
@@ -134,27 +146,8 @@ class SpacingSweep::Search {
   // to the length of the range.
   bool is_free(const SpacingInterval& range) {
     const double mid_m = range.low_m / 2 + range.high_m / 2,
-                 reach_m = std::max(mid_m - range.low_m, range.high_m - mid_m);
-    return each_uncertain(mid_m, reach_m, std::max(reach_m, options_.tolerance_m / 2),
-                          [](const Triangle&) { return false; });
-  }
-
-  // Returns the largest radius found, up to enough_m, of a ball in the hull about a point of the
-  // part's surface.
-  double ball_radius(double spacing_m, double enough_m) {
-    double radius_m = 0;
-    int left = kMaxCenters;
-    each_uncertain(spacing_m, 0, kCenterSpacing_m, [&](const Triangle& t) {
-      radius_m = std::max(radius_m, query_.solid_radius_m(centroid(t) + spacing_m * axis_));
-      return radius_m < enough_m && --left > 0;
-    });
-    return std::min(radius_m, enough_m);
-  }
-
-  // Calls take() for each part of a triangle, of half sizes up to finest_m, whose sweep by reach_m
-  // to both sides of mid_m is not certified free; stops and returns false if take() does.
-  template <class Take>
-  bool each_uncertain(double mid_m, double reach_m, double finest_m, const Take& take) {
+                 reach_m = std::max(mid_m - range.low_m, range.high_m - mid_m),
+                 finest_m = std::max(reach_m, options_.tolerance_m / 2);
     nodes_.clear();
     if (!tree_.empty()) push_nodes(tree_.levels() - 1, 0);
     while (!nodes_.empty()) {
@@ -165,18 +158,66 @@ class SpacingSweep::Search {
         continue;
       }
       parts_.clear();
-      for (const std::uint32_t i : tree_.triangles_of(node.index))
-        parts_.push_back(part_of(corners(tree_.mesh().triangles[i], tree_.mesh().vertices_m)));
+      for (const std::uint32_t i : tree_.triangles_of(node.index)) parts_.push_back(part_at(i));
       while (!parts_.empty()) {
         const Part part = taken(parts_);
         if (is_certified_free(part.box, mid_m, reach_m)) continue;
-        if (part.box.half_m.maxCoeff() > finest_m)
-          push_quarters(part.triangle, parts_);
-        else if (!take(part.triangle))
-          return false;
+        if (part.box.half_m.maxCoeff() <= finest_m || cubes_left_ == 0) return false;
+        push_quarters(part.triangle, parts_);
       }
     }
     return true;
+  }
+
+  // Returns the largest radius found, up to enough_m, of a ball in the hull about a point of the
+  // part's surface. Opens first what has its middle deepest in the hull, and the largest of those
+  // that have it outside.
+  double ball_radius(double spacing_m, double enough_m) {
+    struct Candidate {
+      double radius_m, half_m;  // of a ball in the hull about its middle, and its half size
+      std::variant<Node, Part> what;
+      bool operator<(const Candidate& other) const {
+        return std::pair(radius_m, half_m) < std::pair(other.radius_m, other.half_m);
+      }
+    };
+    std::priority_queue<Candidate> candidates;
+    double best_m = 0;
+    const auto radius_at = [&](const Vector3d& p_m) {
+      return query_.solid_radius_m(p_m + spacing_m * axis_);
+    };
+    const auto push_boxes = [&](int level, int parent) {
+      nodes_.clear();
+      push_nodes(level, parent);
+      for (const Node& node : nodes_)
+        if (!is_certified_free(node.box, spacing_m, 0))
+          candidates.push({radius_at(node.box.center_m), node.box.half_m.maxCoeff(), node});
+    };
+    const auto push_part = [&](const Part& part) {
+      const double radius_m = radius_at(centroid(part.triangle));
+      best_m = std::max(best_m, radius_m);
+      candidates.push({radius_m, part.box.half_m.maxCoeff(), part});
+    };
+    if (!tree_.empty()) push_boxes(tree_.levels() - 1, 0);
+    for (int opened = 0; opened < kMaxOpened && !candidates.empty() && best_m < enough_m;
+         ++opened) {
+      const Candidate next = candidates.top();
+      candidates.pop();
+      if (const Node* const node = std::get_if<Node>(&next.what)) {
+        if (node->level > 0)
+          push_boxes(node->level - 1, node->index);
+        else
+          for (const std::uint32_t i : tree_.triangles_of(node->index)) push_part(part_at(i));
+      } else if (next.half_m > kUndividedHalf_m) {
+        parts_.clear();
+        push_quarters(std::get<Part>(next.what).triangle, parts_);
+        for (const Part& quarter : parts_) push_part(quarter);
+      }
+    }
+    return std::min(best_m, enough_m);
+  }
+
+  Part part_at(std::uint32_t triangle) const {
+    return part_of(corners(tree_.mesh().triangles[triangle], tree_.mesh().vertices_m));
   }
 
   void push_nodes(int level, int parent) {
@@ -196,6 +237,7 @@ class SpacingSweep::Search {
   const Bvh& tree_;
   Vector3d axis_;
   SpacingVerdicts found_;
+  int cubes_left_ = kMaxCubes;
   std::vector<Node> nodes_;  // still to test
   std::vector<Part> parts_;  // of the present node, still to test
 };
@@ -210,11 +252,14 @@ SpacingSweep::SpacingSweep(const hull::HullQuery& query, const SpacingOptions& o
 
 SpacingVerdicts SpacingSweep::operator()(const MovablePart& part,
                                          const SpacingInterval& range) const {
-  if (!(std::isfinite(range.low_m) && std::isfinite(range.high_m) && range.low_m <= range.high_m))
-    throw std::invalid_argument("spacing: the range must be finite and not descend");
+  if (!(std::abs(range.low_m) <= kMaxSpacing_m && std::abs(range.high_m) <= kMaxSpacing_m &&
+        range.low_m <= range.high_m))
+    throw std::invalid_argument("spacing: the range must not descend nor exceed 1 km");
   if (query_->hull().unusable()) return {};
-  if (query_->hull().empty()) return {{range}, {}};
-  return Search(*this, part)(range);
+  if (!query_->hull().empty()) return Search(*this, part)(range);
+  SpacingVerdicts all_free;
+  all_free.free = {range};
+  return all_free;
 }
 
 }  // namespace fivepipe::collision

@@ -7,8 +7,12 @@
 //     +----+           '--'      surface stays in a ball that is in the hull
 //     |----free----|??|--colliding--|    (HullQuery::solid_radius_m). The rest is bisected.
 //
-// One search decides a frame for any number of layouts: a layout asks only in which interval its
-// spacing is. Freedom is not monotone in the spacing, because an arm may be behind the part.
+// One search decides a frame for any number of layouts: the verdict on a layout is that of the
+// interval with its spacing. Freedom is not monotone in the spacing, because an arm may be behind
+// the part.
+//
+// Verdicts are on the part's surface, as those of CollisionDetector: a part of the hull that is
+// wholly inside a closed part does not collide.
 #pragma once
 #include <span>
 #include <vector>
@@ -24,14 +28,24 @@ struct SpacingInterval {
   bool operator==(const SpacingInterval&) const = default;
 };
 
-// Each list is ascending, and its intervals are disjoint. Spacings in neither are undecided.
+// Each list is ascending, and its intervals are disjoint. Spacings that are neither free nor
+// colliding are undecided.
 struct SpacingVerdicts {
   // At each spacing of the interval, no point of the part's surface is in the hull.
   std::vector<SpacingInterval> free;
-  // At each spacing of the interval, a point of the part's surface is the centre of a ball in the
-  // hull with a radius of SpacingOptions::solid_m.
+  // At each spacing of the interval, a point of the part's surface is in the hull.
+  std::vector<SpacingInterval> touching;
+  // Also the centre of a ball in the hull with a radius of SpacingOptions::solid_m. Each of these
+  // intervals is in one of `touching`.
   std::vector<SpacingInterval> colliding;
+  // False if the search ended early and left more undecided: it has a limit, which a part reaches
+  // that slides along the hull at a fraction of a millimetre.
+  bool is_complete = true;
 };
+
+// Largest spacing of a range, and smallest [m]: beyond, the rounding of coordinates would exceed
+// the tolerance.
+inline constexpr double kMaxSpacing_m = 1000;
 
 enum class SpacingVerdict { free, undecided, colliding };
 // Returns the verdict on one spacing.
@@ -41,7 +55,8 @@ struct SpacingOptions {
   // An interval that is not longer is not divided, and stays undecided if it cannot be certified;
   // finite, > 0 [m].
   double tolerance_m = 0.1e-3;
-  // Finite, >= 0. A detector with eps_m at most half of this finds each certified collision.
+  // Finite, >= 0. A detector with eps_m at most half of this finds each certified collision, except
+  // in triangles that exceed its budget (CpuDetectionCounts::over_budget).
   double solid_m = 1e-3;
 };
 
@@ -51,8 +66,8 @@ class SpacingSweep {
   // an option is out of range.
   SpacingSweep(const hull::HullQuery& query, const SpacingOptions& options);
 
-  // Throws std::invalid_argument if the range is not finite or descends. Several threads may call
-  // it at once.
+  // Throws std::invalid_argument if the range exceeds kMaxSpacing_m or descends. Several threads
+  // may call it at once.
   SpacingVerdicts operator()(const MovablePart& part, const SpacingInterval& range) const;
 
  private:

@@ -47,7 +47,11 @@ double length_m(const std::vector<SpacingInterval>& intervals) {
 // Each list is ascending, disjoint and in the range, and no spacing is in both.
 void expect_well_formed(const SpacingVerdicts& found, const SpacingInterval& range) {
   std::vector<SpacingInterval> all;
-  for (const auto& list : {found.free, found.colliding}) {
+  for (const SpacingInterval& i : found.colliding)
+    EXPECT_TRUE(std::ranges::any_of(found.touching, [&](const SpacingInterval& touching) {
+      return touching.low_m <= i.low_m && i.high_m <= touching.high_m;
+    }));
+  for (const auto& list : {found.free, found.touching}) {
     for (std::size_t i = 0; i < list.size(); ++i) {
       EXPECT_LE(list[i].low_m, list[i].high_m);
       EXPECT_GE(list[i].low_m, range.low_m);
@@ -142,6 +146,69 @@ TEST(SpacingSweep, AgreesWithDetectionOnRandomScenes) {
   std::cout << "colliding " << colliding_m << " m, undecided " << undecided_m << " m\n";
 }
 
+// A ball is found in a mesh of many small triangles, too.
+TEST(SpacingSweep, AFineMeshCollidesThroughout) {
+  Frame frame(
+      test::silhouettes_of({test::ball(test::kOrigin, 0.06)}, test::ring(6, 1.2, 0.5, 400, 0.4)));
+  const MovablePart part(geometry::sphere_mesh(0.05, 6), test::at({-0.2, 0, 0}), Vector3d::UnitX());
+  const SpacingInterval range{0, 0.4};
+  const SpacingVerdicts found = frame.sweep(part, range);
+  EXPECT_EQ(found.free.size(), 2u);
+  ASSERT_GE(found.colliding.size(), 1u);
+  EXPECT_LT(0.4 - length_m(found.free) - length_m(found.colliding), 0.02);
+  expect_agreement(frame, part, range, found, 20);
+}
+
+// With any rule: the bits of the hull are in front of, beside and in the box.
+TEST(SpacingSweep, AgreesWithDetectionWithOtherRules) {
+  test::Random random(19);
+  double colliding_m = 0;
+  for (int scene = 0; scene < 30; ++scene) {
+    const std::vector<hull::Silhouette> silhouettes = test::silhouettes_of(
+        test::random_object(random, 3), test::narrow_cameras(random, 3 + scene % 3));
+    hull::HullRule rule;
+    if (scene % 2 != 0) rule = {.limits = hull::Limits::seen, .min_seen = 2};
+    rule.within_world_m =
+        Eigen::AlignedBox3d(Vector3d(-0.2, -0.25, -0.15), Vector3d(0.1, 0.2, 0.2));
+    hull::CpuHull hull(test_pool(), silhouettes, rule);
+    const hull::HullQuery query(hull);
+    const auto detector = cpu_detector({.eps_m = 0.5e-3, .spacing_m = 0});
+    detector->set_hull(query, silhouettes);
+    const MovablePart part(geometry::box_mesh({0.1, 0.05, 0.03}, 0.03),
+                           test::at(test::random_in_ball(random, 0.2)),
+                           test::random_direction(random));
+    const SpacingInterval range{-0.3, 0.3};
+    const SpacingVerdicts found = SpacingSweep(query, {})(part, range);
+    expect_well_formed(found, range);
+    EXPECT_TRUE(found.is_complete);
+    colliding_m += length_m(found.colliding);
+    for (int i = 0; i <= 60; ++i) {
+      const double spacing_m = -0.3 + 0.01 * i;
+      const SpacingVerdict verdict = verdict_at(found, spacing_m);
+      if (verdict == SpacingVerdict::undecided) continue;
+      const std::vector<DetectionObject> objects{{&part.tree(), part.pose(spacing_m)}};
+      EXPECT_EQ(detector->detect(objects)[0].colliding(), verdict == SpacingVerdict::colliding)
+          << scene << ' ' << spacing_m;
+    }
+  }
+  EXPECT_GT(colliding_m, 0.5);
+}
+
+// A plate slides along a flat side of the hull at 0.2 mm: the search ends and says so.
+TEST(SpacingSweep, EndsForAPartThatSlidesAlongTheHull) {
+  const Eigen::AlignedBox3d box(Vector3d(-0.2, -0.2, -0.05), Vector3d(0.2, 0.2, 0.05));
+  Frame frame(test::silhouettes_of_box(
+      box, {test::camera_at({0, -3, 0.0}, 300, 0.6), test::camera_at({3, 0, 0.0}, 300, 0.6),
+            test::camera_at({0, 0, 3}, 300, 0.6)}));
+  double top_m = 0.05;  // of the hull, in its middle
+  while (frame.query.contains({0, 0, top_m})) top_m += 1e-5;
+  const MovablePart part(geometry::box_mesh({0.1, 0.1, 0.01}),
+                         test::at({0, 0, top_m + 0.005 + 0.2e-3}), Vector3d::UnitX());
+  const SpacingVerdicts found = frame.sweep(part, {-0.1, 0.1});
+  expect_agreement(frame, part, {-0.1, 0.1}, found, 50);
+  EXPECT_TRUE(found.colliding.empty() || !found.free.empty());
+}
+
 TEST(SpacingSweep, WithoutAHullAllIsFree) {
   const std::vector<geometry::Camera> cameras = test::ring(3, 1, 0.5, 50, 0.5);
   Frame frame(test::silhouettes_of({}, cameras));
@@ -208,7 +275,8 @@ TEST(SpacingSweep, TheOrderOfTrianglesDoesNotMatter) {
 TEST(SpacingSweep, RefusesWhatIsNotFinite) {
   Frame frame(test::hand_among());
   const MovablePart part = plate(test::kOrigin);
-  for (const SpacingInterval& range : {SpacingInterval{kNan, 1}, {0, kNan}, {0, HUGE_VAL}, {1, 0}})
+  for (const SpacingInterval& range :
+       {SpacingInterval{kNan, 1}, {0, kNan}, {0, HUGE_VAL}, {1, 0}, {0, 1001}, {-6e11, 0}})
     EXPECT_THROW(frame.sweep(part, range), std::invalid_argument);
   for (const SpacingOptions& options :
        {SpacingOptions{0, 0}, {-1, 0}, {kNan, 0}, {1e-3, -1}, {1e-3, kNan}})

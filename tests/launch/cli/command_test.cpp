@@ -341,7 +341,7 @@ TEST(Command, StudyWhatIfPrintsAndWritesTheLayouts) {
                                  "--csv " + csv.string() + " --json " + json.string());
   ASSERT_EQ(answer.exit_code, 0) << answer.text;
   EXPECT_TRUE(test::contains(answer.text, "spacing 10.0 cm to 30.0 cm")) << answer.text;
-  EXPECT_TRUE(test::contains(answer.text, "Least spacing above which all are free: "))
+  EXPECT_TRUE(test::contains(answer.text, "Minimum spacing above which all are free: "))
       << answer.text;
   EXPECT_TRUE(test::contains(test::text_of(csv), "\n0.2,")) << test::text_of(csv);
   EXPECT_EQ(nlohmann::json::parse(std::ifstream(json))["layouts"].size(), 3u);
@@ -353,6 +353,7 @@ TEST(Command, StudyWhatIfPrintsAndWritesTheLayouts) {
   expect_usage(command + "--range 10cm", "--range: write FROM:TO");
   expect_usage(command + "--range 10cm:5cm", "--range: 10cm:5cm begins after its end");
   expect_usage(command + "--range 10:20cm", "'10' is no length; write a number and its unit");
+  expect_usage(command + "--range 0m:600m", "--range: '600m' is longer than 500 m");
   expect_usage(command + "--range 0m:1m --axis up", "--axis: 'up' is none of x, y, z");
   expect_usage(command + "--range 0m:1m --axis 0,0,0", "--axis: '0,0,0' is none of");
   expect_usage(command + "--range 0m:1m --at 5", "--at: '5' is no length");
