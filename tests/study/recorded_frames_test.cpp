@@ -63,7 +63,7 @@ TEST(RecordedFrames, MapsOfAnUnknownCameraAreDropped) {
   EXPECT_EQ(frames.drops().begin()->second, 33u);
 }
 
-// Cut in the middle: what is before the cut is read.
+// The file ends early: the frames before its end are read.
 TEST(RecordedFrames, OfATruncatedFileAreThoseBeforeItsEnd) {
   const test::TestFolder folder;
   const std::filesystem::path file = folder.path / "cut.mcap";

@@ -121,7 +121,7 @@ class SpacingSweep::Search {
     decide({mid_m, range.high_m});
   }
 
-  // Removes what is known to collide from the ends of the range. Returns false if nothing is left.
+  // Shortens the range by the intervals that are known to collide. Returns false if they cover it.
   bool trim(SpacingInterval& range) const {
     for (const SpacingInterval& known : found_.colliding) {
       if (known.low_m <= range.low_m && known.high_m >= range.high_m) return false;

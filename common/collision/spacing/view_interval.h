@@ -1,5 +1,5 @@
-// At which spacings a part is where the hull can be. Elsewhere it is free because no camera tells,
-// and not because nothing was there.
+// The spacings at which a part is where the hull can be. At other spacings, part of it is where no
+// hull can be, so it is free there, whatever was there.
 #pragma once
 #include <optional>
 #include <span>

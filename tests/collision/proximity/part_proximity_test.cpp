@@ -53,7 +53,7 @@ TEST(PartProximity, IsThatOfTheNearestTriangle) {
         EXPECT_GE(nearest.max_m, kOptions.cap_m);
         ++far;
       }
-      // Less is searched, and what is found holds.
+      // A bounded search returns true bounds, too.
       for (const double enough_m : {0.0, 0.02, 0.08}) {
         const Proximity bounded = proximity.of_part(tree, pose, enough_m);
         EXPECT_LE(bounded.min_m, nearest.max_m);

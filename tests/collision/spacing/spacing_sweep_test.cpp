@@ -159,7 +159,7 @@ TEST(SpacingSweep, AFineMeshCollidesThroughout) {
   expect_agreement(frame, part, range, found, 20);
 }
 
-// With any rule: the bits of the hull are in front of, beside and in the box.
+// With a bounded volume, and with both limits of the hull.
 TEST(SpacingSweep, AgreesWithDetectionWithOtherRules) {
   test::Random random(19);
   double colliding_m = 0;
@@ -251,7 +251,7 @@ TEST(SpacingSweep, TrianglesWithoutAreaCollide) {
   }
 }
 
-// What is certified with another order of the triangles does not contradict.
+// Certified verdicts agree for two orders of the triangles.
 TEST(SpacingSweep, TheOrderOfTrianglesDoesNotMatter) {
   Frame frame(test::hand_among());
   geometry::Mesh mesh = geometry::box_mesh({0.03, 0.1, 0.1}, 0.02);
