@@ -10,6 +10,7 @@
 
 #include "common/collision/detection/cpu/cpu_detector.h"
 #include "common/collision/proximity/proximity.h"
+#include "common/collision/spacing/gap_search.h"
 #include "common/hull/query/hull_query.h"
 
 namespace fivepipe::study {
@@ -179,6 +180,9 @@ SpacingStudy::LineFrame SpacingStudy::frame_of(Context& context, std::size_t ind
   }
   if (!line.with_distances) return found;
 
+  if (!context.hull.unusable())
+    collision::narrow_gaps(found.verdicts, line.part, line.range, *context.query,
+                           *context.detector);
   std::optional<collision::HullProximity> proximity;  // only if a distance is searched for
   const std::vector<LayoutResult>& before = results_[index].layouts;
   // Of the layouts so far: largest lower bound of the clearance plus the spacing.

@@ -57,9 +57,9 @@ struct SingleFrame {
   StudyFrame frame;
   hull::CpuHull hull{test_pool(), frame.silhouettes};
   hull::HullQuery query{hull};
-  std::unique_ptr<collision::CollisionDetector> detector =
-      collision::cpu_detector({.eps_m = 0.5e-3, .spacing_m = 0});
-  explicit SingleFrame(StudyFrame f) : frame(std::move(f)) {
+  std::unique_ptr<collision::CollisionDetector> detector;
+  explicit SingleFrame(StudyFrame f, double eps_m = 0.5e-3)
+      : frame(std::move(f)), detector(collision::cpu_detector({.eps_m = eps_m, .spacing_m = 0})) {
     detector->set_hull(query, frame.silhouettes);
   }
   bool collides(double spacing_m) {
@@ -89,6 +89,34 @@ TEST(SpacingStudy, EqualsDetectionOfSingleLayouts) {
   }
   EXPECT_GT(with_collision, 10u);
   EXPECT_LT(with_collision, 45u);
+}
+
+// The part's face crosses wires. The sweep finds balls in the hull of any radius, detection with a
+// large eps_m finds few of them.
+TEST(SpacingStudy, WiresThinnerThanEpsEqualDetectionOfSingleLayouts) {
+  constexpr double kEps_m = 0.5;
+  const std::vector<double> spacings_m{-0.028, -0.025, -0.022};
+  int touching = 0, colliding = 0;
+  for (int i = 0; i < 20; ++i) {
+    const Vector3d end_m(5e-3, 0.0113 + 0.0007 * i, 0.0071 - 0.0003 * i);
+    const StudyFrame wire{test::silhouettes_of({{end_m - Vector3d(0.01, 0, 0), end_m, 2e-4}},
+                                               test::ring(4, 1.2, 0.6, 400, 0.05)),
+                          0.05};
+    base::WorkerPool pool(1);
+    SpacingStudy study({{part(), kRange, spacings_m, false}}, {.eps_m = kEps_m}, pool);
+    study.add(wire);
+    const LineResult result = study.results().front();
+    SingleFrame frame(wire, kEps_m);
+    const collision::SpacingVerdicts found =
+        collision::SpacingSweep(frame.query, {.solid_m = 0})(part(), kRange);
+    for (const LayoutResult& layout : result.layouts) {
+      const bool collides = frame.collides(layout.spacing_m);
+      EXPECT_EQ(layout.colliding_frames, collides ? 1u : 0u) << i << ' ' << layout.spacing_m;
+      colliding += collides;
+      touching += verdict_at(found, layout.spacing_m) == collision::SpacingVerdict::colliding;
+    }
+  }
+  EXPECT_GE(touching, colliding + 20);
 }
 
 TEST(SpacingStudy, FreeIntervalsAreFreeInEachFrame) {
@@ -183,7 +211,7 @@ TEST(SpacingStudy, PenetrationContainsTheNearestFreeSpacing) {
       EXPECT_LE(layout.penetration.min_m, nearest_m) << layout.spacing_m;
       EXPECT_GE(layout.penetration.max_m, nearest_m - 2 * kStep_m) << layout.spacing_m;
       if (std::isinf(nearest_m)) continue;
-      EXPECT_LE(layout.penetration.max_m - layout.penetration.min_m, 8e-3) << layout.spacing_m;
+      EXPECT_LE(layout.penetration.max_m - layout.penetration.min_m, 2e-3) << layout.spacing_m;
       ++bounded;
     }
   }

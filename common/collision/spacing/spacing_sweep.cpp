@@ -9,6 +9,7 @@
 
 #include "common/collision/proximity/lazy_octree.h"
 #include "common/collision/proximity/moving_triangle.h"
+#include "common/collision/spacing/spacing_intervals.h"
 
 namespace fivepipe::collision {
 namespace {
@@ -17,15 +18,16 @@ using Eigen::Vector3d;
 
 // Relative rounding error of a box's centre and size, per sum of their sizes.
 constexpr double kBoxRounding = 32 * std::numeric_limits<double>::epsilon();
-// Covers the rounding of a ball's radius and of the interval in which its centre stays in it.
-constexpr double kBelowOne = 1 - 1e-9;
 // Cubes that one sweep tests. A part that is nearer to the hull than it is divided, along much of
 // the range, would need more.
 constexpr int kMaxCubes = 2'000'000;
-// Boxes and parts of triangles that a search for the centre of a ball in the hull opens, and the
-// half size of the parts that it does not divide [m].
-constexpr int kMaxOpened = 96;
-constexpr double kUndividedHalf_m = 4e-3;
+// Pieces of the part that are not free and are refined together.
+constexpr std::size_t kMaxPieces = 4;
+// Boxes and parts of triangles that a search for the centre of a ball in the hull opens. It does
+// not divide parts with a half size of a sixteenth of the requested radius, within these bounds
+// [m].
+constexpr int kMaxOpened = 160;
+constexpr double kMinUndividedHalf_m = 0.1e-3, kMaxUndividedHalf_m = 4e-3;
 
 struct Box {
   Vector3d center_m, half_m;
@@ -41,6 +43,12 @@ struct Part {
   Box box;
 };
 
+using Piece = std::variant<Node, Part>;
+
+const Box& box_of(const Piece& piece) {
+  return std::visit([](const auto& p) -> const Box& { return p.box; }, piece);
+}
+
 Part part_of(const Triangle& t) {
   const Vector3d low = t[0].cwiseMin(t[1]).cwiseMin(t[2]),
                  high = t[0].cwiseMax(t[1]).cwiseMax(t[2]);
@@ -49,11 +57,11 @@ Part part_of(const Triangle& t) {
 
 Vector3d centroid(const Triangle& t) { return (t[0] + t[1] + t[2]) / 3; }
 
-void push_quarters(const Triangle& t, std::vector<Part>& parts) {
+void push_quarters(const Triangle& t, std::vector<Piece>& pieces) {
   const auto& [a, b, c] = t;
   const Vector3d ab = (a + b) / 2, bc = (b + c) / 2, ca = (c + a) / 2;
   for (const Triangle& quarter : {Triangle{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}})
-    parts.push_back(part_of(quarter));
+    pieces.push_back(part_of(quarter));
 }
 
 template <class T>
@@ -61,16 +69,6 @@ T taken(std::vector<T>& from) {
   const T last = from.back();
   from.pop_back();
   return last;
-}
-
-// Adds an interval to ascending, disjoint ones.
-void add(std::vector<SpacingInterval>& intervals, SpacingInterval added) {
-  const auto first = std::ranges::find_if(
-      intervals, [&](const SpacingInterval& i) { return i.high_m >= added.low_m; });
-  auto last = first;
-  for (; last != intervals.end() && last->low_m <= added.high_m; ++last)
-    added = {std::min(added.low_m, last->low_m), std::max(added.high_m, last->high_m)};
-  intervals.insert(intervals.erase(first, last), added);
 }
 
 bool holds(std::span<const SpacingInterval> intervals, double spacing_m) {
@@ -97,7 +95,9 @@ class SpacingSweep::Search {
         axis_(part.axis_world()) {}
 
   SpacingVerdicts operator()(const SpacingInterval& range) {
-    decide(range);
+    std::vector<Piece> all;
+    if (!tree_.empty()) push_nodes(tree_.levels() - 1, 0, all);
+    decide(range, std::move(all));
     found_.is_complete = cubes_left_ > 0;
     // A ball may reach beyond the range.
     for (auto* const list : {&found_.touching, &found_.colliding})
@@ -107,18 +107,20 @@ class SpacingSweep::Search {
   }
 
  private:
-  void decide(SpacingInterval range) {
+  // The rest of the part is certified free at each spacing of the range.
+  void decide(SpacingInterval range, std::vector<Piece> pieces) {
     if (cubes_left_ == 0 || !trim(range)) return;
-    if (is_free(range)) return add(found_.free, range);
+    pieces = not_free(range, std::move(pieces));
+    if (pieces.empty()) return add(found_.free, range);
     const double mid_m = range.low_m / 2 + range.high_m / 2, half_m = mid_m - range.low_m;
-    const double touching_m = kBelowOne * ball_radius(mid_m, half_m + 2 * options_.solid_m),
+    const double touching_m = kBelowOne * ball_radius(mid_m, half_m + 2 * options_.solid_m, pieces),
                  colliding_m = touching_m - options_.solid_m;
     if (touching_m > 0) add(found_.touching, {mid_m - touching_m, mid_m + touching_m});
     if (colliding_m > 0) add(found_.colliding, {mid_m - colliding_m, mid_m + colliding_m});
     const bool is_divisible = range.low_m < mid_m && mid_m < range.high_m;
     if (range.high_m - range.low_m <= options_.tolerance_m || !is_divisible) return;
-    decide({range.low_m, mid_m});
-    decide({mid_m, range.high_m});
+    decide({range.low_m, mid_m}, pieces);
+    decide({mid_m, range.high_m}, std::move(pieces));
   }
 
   // Shortens the range by the intervals that are known to collide. Returns false if they cover it.
@@ -142,76 +144,72 @@ class SpacingSweep::Search {
     return cubes_.test(center_m, half_m.maxCoeff() + rounding_m).free;
   }
 
-  // Whether the volume that the part sweeps in the range is certified free. Divides triangles down
-  // to the length of the range.
-  bool is_free(const SpacingInterval& range) {
+  // Returns the pieces of which the volume that they sweep in the range is not certified free.
+  // Divides triangles down to the length of the range; beyond kMaxPieces, nothing is tested.
+  std::vector<Piece> not_free(const SpacingInterval& range, std::vector<Piece> pieces) {
     const double mid_m = range.low_m / 2 + range.high_m / 2,
                  reach_m = std::max(mid_m - range.low_m, range.high_m - mid_m),
                  finest_m = std::max(reach_m, options_.tolerance_m / 2);
-    nodes_.clear();
-    if (!tree_.empty()) push_nodes(tree_.levels() - 1, 0);
-    while (!nodes_.empty()) {
-      const Node node = taken(nodes_);
-      if (is_certified_free(node.box, mid_m, reach_m)) continue;
-      if (node.level > 0) {
-        push_nodes(node.level - 1, node.index);
-        continue;
-      }
-      parts_.clear();
-      for (const std::uint32_t i : tree_.triangles_of(node.index)) parts_.push_back(part_at(i));
-      while (!parts_.empty()) {
-        const Part part = taken(parts_);
-        if (is_certified_free(part.box, mid_m, reach_m)) continue;
-        if (part.box.half_m.maxCoeff() <= finest_m || cubes_left_ == 0) return false;
-        push_quarters(part.triangle, parts_);
-      }
+    std::vector<Piece> left;
+    while (!pieces.empty() && left.size() < kMaxPieces) {
+      const Piece piece = taken(pieces);
+      if (is_certified_free(box_of(piece), mid_m, reach_m)) continue;
+      if (is_divisible(piece, finest_m) && cubes_left_ > 0)
+        push_pieces_of(piece, pieces);
+      else
+        left.push_back(piece);
     }
-    return true;
+    left.insert(left.end(), pieces.begin(), pieces.end());
+    return left;
+  }
+
+  static bool is_divisible(const Piece& piece, double finest_m) {
+    const Part* const part = std::get_if<Part>(&piece);
+    return !part || part->box.half_m.maxCoeff() > finest_m;
+  }
+
+  void push_pieces_of(const Piece& piece, std::vector<Piece>& pieces) const {
+    if (const Part* const part = std::get_if<Part>(&piece))
+      return push_quarters(part->triangle, pieces);
+    const Node& node = std::get<Node>(piece);
+    if (node.level > 0) return push_nodes(node.level - 1, node.index, pieces);
+    for (const std::uint32_t i : tree_.triangles_of(node.index)) pieces.push_back(part_at(i));
   }
 
   // Returns the largest radius found, up to enough_m, of a ball in the hull about a point of the
-  // part's surface. Opens first what has its middle deepest in the hull, and the largest of those
-  // that have it outside.
-  double ball_radius(double spacing_m, double enough_m) {
+  // pieces. Opens first what has its middle deepest in the hull, and the largest of those that have
+  // it outside; what is certified free is not opened.
+  double ball_radius(double spacing_m, double enough_m, const std::vector<Piece>& pieces) {
     struct Candidate {
       double radius_m, half_m;  // of a ball in the hull about its middle, and its half size
-      std::variant<Node, Part> what;
+      Piece piece;
       bool operator<(const Candidate& other) const {
         return std::pair(radius_m, half_m) < std::pair(other.radius_m, other.half_m);
       }
     };
+    const double undivided_half_m =
+        std::clamp(enough_m / 16, kMinUndividedHalf_m, kMaxUndividedHalf_m);
     std::priority_queue<Candidate> candidates;
     double best_m = 0;
-    const auto radius_at = [&](const Vector3d& p_m) {
-      return query_.solid_radius_m(p_m + spacing_m * axis_);
+    const auto push = [&](const Piece& piece) {
+      const Box& box = box_of(piece);
+      if (is_certified_free(box, spacing_m, 0)) return;
+      const Part* const part = std::get_if<Part>(&piece);
+      const Vector3d middle_m = part ? centroid(part->triangle) : box.center_m;
+      const double radius_m = query_.solid_radius_m(middle_m + spacing_m * axis_);
+      if (part) best_m = std::max(best_m, radius_m);
+      candidates.push({radius_m, box.half_m.maxCoeff(), piece});
     };
-    const auto push_boxes = [&](int level, int parent) {
-      nodes_.clear();
-      push_nodes(level, parent);
-      for (const Node& node : nodes_)
-        if (!is_certified_free(node.box, spacing_m, 0))
-          candidates.push({radius_at(node.box.center_m), node.box.half_m.maxCoeff(), node});
-    };
-    const auto push_part = [&](const Part& part) {
-      const double radius_m = radius_at(centroid(part.triangle));
-      best_m = std::max(best_m, radius_m);
-      candidates.push({radius_m, part.box.half_m.maxCoeff(), part});
-    };
-    if (!tree_.empty()) push_boxes(tree_.levels() - 1, 0);
+    for (const Piece& piece : pieces) push(piece);
+    std::vector<Piece> opened_pieces;
     for (int opened = 0; opened < kMaxOpened && !candidates.empty() && best_m < enough_m;
          ++opened) {
-      const Candidate next = candidates.top();
+      const Piece next = candidates.top().piece;
       candidates.pop();
-      if (const Node* const node = std::get_if<Node>(&next.what)) {
-        if (node->level > 0)
-          push_boxes(node->level - 1, node->index);
-        else
-          for (const std::uint32_t i : tree_.triangles_of(node->index)) push_part(part_at(i));
-      } else if (next.half_m > kUndividedHalf_m) {
-        parts_.clear();
-        push_quarters(std::get<Part>(next.what).triangle, parts_);
-        for (const Part& quarter : parts_) push_part(quarter);
-      }
+      if (!is_divisible(next, undivided_half_m)) continue;
+      opened_pieces.clear();
+      push_pieces_of(next, opened_pieces);
+      for (const Piece& piece : opened_pieces) push(piece);
     }
     return std::min(best_m, enough_m);
   }
@@ -220,14 +218,14 @@ class SpacingSweep::Search {
     return part_of(corners(tree_.mesh().triangles[triangle], tree_.mesh().vertices_m));
   }
 
-  void push_nodes(int level, int parent) {
+  void push_nodes(int level, int parent, std::vector<Piece>& pieces) const {
     const Bvh::Boxes& boxes = tree_.boxes(level, parent);
     for (std::size_t i = 0; i < Bvh::kArity; ++i) {
       const Vector3d center_m(boxes.center_m[0][i], boxes.center_m[1][i], boxes.center_m[2][i]),
           half_m(boxes.half_m[0][i], boxes.half_m[1][i], boxes.half_m[2][i]);
       if (half_m.x() >= 0)
-        nodes_.push_back(
-            {level, parent * Bvh::kArity + int(i), {tree_.origin_m() + center_m, half_m}});
+        pieces.push_back(
+            Node{level, parent * Bvh::kArity + int(i), {tree_.origin_m() + center_m, half_m}});
     }
   }
 
@@ -238,8 +236,6 @@ class SpacingSweep::Search {
   Vector3d axis_;
   SpacingVerdicts found_;
   int cubes_left_ = kMaxCubes;
-  std::vector<Node> nodes_;  // still to test
-  std::vector<Part> parts_;  // of the present node, still to test
 };
 
 SpacingSweep::SpacingSweep(const hull::HullQuery& query, const SpacingOptions& options)

@@ -5,44 +5,17 @@
 
 #include <limits>
 
-#include "common/collision/detection/cpu/cpu_detector.h"
-#include "tests/support/collision/scene.h"
-#include "tests/support/hull/test_pool.h"
+#include "tests/collision/spacing/swept_frame.h"
 
 namespace fivepipe::collision {
 namespace {
 
 using Eigen::Vector3d;
+using test::length_m;
 using test::test_pool;
+using Frame = test::SweptFrame;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-
-// One frame: its hull, the sweep, and a detector that decides single spacings.
-struct Frame {
-  std::vector<hull::Silhouette> silhouettes;
-  hull::CpuHull hull;
-  hull::HullQuery query;
-  std::unique_ptr<CollisionDetector> detector = cpu_detector({.eps_m = 0.5e-3, .spacing_m = 0});
-
-  explicit Frame(std::vector<hull::Silhouette> s)
-      : silhouettes(std::move(s)), hull(test_pool(), silhouettes), query(hull) {
-    detector->set_hull(query, silhouettes);
-  }
-  SpacingVerdicts sweep(const MovablePart& part, const SpacingInterval& range,
-                        const SpacingOptions& options = {}) const {
-    return SpacingSweep(query, options)(part, range);
-  }
-  bool collides(const MovablePart& part, double spacing_m) {
-    const std::vector<DetectionObject> objects{{&part.tree(), part.pose(spacing_m)}};
-    return detector->detect(objects)[0].colliding();
-  }
-};
-
-double length_m(const std::vector<SpacingInterval>& intervals) {
-  double sum_m = 0;
-  for (const SpacingInterval& i : intervals) sum_m += i.high_m - i.low_m;
-  return sum_m;
-}
 
 // Each list is ascending, disjoint and in the range, and no spacing is in both.
 void expect_well_formed(const SpacingVerdicts& found, const SpacingInterval& range) {
