@@ -2,6 +2,7 @@
 
 #include <dds/dds.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "common/pipeline/bus/discovery.h"
@@ -24,13 +25,15 @@ void Strangers::matched(std::int32_t reader, std::uint64_t writer) {
 
 void Strangers::unmatched(std::uint64_t writer) {
   const std::scoped_lock lock(mutex_);
-  deployment_of_stranger_.erase(writer);
   own_.erase(writer);
+  if (deployment_of_stranger_.erase(writer) == 0) return;
+  ended_.push_back(writer);
+  if (ended_.size() > kMaxEnded) ended_.pop_front();
 }
 
 bool Strangers::contains(std::uint64_t writer) const {
   const std::scoped_lock lock(mutex_);
-  return deployment_of_stranger_.contains(writer);
+  return deployment_of_stranger_.contains(writer) || std::ranges::count(ended_, writer) > 0;
 }
 
 std::optional<int> Strangers::own_writers() const {

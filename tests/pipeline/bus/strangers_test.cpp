@@ -23,6 +23,16 @@ fivepipe_v1_FrameComposited composited(const char* viewer, std::uint64_t frame) 
   return message;
 }
 
+// The serialised key of FrameComposited: encapsulation (CDR, little-endian), length, characters.
+std::vector<std::byte> key_of(const std::string& viewer) {
+  std::vector<std::byte> cdr{
+      std::byte(0), std::byte(1), std::byte(0), std::byte(0), std::byte(viewer.size() + 1),
+      std::byte(0), std::byte(0), std::byte(0)};
+  for (const char c : viewer) cdr.push_back(std::byte(c));
+  cdr.push_back(std::byte(0));
+  return cdr;
+}
+
 // Participants of two deployments and of none in one domain, each with a writer.
 class Strangers : public testing::Test {
  protected:
@@ -44,6 +54,15 @@ class Strangers : public testing::Test {
     none_.composites.write(composited("none", 3));
     for (Peer* peer : {&other_, &none_}) EXPECT_TRUE(peer->composites.wait_for_delivery(kMatched));
     own_.composites.write(composited("own", 4));
+  }
+
+  // A writer of the other deployment disposes this key.
+  void dispose(const std::string& viewer) {
+    SerializedWriter writer(other_.bus, topics::described<topics::FrameComposited>(),
+                            WriterHistory::keep_all);
+    ASSERT_TRUE(eventually(other_.bus, kMatched, [&] { return writer.readers() > 0; }));
+    EXPECT_TRUE(writer.write({.kind = SampleKind::disposed, .cdr = key_of(viewer)}));
+    EXPECT_TRUE(writer.wait_for_delivery(kMatched));
   }
 
   Peer own_{"lab one"}, other_{"lab two"}, none_{""};
@@ -129,6 +148,8 @@ TEST_F(Strangers, TheEndOfTheirKeysIsNotReported) {
     EXPECT_TRUE(stranger.composites.wait_for_delivery(kMatched));
   }
   EXPECT_FALSE(eventually(bus, 200ms, [&] { return take() != 1; }));
+  dispose("eye");
+  EXPECT_FALSE(eventually(bus, 200ms, [&] { return take() != 1; }));
   own_.composites.write(composited("eye", 2));
   EXPECT_TRUE(eventually(bus, kMatched, [&] { return take() == 2; }));
 }
@@ -144,6 +165,9 @@ TEST_F(Strangers, AreNotRecordedWithADeployment) {
     return samples >= 2;
   }));
   EXPECT_EQ(samples, 2u);
+  dispose("own");
+  EXPECT_FALSE(
+      eventually(bus, 200ms, [&] { return reader.take([](const SerializedSample&) {}) > 0; }));
   std::uint64_t refused = 0;
   for (const RefusedSamples& of_writer : bus.take_refused()) refused += of_writer.count;
   EXPECT_EQ(refused, 4u);

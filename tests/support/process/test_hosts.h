@@ -75,9 +75,16 @@ class TestHosts {
   }
   // From now on, the host receives no UDP packets to this port, as behind a firewall.
   void drop_udp(int host, int port) {
-    run_in(host, "nft add table ip firewall");
-    run_in(host, "nft 'add chain ip firewall received { type filter hook input priority 0; }'");
-    run_in(host, "nft add rule ip firewall received udp dport " + std::to_string(port) + " drop");
+    add_to_firewall(host, "udp dport " + std::to_string(port) + " drop");
+  }
+  // From now on, the host loses those to this port that routers may fragment.
+  void drop_fragmentable(int host, int port) {
+    add_to_firewall(host,
+                    "ip frag-off and 0x4000 == 0 udp dport " + std::to_string(port) + " drop");
+  }
+  // From now on, the host's firewall refuses what it receives, and says so.
+  void refuse_all(int host) {
+    add_to_firewall(host, "ip protocol { tcp, udp } reject with icmp type host-prohibited");
   }
   // From now on, each program of the host may send ICMP echo requests.
   void allow_echo(int host) {
@@ -125,6 +132,11 @@ class TestHosts {
   }
 
  private:
+  void add_to_firewall(int host, const std::string& rule) {
+    run_in(host, "nft add table ip firewall");
+    run_in(host, "nft 'add chain ip firewall received { type filter hook input priority 0; }'");
+    run_in(host, "nft 'add rule ip firewall received " + rule + "'");
+  }
   static std::string output_of(const std::string& command) {
     std::string text;
     FILE* const output = popen((command + " 2>/dev/null").c_str(), "r");

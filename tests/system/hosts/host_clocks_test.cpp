@@ -53,6 +53,9 @@ class HostClocks : public TwoHosts {
     // The deployment has 20 Hz.
     EXPECT_GT(rate_hz, kHasSanitizer ? 2 : 15);
     EXPECT_LT(rate_hz, 22);
+    // The 6 s of the run begin with the first composited frame, by the clock of beta.
+    const double frames = report["frames"]["composited"];
+    EXPECT_NEAR((frames - 1) / rate_hz, 6, kHasSanitizer ? 3 : 0.5);
     for (const auto& [name, node] : report["nodes"].items())
       EXPECT_LT(node.value("cpu_percent", 0.0), kHasSanitizer ? 150 : 110) << name;
   }
@@ -239,6 +242,28 @@ TEST_F(DoctorOnTwoHosts, MeasuresPacketsByEchoIfAFirewallDropsTheOthers) {
     EXPECT_EQ(permitted->wait_for_end(30s * kSlowdown), 0) << permitted->said();
     EXPECT_TRUE(contains(permitted->said(), text)) << permitted->said();
   }
+}
+
+// A router on the path could fragment them, and would hide that they are too large.
+TEST_F(DoctorOnTwoHosts, SendsPacketsThatNobodyMayFragment) {
+  const std::string file = deployment();
+  hosts_.drop_fragmentable(1, 9);
+  ASSERT_EQ(hosts_.why_not(), "");
+  const auto alpha = doctor(0, file, "0");
+  EXPECT_EQ(alpha->wait_for_end(30s * kSlowdown), 0) << alpha->said();
+  EXPECT_TRUE(
+      contains(alpha->said(), "ok    host beta (10.77.0.2): answers; packets of 1500 bytes arrive"))
+      << alpha->said();
+}
+
+// The kernel reports the error of a connection once.
+TEST_F(DoctorOnTwoHosts, AHostThatRefusesAllDoesNotAnswer) {
+  const std::string file = deployment();
+  hosts_.refuse_all(1);
+  ASSERT_EQ(hosts_.why_not(), "");
+  const auto alpha = doctor(0, file, "0");
+  EXPECT_EQ(alpha->wait_for_end(30s * kSlowdown), 0) << alpha->said();
+  EXPECT_TRUE(contains(alpha->said(), "warn  host beta (10.77.0.2): no answer")) << alpha->said();
 }
 
 TEST_F(DoctorOnTwoHosts, NamesAHostThatIsMissing) {

@@ -474,12 +474,12 @@ TEST_F(RenderNode, DrawsForASpectator) {
     return report().counts.contains(node::kSpectatorFrames) &&
            report().counts.at(node::kSpectatorFrames) == 2;
   })) << said();
+  EXPECT_EQ(composited_.writers(), 0);
   const NodeReport report = ended();
   EXPECT_TRUE(report.drops.empty());
   EXPECT_FALSE(report.counts.contains(node::kFramesComposited));
   EXPECT_EQ(report.latencies.at(node::kCaptureToSpectator).count, 2u);
   EXPECT_FALSE(report.latencies.contains(node::kCaptureToComposite));
-  EXPECT_EQ(composited_.writers(), 0);
   EXPECT_EQ(cv::imread((out_ / "composite_rendering.png").string()).size(), cv::Size(96, 48));
   EXPECT_FALSE(std::filesystem::exists(out_ / "composite.png"));
 }
