@@ -8,10 +8,9 @@
 #include <optional>
 #include <stdexcept>
 
-#include "common/collision/detection/cpu/cpu_detector.h"
 #include "common/collision/proximity/proximity.h"
 #include "common/collision/spacing/gap_search.h"
-#include "common/hull/query/hull_query.h"
+#include "common/study/frame_hull.h"
 
 namespace fivepipe::study {
 namespace {
@@ -73,24 +72,6 @@ double certified_depth_m(const SpacingVerdicts& verdicts, const SpacingInterval&
 
 }  // namespace
 
-// What a thread needs to compute a frame.
-struct SpacingStudy::Context {
-  Context(const hull::HullRule& hull_rule, double eps_m)
-      : rule(hull_rule), detector(collision::cpu_detector({.eps_m = eps_m, .spacing_m = 0})) {}
-
-  void set(std::span<const hull::Silhouette> silhouettes) {
-    hull.assign(silhouettes, rule);
-    query.emplace(hull);
-    detector->set_hull(*query, silhouettes);
-  }
-
-  hull::HullRule rule;
-  base::WorkerPool pool{1};
-  hull::CpuHull hull{pool};
-  std::optional<hull::HullQuery> query;
-  std::unique_ptr<collision::CollisionDetector> detector;
-};
-
 // One frame of one line.
 struct SpacingStudy::LineFrame {
   SpacingVerdicts verdicts;
@@ -99,13 +80,32 @@ struct SpacingStudy::LineFrame {
   std::vector<Bracket> penetrations;         // per layout, if requested
 };
 
-SpacingStudy::SpacingStudy(std::vector<Line> lines, const StudyOptions& options,
-                           base::WorkerPool& pool)
-    : lines_(std::move(lines)), options_(options), pool_(pool) {
+void check(const StudyOptions& options) {
   if (!(options.clearance_cap_m > 0 && std::isfinite(options.clearance_cap_m) &&
         options.tolerance_m > 0 && options.eps_m <= kMaxEps_m &&
         options.eps_m >= collision::kMinEps_m))
     throw std::invalid_argument("study: clearance_cap_m, tolerance_m or eps_m is out of range");
+}
+
+void run_frames(base::WorkerPool& pool, std::size_t frames,
+                const std::function<void(std::size_t frame, std::size_t thread)>& compute) {
+  std::mutex mutex;
+  std::exception_ptr failure;
+  pool.run(int(frames), [&](int frame, int thread) {
+    try {
+      compute(std::size_t(frame), std::size_t(thread));
+    } catch (...) {
+      const std::lock_guard lock(mutex);
+      if (!failure) failure = std::current_exception();
+    }
+  });
+  if (failure) std::rethrow_exception(failure);
+}
+
+SpacingStudy::SpacingStudy(std::vector<Line> lines, const StudyOptions& options,
+                           base::WorkerPool& pool)
+    : lines_(std::move(lines)), options_(options), pool_(pool) {
+  check(options);
   for (const Line& line : lines_) {
     check(line);
     LineResult& result = results_.emplace_back();
@@ -115,7 +115,7 @@ SpacingStudy::SpacingStudy(std::vector<Line> lines, const StudyOptions& options,
           {.spacing_m = spacing_m, .clearance = {options.clearance_cap_m, kInfinity}});
   }
   for (int i = 0; i < pool.threads(); ++i)
-    contexts_.push_back(std::make_unique<Context>(options.rule, options.eps_m));
+    hulls_.push_back(std::make_unique<FrameHull>(options.rule, options.eps_m));
 }
 
 SpacingStudy::~SpacingStudy() = default;
@@ -136,21 +136,13 @@ std::vector<LineResult> SpacingStudy::results() {
 void SpacingStudy::compute() {
   std::vector<std::vector<LineFrame>> found(waiting_.size());
   std::vector<char> is_empty(waiting_.size());
-  std::mutex mutex;
-  std::exception_ptr failure;
-  pool_.run(int(waiting_.size()), [&](int frame, int thread) {
-    try {
-      Context& context = *contexts_[std::size_t(thread)];
-      context.set(waiting_[std::size_t(frame)].silhouettes);
-      is_empty[std::size_t(frame)] = context.hull.empty() && !context.hull.unusable();
-      for (std::size_t line = 0; line < lines_.size(); ++line)
-        found[std::size_t(frame)].push_back(frame_of(context, line));
-    } catch (...) {
-      const std::lock_guard lock(mutex);
-      if (!failure) failure = std::current_exception();
-    }
+  run_frames(pool_, waiting_.size(), [&](std::size_t frame, std::size_t thread) {
+    FrameHull& hull = *hulls_[thread];
+    hull.set(waiting_[frame].silhouettes);
+    is_empty[frame] = hull.is_empty();
+    for (std::size_t line = 0; line < lines_.size(); ++line)
+      found[frame].push_back(frame_of(hull, line));
   });
-  if (failure) std::rethrow_exception(failure);
   for (std::size_t frame = 0; frame < found.size(); ++frame)
     for (std::size_t line = 0; line < lines_.size(); ++line)
       fold(line, found[frame][line], waiting_[frame].duration_s);
@@ -158,20 +150,19 @@ void SpacingStudy::compute() {
   waiting_.clear();
 }
 
-SpacingStudy::LineFrame SpacingStudy::frame_of(Context& context, std::size_t index) const {
+SpacingStudy::LineFrame SpacingStudy::frame_of(FrameHull& hull, std::size_t index) const {
   const Line& line = lines_[index];
   LineFrame found;
   // Balls of twice eps_m are collisions that the detector finds, too.
-  found.verdicts = collision::SpacingSweep(*context.query, {.solid_m = 2 * options_.eps_m})(
-      line.part, line.range);
+  found.verdicts =
+      collision::SpacingSweep(*hull.query, {.solid_m = 2 * options_.eps_m})(line.part, line.range);
   for (const double spacing_m : line.spacings_m) {
     const SpacingVerdict verdict = collision::verdict_at(found.verdicts, spacing_m);
     bool collides = verdict == SpacingVerdict::colliding;
     bool is_undecided = verdict == SpacingVerdict::undecided;
-    if (is_undecided && !context.hull.unusable()) {
+    if (is_undecided && !hull.is_unknown()) {
       const collision::DetectionObject object{&line.part.tree(), line.part.pose(spacing_m)};
-      const collision::CollisionVerdict detected =
-          context.detector->detect({&object, 1})[0].verdict;
+      const collision::CollisionVerdict detected = hull.detector->detect({&object, 1})[0].verdict;
       collides = detected == collision::CollisionVerdict::colliding;
       is_undecided = detected == collision::CollisionVerdict::undecided;
     }
@@ -180,9 +171,8 @@ SpacingStudy::LineFrame SpacingStudy::frame_of(Context& context, std::size_t ind
   }
   if (!line.with_distances) return found;
 
-  if (!context.hull.unusable())
-    collision::narrow_gaps(found.verdicts, line.part, line.range, *context.query,
-                           *context.detector);
+  if (!hull.is_unknown())
+    collision::narrow_gaps(found.verdicts, line.part, line.range, *hull.query, *hull.detector);
   std::optional<collision::HullProximity> proximity;  // only if a distance is searched for
   const std::vector<LayoutResult>& before = results_[index].layouts;
   // Of the layouts so far: largest lower bound of the clearance plus the spacing.
@@ -205,8 +195,8 @@ SpacingStudy::LineFrame SpacingStudy::frame_of(Context& context, std::size_t ind
       continue;
     }
     if (!proximity)
-      proximity.emplace(*context.query, collision::ProximityOptions{options_.clearance_cap_m,
-                                                                    options_.tolerance_m});
+      proximity.emplace(
+          *hull.query, collision::ProximityOptions{options_.clearance_cap_m, options_.tolerance_m});
     const collision::Proximity p =
         proximity->of_part(line.part.tree(), line.part.pose(spacing_m), enough_m);
     found.clearances.push_back({p.min_m, p.max_m});

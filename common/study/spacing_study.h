@@ -7,6 +7,7 @@
 // moving the part by d changes its distance by at most d.
 #pragma once
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -17,6 +18,8 @@
 #include "common/hull/hull.h"
 
 namespace fivepipe::study {
+
+struct FrameHull;
 
 // One part on one axis, and its layouts.
 struct Line {
@@ -40,6 +43,13 @@ struct StudyOptions {
   double clearance_cap_m = 0.1;
   double tolerance_m = 1e-3;  // of a clearance: largest max_m - min_m
 };
+
+// Throws std::invalid_argument if an option is out of range.
+void check(const StudyOptions& options);
+
+// Calls `compute` once per frame, in the pool, and rethrows the first exception.
+void run_frames(base::WorkerPool& pool, std::size_t frames,
+                const std::function<void(std::size_t frame, std::size_t thread)>& compute);
 
 // min_m <= value <= max_m.
 struct Bracket {
@@ -91,16 +101,15 @@ class SpacingStudy {
   double duration_s() const { return duration_s_; }
 
  private:
-  struct Context;
   struct LineFrame;
   void compute();
-  LineFrame frame_of(Context& context, std::size_t line) const;
+  LineFrame frame_of(FrameHull& hull, std::size_t line) const;
   void fold(std::size_t line, const LineFrame& found, double duration_s);
 
   std::vector<Line> lines_;
   StudyOptions options_;
   base::WorkerPool& pool_;
-  std::vector<std::unique_ptr<Context>> contexts_;  // one per thread of the pool
+  std::vector<std::unique_ptr<FrameHull>> hulls_;  // one per thread of the pool
   std::vector<StudyFrame> waiting_;
   std::vector<LineResult> results_;
   std::size_t frames_ = 0, empty_frames_ = 0;

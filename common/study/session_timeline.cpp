@@ -1,0 +1,87 @@
+#include "common/study/session_timeline.h"
+
+#include <algorithm>
+#include <limits>
+#include <stdexcept>
+
+#include "common/collision/proximity/proximity.h"
+
+namespace fivepipe::study {
+
+using collision::CollisionVerdict;
+
+SessionTimeline::SessionTimeline(std::span<const geometry::Mesh> parts, const StudyOptions& options,
+                                 base::WorkerPool& pool)
+    : options_(options), pool_(pool), results_(parts.size()) {
+  check(options);
+  for (const geometry::Mesh& part : parts) parts_.emplace_back(part);
+  for (int i = 0; i < pool.threads(); ++i)
+    hulls_.push_back(std::make_unique<FrameHull>(options.rule, options.eps_m));
+}
+
+SessionTimeline::~SessionTimeline() = default;
+
+void SessionTimeline::add(TimelineFrame frame) {
+  if (frame.world_from_part.size() != parts_.size())
+    throw std::invalid_argument("session timeline: one pose per part");
+  waiting_.push_back(std::move(frame));
+  if (waiting_.size() == kFramesPerBatch) compute();
+}
+
+const std::vector<std::vector<TimelinePoint>>& SessionTimeline::results() {
+  compute();
+  return results_;
+}
+
+void SessionTimeline::compute() {
+  std::vector<std::vector<TimelinePoint>> found(waiting_.size());
+  run_frames(pool_, waiting_.size(), [&](std::size_t frame, std::size_t thread) {
+    FrameHull& hull = *hulls_[thread];
+    hull.set(waiting_[frame].silhouettes);
+    for (std::size_t part = 0; part < parts_.size(); ++part)
+      found[frame].push_back(point_of(hull, waiting_[frame], part));
+  });
+  for (const std::vector<TimelinePoint>& of_parts : found)
+    for (std::size_t part = 0; part < parts_.size(); ++part)
+      results_[part].push_back(of_parts[part]);
+  waiting_.clear();
+}
+
+TimelinePoint SessionTimeline::point_of(FrameHull& hull, const TimelineFrame& frame,
+                                        std::size_t part) const {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  TimelinePoint point{frame.time_s, CollisionVerdict::undecided, {0, kInfinity}};
+  if (hull.is_unknown()) return point;
+  const Eigen::Isometry3d& world_from_part = frame.world_from_part[part];
+  const collision::DetectionObject object{&parts_[part], world_from_part};
+  point.verdict = hull.detector->detect({&object, 1})[0].verdict;
+  if (point.verdict == CollisionVerdict::colliding) {
+    point.clearance = {0, 0};
+  } else if (hull.is_empty()) {
+    point.clearance = {options_.clearance_cap_m, kInfinity};
+  } else {
+    collision::HullProximity proximity(*hull.query,
+                                       {options_.clearance_cap_m, options_.tolerance_m});
+    const collision::Proximity found = proximity.of_part(parts_[part], world_from_part);
+    point.clearance = {found.min_m, found.max_m};
+  }
+  return point;
+}
+
+std::vector<CollisionEvent> collision_events(std::span<const TimelinePoint> timeline,
+                                             double min_gap_s) {
+  std::vector<CollisionEvent> events;
+  for (std::size_t i = 0; i < timeline.size(); ++i) {
+    if (timeline[i].verdict != CollisionVerdict::colliding) continue;
+    const bool continues =
+        !events.empty() && (events.back().last + 1 == i ||
+                            timeline[i].time_s - timeline[events.back().last].time_s <= min_gap_s);
+    if (continues)
+      events.back().last = i;
+    else
+      events.push_back({i, i});
+  }
+  return events;
+}
+
+}  // namespace fivepipe::study

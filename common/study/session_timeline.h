@@ -1,0 +1,63 @@
+// Collisions and clearance of virtual parts over the time of a recorded session.
+#pragma once
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "common/collision/detection/bvh.h"
+#include "common/study/frame_hull.h"
+#include "common/study/spacing_study.h"
+
+namespace fivepipe::study {
+
+struct TimelineFrame {
+  std::vector<hull::Silhouette> silhouettes;
+  double time_s;
+  std::vector<Eigen::Isometry3d> world_from_part;  // of each part
+};
+
+// One frame of one part.
+struct TimelinePoint {
+  double time_s;
+  collision::CollisionVerdict verdict;
+  // Minimum distance between the part's surface and the hull: {0, 0} if they collide, {cap_m,
+  // infinity} if it is at least StudyOptions::clearance_cap_m, {0, infinity} if it is unknown.
+  Bracket clearance;
+};
+
+// The results do not depend on the number of threads.
+class SessionTimeline {
+ public:
+  // parts: each in its own frame [m]. Throws std::invalid_argument as Bvh does, and if an option is
+  // out of range.
+  SessionTimeline(std::span<const geometry::Mesh> parts, const StudyOptions& options,
+                  base::WorkerPool& pool);
+  ~SessionTimeline();
+
+  // Computes a batch when it is full. Throws std::invalid_argument if the number of poses differs
+  // from that of the parts.
+  void add(TimelineFrame frame);
+  // By part and frame. Computes the frames that are still waiting.
+  const std::vector<std::vector<TimelinePoint>>& results();
+
+ private:
+  void compute();
+  TimelinePoint point_of(FrameHull& hull, const TimelineFrame& frame, std::size_t part) const;
+
+  std::vector<collision::Bvh> parts_;
+  StudyOptions options_;
+  base::WorkerPool& pool_;
+  std::vector<std::unique_ptr<FrameHull>> hulls_;  // one per thread of the pool
+  std::vector<TimelineFrame> waiting_;
+  std::vector<std::vector<TimelinePoint>> results_;
+};
+
+// Consecutive frames in which a part collides.
+struct CollisionEvent {
+  std::size_t first, last;  // positions in the timeline
+};
+// Frames without a collision between two events that last no longer than min_gap_s join them.
+std::vector<CollisionEvent> collision_events(std::span<const TimelinePoint> timeline,
+                                             double min_gap_s);
+
+}  // namespace fivepipe::study

@@ -1,0 +1,189 @@
+#include "launch/study/folder/study_folder.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <fstream>
+#include <sstream>
+
+#include "common/base/result_file.h"
+#include "common/base/text_table.h"
+#include "common/base/usage_error.h"
+
+namespace fivepipe::study {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr int kFormat = 1;
+constexpr std::size_t kMaxPseudonym = 1000;
+constexpr std::size_t kMinBinaryBytes = 8;
+const std::vector<std::string> kTextFiles{".json", ".yaml", ".csv", ".html", ".log", ".txt"};
+
+Json json_from(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  try {
+    return Json::parse(in);
+  } catch (const nlohmann::json::exception& error) {
+    throw base::UsageError(file.string() + ": " + error.what());
+  }
+}
+
+// Replaces the file as a whole, so that an interruption leaves the old or the new one.
+void replace_json(const fs::path& file, const Json& json) {
+  const fs::path part = file.string() + ".part";
+  base::write_json(part, json);
+  fs::rename(part, file);
+}
+
+// Whether the text can be written as JSON.
+bool is_utf8(const std::string& text) {
+  try {
+    Json(text).dump();
+    return true;
+  } catch (const nlohmann::json::exception&) {
+    return false;
+  }
+}
+
+// The deepest folder that contains all files.
+fs::path common_folder(const std::vector<fs::path>& files) {
+  fs::path common = files.front().parent_path();
+  for (const fs::path& file : files)
+    while (*file.lexically_relative(common).begin() == "..") common = common.parent_path();
+  return common;
+}
+
+// Whether the text occurs in the file as a word of its own. A recording holds any bytes, so that
+// only a long text is found there by more than chance.
+bool mentions(const fs::path& file, const std::string& text) {
+  const bool is_text = std::ranges::count(kTextFiles, file.extension()) > 0;
+  if (!is_text && text.size() < kMinBinaryBytes) return false;
+  std::ifstream in(file, std::ios::binary);
+  const std::string all{std::istreambuf_iterator<char>(in), {}};
+  const auto is_letter = [&](std::size_t i) {
+    return i < all.size() && (std::isalnum(std::uint8_t(all[i])) || all[i] == '_');
+  };
+  for (std::size_t at = all.find(text); at != std::string::npos; at = all.find(text, at + 1))
+    if (!is_text || !(is_letter(at - 1) || is_letter(at + text.size()))) return true;
+  return false;
+}
+
+}  // namespace
+
+StudyFolder::StudyFolder(fs::path folder) : folder_(std::move(folder)) {
+  const fs::path file = folder_ / "study.json";
+  if (!fs::is_regular_file(file))
+    throw base::UsageError(folder_.string() + " is no study; make one by: fivepipe study new " +
+                           folder_.string() + " --deployment FILE");
+  const Json json = json_from(file);
+  try {
+    if (const int format = json.at("format").get<int>(); format != kFormat)
+      throw std::runtime_error(fmt::format("format {} is not {}", format, kFormat));
+    settings_.name = json.at("name").get<std::string>();
+    settings_.deployment = json.at("deployment").get<std::string>();
+    settings_.settings = json.at("settings").get<std::map<std::string, std::string>>();
+    settings_.spacing_of = json.at("spacing_of").get<std::string>();
+  } catch (const std::exception& error) {
+    throw base::UsageError(file.string() + ": " + error.what());
+  }
+}
+
+StudyFolder StudyFolder::create(const fs::path& folder, StudySettings settings) {
+  if (fs::exists(folder) && !(fs::is_directory(folder) && fs::is_empty(folder)))
+    throw base::UsageError(folder.string() + " exists and is not empty; choose another folder");
+  const config::Deployment deployment =
+      config::load_deployment(settings.deployment, settings.settings);
+  std::vector<fs::path> files;
+  for (const fs::path& file : deployment.files)
+    files.push_back(fs::absolute(file).lexically_normal());
+  const fs::path common = common_folder(files);
+  for (const fs::path& file : files) {
+    const fs::path copy = folder / "deployment" / file.lexically_relative(common);
+    fs::create_directories(copy.parent_path());
+    fs::copy_file(file, copy);
+  }
+  settings.deployment = fs::path("deployment") /
+                        fs::absolute(deployment.file).lexically_normal().lexically_relative(common);
+  fs::create_directories(folder / "trials");
+  replace_json(folder / "study.json", {{"format", kFormat},
+                                       {"name", settings.name},
+                                       {"deployment", settings.deployment.string()},
+                                       {"settings", settings.settings},
+                                       {"spacing_of", settings.spacing_of}});
+  return StudyFolder(folder);
+}
+
+config::Deployment StudyFolder::deployment() const {
+  return config::load_deployment(deployment_file(), settings_.settings);
+}
+
+fs::path StudyFolder::folder_of(int trial) const {
+  return folder_ / "trials" / fmt::format("{:04}", trial);
+}
+
+std::vector<StoredTrial> StudyFolder::trials() const {
+  std::vector<StoredTrial> trials;
+  if (!fs::is_directory(folder_ / "trials")) return trials;
+  for (const auto& entry : fs::directory_iterator(folder_ / "trials"))
+    if (const fs::path file = entry.path() / "trial.json"; fs::is_regular_file(file))
+      trials.push_back(trial_from(json_from(file), file.string()));
+  std::ranges::sort(trials, {}, &StoredTrial::number);
+  return trials;
+}
+
+StoredTrial StudyFolder::trial(int number) const {
+  const fs::path file = folder_of(number) / "trial.json";
+  if (!fs::is_regular_file(file))
+    throw base::UsageError(fmt::format("{} has no trial {}; `fivepipe study list {}` lists them",
+                                       folder_.string(), number, folder_.string()));
+  return trial_from(json_from(file), file.string());
+}
+
+StoredTrial StudyFolder::add_trial(const std::string& participant, report::ParticipantKind kind) {
+  if (participant.empty() || participant.size() > kMaxPseudonym || !is_utf8(participant))
+    throw base::UsageError("--participant: a pseudonym is 1 to 1000 bytes of UTF-8");
+  int number = 1;
+  for (const StoredTrial& trial : trials()) {
+    number = std::max(number, trial.number + 1);
+    if (trial.participant == participant && trial.kind != kind)
+      throw base::UsageError(base::printable(participant) +
+                             " is a scripted actor in one trial and a person in another one; use "
+                             "another pseudonym");
+  }
+  while (fs::exists(folder_of(number))) ++number;
+  fs::create_directories(folder_of(number));
+  StoredTrial trial;
+  trial.number = number;
+  trial.participant = participant;
+  trial.kind = kind;
+  save(trial);
+  return trial;
+}
+
+void StudyFolder::save(const StoredTrial& trial) const {
+  replace_json(folder_of(trial.number) / "trial.json", json_of(trial));
+}
+
+Forgotten StudyFolder::forget(const std::string& participant) {
+  Forgotten forgotten;
+  for (const StoredTrial& trial : trials()) {
+    if (trial.participant != participant) continue;
+    fs::remove_all(folder_of(trial.number));
+    ++forgotten.trials;
+  }
+  if (forgotten.trials == 0)
+    throw base::UsageError(folder_.string() + " has no trial of " + base::printable(participant));
+  fs::remove_all(report_folder());
+  const std::string as_json = Json(participant).dump();
+  for (const auto& entry : fs::recursive_directory_iterator(folder_))
+    if (entry.is_regular_file() && (mentions(entry.path(), participant) ||
+                                    mentions(entry.path(), as_json.substr(1, as_json.size() - 2))))
+      forgotten.mentioned_in.push_back(entry.path());
+  std::ranges::sort(forgotten.mentioned_in);
+  return forgotten;
+}
+
+}  // namespace fivepipe::study

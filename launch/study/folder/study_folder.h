@@ -1,0 +1,65 @@
+// The folder of a study: what `fivepipe study` keeps between its commands.
+//
+//   study.json               name, deployment, settings
+//   deployment/              the deployment with its rig, scene and meshes
+//   trials/0001/trial.json   one trial (stored_trial.h)
+//               recording_1.mcap, run_1/    what `fivepipe up` recorded and wrote
+//   report/                  what `fivepipe study report` wrote
+//
+// Only the trial files and the report contain pseudonyms; no file has one in its name.
+#pragma once
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "common/config/deployment.h"
+#include "launch/study/folder/stored_trial.h"
+
+namespace fivepipe::study {
+
+struct StudySettings {
+  std::string name;
+  std::filesystem::path deployment;             // below the folder
+  std::map<std::string, std::string> settings;  // of the deployment (--set)
+  std::string spacing_of;                       // "payload A and PMT box": of the report's table
+};
+
+struct Forgotten {
+  int trials = 0;
+  // Files of the study that still contain the pseudonym, such as a note of another trial.
+  std::vector<std::filesystem::path> mentioned_in;
+};
+
+class StudyFolder {
+ public:
+  // Opens a study. Throws base::UsageError if the folder has none or its file is wrong.
+  explicit StudyFolder(std::filesystem::path folder);
+  // Makes a study with a copy of the deployment and of the files that it reads. Throws
+  // base::UsageError if the folder exists and is not empty, ConfigError if the deployment cannot
+  // be loaded.
+  static StudyFolder create(const std::filesystem::path& folder, StudySettings settings);
+
+  const std::filesystem::path& path() const { return folder_; }
+  const StudySettings& settings() const { return settings_; }
+  std::filesystem::path deployment_file() const { return folder_ / settings_.deployment; }
+  config::Deployment deployment() const;
+
+  std::vector<StoredTrial> trials() const;  // ascending by number
+  StoredTrial trial(int number) const;      // throws base::UsageError
+  // Throws base::UsageError if the pseudonym is empty, longer than 1,000 bytes or not UTF-8.
+  StoredTrial add_trial(const std::string& participant, report::ParticipantKind kind);
+  void save(const StoredTrial& trial) const;
+  std::filesystem::path folder_of(int trial) const;
+  std::filesystem::path report_folder() const { return folder_ / "report"; }
+
+  // Removes the trials of the participant, and the report, which may show them. Throws
+  // base::UsageError if there is none.
+  Forgotten forget(const std::string& participant);
+
+ private:
+  std::filesystem::path folder_;
+  StudySettings settings_;
+};
+
+}  // namespace fivepipe::study

@@ -1,0 +1,322 @@
+#include "launch/study/results/trial_results.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "common/recording/replay/recorded_deployment.h"
+#include "common/recording/replay/recorded_frames.h"
+#include "common/study/session_timeline.h"
+#include "common/surface/swept_volume.h"
+#include "launch/study/recorded_spacings.h"
+#include "launch/study/results/event_pictures.h"
+
+namespace fivepipe::study {
+namespace {
+
+using config::SceneObject;
+
+// Collisions that are apart by no more are one event: a hand that slides along a part.
+constexpr double kSameEvent_s = 0.25;
+// The chart of the clearance shows this many times at most.
+constexpr std::size_t kMaxTimes = 2000;
+
+bool is_rigid(const SceneObject& object) { return object.motion == config::Motion::fixed; }
+
+std::array<std::uint8_t, 3> rgb_of(const SceneObject& object) {
+  std::array<std::uint8_t, 3> rgb{};
+  for (std::size_t i = 0; i < 3; ++i)
+    rgb[i] = std::uint8_t(std::lround(255 * std::clamp(object.colour_rgb[i], 0.0, 1.0)));
+  return rgb;
+}
+
+geometry::Mesh in_world(const SceneObject& object) {
+  geometry::Mesh mesh = config::mesh_of(object);
+  for (Eigen::Vector3d& v : mesh.vertices_m) v = object.world_from_object * v;
+  return mesh;
+}
+
+// The spacing that the recording states for a time.
+double spacing_at(const std::vector<RecordedSpacing>& spacings, double time_s, double before_m) {
+  for (const RecordedSpacing& changed : spacings)
+    if (changed.time_s <= time_s) before_m = changed.spacing_m;
+  return before_m;
+}
+
+std::vector<double> equally_spaced(double low_m, double high_m, int count) {
+  std::vector<double> spacings_m;
+  for (int i = 0; i < count; ++i)
+    spacings_m.push_back(count == 1 ? low_m
+                                    : std::min(high_m, low_m + (high_m - low_m) * i / (count - 1)));
+  return spacings_m;
+}
+
+double eps_m(const config::Deployment& deployment) {
+  for (const config::Node& node : deployment.nodes)
+    if (const auto* sim = std::get_if<config::SimConfig>(&node.config)) return sim->eps_m;
+  return config::SimConfig{}.eps_m;
+}
+
+// How large a pixel of the maps is at the place, in the camera that sees it worst.
+double footprint_mm(const config::Deployment& deployment, const Eigen::Vector3d& p_world_m) {
+  double footprint_m = 0;
+  for (const std::size_t i : config::shape_cameras(deployment.rig)) {
+    const geometry::Camera camera = config::published_camera(deployment.rig.cameras[i]);
+    const double depth_m = (camera.camera_from_world * p_world_m).z();
+    if (depth_m > 0)
+      footprint_m =
+          std::max(footprint_m, depth_m / std::min(camera.pinhole.fx_px, camera.pinhole.fy_px));
+  }
+  return 1e3 * footprint_m;
+}
+
+// The computations of one recording, and what they found.
+class Session {
+ public:
+  Session(const std::filesystem::path& file, const TrialRequest& request, base::WorkerPool& pool,
+          std::unique_ptr<surface::SweptVolume>& swept)
+      : recording_(file),
+        recorded_(recording_, {}),
+        scene_(recorded_.deployment().scene),
+        pool_(pool),
+        swept_(swept),
+        options_{.rule = recorded_.deployment().hull_rule, .eps_m = eps_m(recorded_.deployment())} {
+    std::vector<geometry::Mesh> meshes;
+    std::vector<Line> lines;
+    for (const SceneObject& object : scene_.objects) {
+      if (!is_rigid(object) || object.reaction == config::Reaction::none) continue;
+      reported_.push_back(&object);
+      meshes.push_back(config::mesh_of(object));
+      spacings_.push_back(recorded_spacings(recording_, object.name));
+      if (!object.spacing) continue;
+      const config::Spacing& spacing = *object.spacing;
+      Eigen::Isometry3d at_zero = object.world_from_object;
+      at_zero.translation() += spacing.move_world_m(0);
+      movable_.push_back(&object);
+      lines.push_back({collision::MovablePart(meshes.back(), at_zero, spacing.axis_world),
+                       {spacing.low_m, spacing.high_m},
+                       equally_spaced(spacing.low_m, spacing.high_m, request.layouts)});
+    }
+    timeline_ = std::make_unique<SessionTimeline>(meshes, options_, pool);
+    study_ = std::make_unique<SpacingStudy>(std::move(lines), options_, pool);
+    if (request.swept && !swept_)
+      swept_ = std::make_unique<surface::SweptVolume>(
+          surface::SweptVolumeOptions{recorded_.deployment().rig.volume_m, request.swept_cell_m});
+  }
+
+  void compute(const std::function<void(double done)>& progress) {
+    replay::RecordedFrames frames(recording_, recorded_.deployment());
+    std::vector<std::vector<hull::Silhouette>> waiting;
+    while (auto frame = frames.next()) {
+      const double time_s = 1e-9 * double(frame->set.capture_stamp_ns - recording_.start_ns());
+      frames_.push_back(frame->set.frame);
+      times_s_.push_back(time_s);
+      durations_s_.push_back(frame->duration_s);
+      TimelineFrame of_parts{frame->set.silhouettes, time_s, {}};
+      for (std::size_t i = 0; i < reported_.size(); ++i) {
+        Eigen::Isometry3d pose = reported_[i]->world_from_object;
+        if (const auto& spacing = reported_[i]->spacing)
+          pose.translation() +=
+              spacing->move_world_m(spacing_at(spacings_[i], time_s, spacing->at_m));
+        of_parts.world_from_part.push_back(pose);
+      }
+      timeline_->add(std::move(of_parts));
+      if (swept_) waiting.push_back(frame->set.silhouettes);
+      if (waiting.size() == kFramesPerBatch) sweep(waiting);
+      study_->add({std::move(frame->set.silhouettes), frame->duration_s});
+      progress(frame->done);
+    }
+    if (swept_) sweep(waiting);
+    if (frames_.empty())
+      throw recording::RecordingError(recording_.file().string() + " contains no complete frame");
+    drops_ = frames.drops();
+    study_->results();
+  }
+
+  void add_remarks(const std::string& of, std::vector<std::string>& remarks) const {
+    for (const auto& [reason, count] : drops_)
+      remarks.push_back(fmt::format("{}: dropped of the recording: {} ({}).", of, reason, count));
+    if (const std::string damage = recording_.mcap().damage().summary; !damage.empty())
+      remarks.push_back(fmt::format("{}: the recording is incomplete: {}.", of, damage));
+    if (study_->empty_frames() > 0)
+      remarks.push_back(fmt::format("{}: frames without a hull: {} of {}.", of,
+                                    study_->empty_frames(), study_->frames()));
+  }
+
+  // Adds what was found to the trial, `offset_s` after its start.
+  void add_to(report::Trial& trial, double offset_s, const EventPictures* pictures) {
+    const auto& timelines = timeline_->results();
+    for (std::size_t i = 0; i < reported_.size(); ++i) {
+      report::PartResult& part = part_of(trial, reported_[i]->name);
+      add_timeline(timelines[i], *reported_[i], offset_s, pictures, part);
+      add_spacings(i, offset_s, trial);
+    }
+    const std::vector<LineResult> lines = study_->results();
+    for (std::size_t i = 0; i < movable_.size(); ++i) {
+      const config::Spacing& spacing = *movable_[i]->spacing;
+      trial.what_if.push_back({movable_[i]->name, {spacing.low_m, spacing.high_m}, lines[i], true});
+    }
+    trial.duration_s = offset_s + duration_s();
+  }
+
+  double duration_s() const { return times_s_.back() + durations_s_.back() - times_s_.front(); }
+  const recording::Recording& recording() const { return recording_; }
+
+ private:
+  void sweep(std::vector<std::vector<hull::Silhouette>>& waiting) {
+    run_frames(pool_, waiting.size(), [&](std::size_t frame, std::size_t) {
+      FrameHull hull(options_.rule, options_.eps_m);
+      hull.set(waiting[frame]);
+      if (!hull.is_unknown() && !hull.is_empty()) swept_->add(*hull.query);
+    });
+    waiting.clear();
+  }
+
+  static report::PartResult& part_of(report::Trial& trial, const std::string& name) {
+    for (report::PartResult& part : trial.parts)
+      if (part.part == name) return part;
+    return trial.parts.emplace_back(report::PartResult{name});
+  }
+
+  void add_timeline(const std::vector<TimelinePoint>& timeline, const SceneObject& object,
+                    double offset_s, const EventPictures* pictures, report::PartResult& part) {
+    const double start_s = times_s_.front() - offset_s;
+    for (std::size_t i = 0; i < timeline.size(); ++i)
+      if (timeline[i].verdict == collision::CollisionVerdict::colliding)
+        part.collision_s += durations_s_[i];
+    for (const CollisionEvent& found : collision_events(timeline, kSameEvent_s)) {
+      report::Event event{times_s_[found.first] - start_s,
+                          times_s_[found.last] + durations_s_[found.last] - start_s};
+      const std::size_t middle = (found.first + found.last) / 2;
+      if (pictures) event.picture_png = pictures->png_of(frames_[middle]);
+      if (!event.picture_png.empty())
+        event.picture_shows = fmt::format("the viewer's picture at {:.1f} s: {} collides",
+                                          times_s_[middle] - start_s, object.name);
+      part.events.push_back(std::move(event));
+    }
+    if (!part.clearance) {
+      part.clearance.emplace();
+      part.clearance->cap_m = options_.clearance_cap_m;
+      part.clearance->errors = {
+          {"map resolution: one pixel at the part",
+           footprint_mm(
+               recorded_.deployment(),
+               object.world_from_object * geometry::bounds_m(config::mesh_of(object)).center())},
+          {"eps of the detection", 1e3 * options_.eps_m}};
+    }
+    // At each time of the chart, the smallest clearance of the frames that it stands for.
+    const std::size_t per_time = (timeline.size() + kMaxTimes - 1) / kMaxTimes;
+    for (std::size_t i = 0; i < timeline.size(); i += per_time) {
+      Bracket smallest = timeline[i].clearance;
+      for (std::size_t k = i; k < std::min(timeline.size(), i + per_time); ++k)
+        smallest = {std::min(smallest.min_m, timeline[k].clearance.min_m),
+                    std::min(smallest.max_m, timeline[k].clearance.max_m)};
+      const double time_s = times_s_[i] - start_s;
+      if (!part.clearance->times_s.empty() && time_s <= part.clearance->times_s.back()) continue;
+      part.clearance->times_s.push_back(time_s);
+      part.clearance->distances.push_back(smallest);
+    }
+  }
+
+  void add_spacings(std::size_t reported, double offset_s, report::Trial& trial) const {
+    const auto& spacing = reported_[reported]->spacing;
+    if (!spacing) return;
+    const double start_s = times_s_.front() - offset_s;
+    const auto add = [&](double time_s, double spacing_m) {
+      const auto last = std::ranges::find_if(
+          trial.layout_changes.rbegin(), trial.layout_changes.rend(),
+          [&](const report::LayoutChange& c) { return c.part == reported_[reported]->name; });
+      if (last != trial.layout_changes.rend() && last->spacing_m == spacing_m) return;
+      trial.layout_changes.push_back({time_s, reported_[reported]->name, spacing_m});
+    };
+    add(offset_s, spacing_at(spacings_[reported], times_s_.front(), spacing->at_m));
+    for (const RecordedSpacing& changed : spacings_[reported])
+      if (changed.time_s > times_s_.front()) add(changed.time_s - start_s, changed.spacing_m);
+  }
+
+  recording::Recording recording_;
+  replay::RecordedDeployment recorded_;
+  const config::Scene& scene_;
+  base::WorkerPool& pool_;
+  std::unique_ptr<surface::SweptVolume>& swept_;
+  StudyOptions options_;
+  std::vector<const SceneObject*> reported_, movable_;
+  std::vector<std::vector<RecordedSpacing>> spacings_;  // by reported part
+  std::unique_ptr<SessionTimeline> timeline_;
+  std::unique_ptr<SpacingStudy> study_;
+  std::vector<std::uint64_t> frames_;
+  std::vector<double> times_s_, durations_s_;  // since the start of the recording
+  std::map<std::string, std::uint64_t> drops_;
+};
+
+}  // namespace
+
+std::vector<report::Part> report_parts(const config::Scene& scene) {
+  std::vector<report::Part> parts;
+  for (const SceneObject& object : scene.objects) {
+    if (!is_rigid(object)) continue;
+    report::Part part{object.name, in_world(object), rgb_of(object)};
+    if (object.spacing)
+      part.axis = report::MovableAxis{object.spacing->axis_world,
+                                      object.spacing->at_m,
+                                      {object.spacing->low_m, object.spacing->high_m}};
+    parts.push_back(std::move(part));
+  }
+  return parts;
+}
+
+report::Trial trial_results(const StudyFolder& study, const StoredTrial& stored,
+                            const TrialRequest& request,
+                            const std::function<void(double done)>& progress,
+                            std::vector<std::string>& remarks) {
+  report::Trial trial;
+  trial.number = stored.number;
+  trial.is_kept = stored.state == TrialState::kept;
+  trial.discarded_because = stored.discarded_because;
+  trial.tool = stored.tool;
+  trial.answers = stored.answers;
+  base::WorkerPool pool(request.threads);
+  std::unique_ptr<surface::SweptVolume> swept;
+  const std::filesystem::path folder = study.folder_of(stored.number);
+  const std::string of = fmt::format("Trial {}", stored.number);
+  std::vector<StoredNote> notes = stored.notes;
+  double offset_s = 0;
+  for (std::size_t part = 0; part < stored.recordings.size(); ++part) {
+    Session session(folder / stored.recordings[part], request, pool, swept);
+    const double parts = double(stored.recordings.size());
+    session.compute([&](double done) { progress((double(part) + done) / parts); });
+    session.add_remarks(of, remarks);
+    std::optional<EventPictures> pictures;
+    if (request.pictures)
+      pictures.emplace(session.recording(),
+                       folder / fmt::format("run_{}", part + 1) / "composite.mp4");
+    if (pictures && !pictures->why_none().empty())
+      remarks.push_back(fmt::format("{}: no pictures: {}.", of, pictures->why_none()));
+    session.add_to(trial, offset_s, pictures ? &*pictures : nullptr);
+    const std::int64_t start_ns = session.recording().start_ns();
+    std::erase_if(notes, [&](const StoredNote& note) {
+      const bool is_last = part + 1 == stored.recordings.size();
+      if (!is_last && note.stamp_ns > session.recording().end_ns()) return false;
+      trial.notes.push_back(
+          {std::clamp(offset_s + 1e-9 * double(note.stamp_ns - start_ns), 0.0, trial.duration_s),
+           note.text});
+      return true;
+    });
+    offset_s = trial.duration_s;
+  }
+  std::ranges::stable_sort(trial.layout_changes, {}, &report::LayoutChange::time_s);
+  if (swept) {
+    const surface::SweptSurface surface = swept->surface();
+    remarks.push_back(fmt::format(
+        "{}: the swept volume is {:.0f} cm3, larger by {:.0f} cm3 (standard error {:.0f}) than "
+        "what the hulls sweep, because it consists of whole cells of {:g} mm.",
+        of, 1e6 * surface.volume_m3, 1e6 * (surface.volume_m3 - surface.hull_volume_m3),
+        1e6 * surface.hull_volume_error_m3, 1e3 * request.swept_cell_m));
+    trial.swept.push_back({"real objects", surface.mesh});
+  }
+  return trial;
+}
+
+}  // namespace fivepipe::study

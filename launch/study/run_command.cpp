@@ -1,0 +1,157 @@
+#include <fmt/format.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <iostream>
+#include <system_error>
+
+#include "common/base/realtime.h"
+#include "common/base/usage_error.h"
+#include "launch/cli/program.h"
+#include "launch/study/commands.h"
+#include "launch/study/folder/study_folder.h"
+#include "launch/study/questions.h"
+
+namespace fivepipe::study {
+namespace {
+
+struct RunOptions {
+  std::filesystem::path folder;
+  std::string participant;
+  int resume = 0;  // number of the trial; 0: a new one
+  std::string tool;
+  AnswerOptions answers;
+  bool asks = true;
+  std::string duration, domain;  // for `fivepipe up`; empty: its default
+};
+
+// Whether each camera of the deployment is synthetic, so that the real objects are scripted.
+bool is_scripted(const config::Deployment& deployment) {
+  for (const config::Node& node : deployment.nodes)
+    if (const auto* capture = std::get_if<config::CaptureConfig>(&node.config))
+      for (const auto& [camera, source] : capture->sources)
+        if (!std::holds_alternative<config::SyntheticSource>(source)) return false;
+  return true;
+}
+
+// Runs a program in the foreground, with this terminal, until it ends. Ctrl-C is for the program.
+int run_program(std::vector<std::string> words) {
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  struct sigaction ignored {
+  }, interrupt{}, end{};
+  ignored.sa_handler = SIG_IGN;
+  sigaction(SIGINT, &ignored, &interrupt);
+  sigaction(SIGTERM, &ignored, &end);
+  const pid_t child = fork();
+  if (child == 0) {
+    sigaction(SIGINT, &interrupt, nullptr);
+    sigaction(SIGTERM, &end, nullptr);
+    execv(argv.front(), argv.data());
+    _exit(127);
+  }
+  int status = 0;
+  while (child > 0 && waitpid(child, &status, 0) < 0 && errno == EINTR) continue;
+  sigaction(SIGINT, &interrupt, nullptr);
+  sigaction(SIGTERM, &end, nullptr);
+  if (child < 0) throw std::system_error(errno, std::generic_category(), argv.front());
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
+StoredTrial begun(StudyFolder& study, const RunOptions& options) {
+  if (options.resume == 0)
+    return study.add_trial(options.participant, is_scripted(study.deployment())
+                                                    ? report::ParticipantKind::scripted
+                                                    : report::ParticipantKind::human);
+  const StoredTrial trial = study.trial(options.resume);
+  if (!options.participant.empty() && options.participant != trial.participant)
+    throw base::UsageError(
+        fmt::format("--resume: trial {} is of another participant", options.resume));
+  return trial;
+}
+
+int run_trial(const RunOptions& options) {
+  StudyFolder study(options.folder);
+  if (options.resume == 0 && options.participant.empty())
+    throw base::UsageError("name the participant by a pseudonym: --participant P1");
+  StoredTrial trial = begun(study, options);
+  Questions questions(options.asks);
+  trial.state = TrialState::running;
+  if (!options.tool.empty()) trial.tool = options.tool;
+  take_answers(options.answers, trial.answers);
+  questions.before(trial.answers);
+  const int part = int(trial.recordings.size()) + 1;
+  const std::filesystem::path folder = study.folder_of(trial.number);
+  trial.recordings.push_back(fmt::format("recording_{}.mcap", part));
+  study.save(trial);
+  std::cout << fmt::format("trial {}: the participant may begin; Ctrl-C ends it\n", trial.number)
+            << std::flush;
+
+  std::vector<std::string> words{launch::program_folder() / "fivepipe",
+                                 "up",
+                                 study.deployment_file(),
+                                 "--record",
+                                 folder / trial.recordings.back(),
+                                 "--out",
+                                 folder / fmt::format("run_{}", part)};
+  for (const auto& [key, value] : study.settings().settings)
+    words.insert(words.end(), {"--set", key + "=" + value});
+  if (!options.duration.empty()) words.insert(words.end(), {"--duration", options.duration});
+  if (!options.domain.empty()) words.insert(words.end(), {"--domain", options.domain});
+  constexpr int kInterrupted = 130;
+  const int code = run_program(words);
+
+  trial = study.trial(trial.number);  // with the notes of `fivepipe study edit`
+  if (!std::filesystem::exists(folder / trial.recordings.back())) {
+    trial.recordings.pop_back();
+    study.save(trial);
+    std::cerr << fmt::format(
+        "trial {}: nothing was recorded; try again by: fivepipe study run {} "
+        "--resume {}\n",
+        trial.number, study.path().string(), trial.number);
+    return code == 0 ? 1 : code;
+  }
+  if (code != 0 && code != kInterrupted)
+    std::cerr << fmt::format("trial {}: `fivepipe up` ended with exit code {}, see {}\n",
+                             trial.number, code, (folder / fmt::format("run_{}", part)).string());
+  questions.after(trial);
+  if (trial.state == TrialState::running) trial.state = TrialState::kept;
+  study.save(trial);
+  std::cout << fmt::format("trial {}: {}\nNext: fivepipe study report {}\n", trial.number,
+                           trial.state == TrialState::kept ? "kept" : "discarded",
+                           study.path().string());
+  return code == kInterrupted ? 0 : code;
+}
+
+}  // namespace
+
+void add_run(CLI::App& app, Command& command) {
+  const auto options = std::make_shared<RunOptions>();
+  CLI::App* const sub = app.add_subcommand(
+      "run",
+      "Runs a trial: asks the questions of the study, runs and records the deployment until "
+      "Ctrl-C, and asks again. Without a terminal it asks nothing");
+  sub->footer(
+      "Examples:\n"
+      "  fivepipe study run spacing --participant P1\n"
+      "  fivepipe study run spacing --participant P1 --tool tongs --duration 60\n"
+      "  fivepipe study run spacing --resume 3\n"
+      "In a second terminal: fivepipe study space 18cm, fivepipe study edit\n\n"
+      "Exit codes: 0 done, 2 usage or configuration, otherwise that of `fivepipe up`.");
+  sub->add_option("folder", options->folder, "folder of the study")->required();
+  sub->add_option("--participant", options->participant,
+                  "pseudonym; repeat it for another trial of the same person");
+  sub->add_option("--resume", options->resume, "number of a trial that is continued")
+      ->check(CLI::PositiveNumber);
+  sub->add_option("--tool", options->tool, "tool in use");
+  add_answer_options(*sub, options->answers);
+  sub->add_flag("!--no-questions", options->asks, "asks nothing");
+  sub->add_option("--duration", options->duration, "seconds (default: until Ctrl-C)");
+  sub->add_option("--domain", options->domain, "DDS domain (default: that of the deployment)");
+  sub->callback([=, &command] { command = [=] { return run_trial(*options); }; });
+}
+
+}  // namespace fivepipe::study

@@ -1,0 +1,202 @@
+#include "launch/study/folder/study_folder.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "common/base/usage_error.h"
+#include "launch/study/folder/scene_pose.h"
+#include "tests/support/deployments.h"
+#include "tests/support/test_folder.h"
+#include "tests/support/text.h"
+
+namespace fivepipe::study {
+namespace {
+
+using report::Answer;
+using report::ParticipantKind;
+using test::contains;
+namespace fs = std::filesystem;
+
+class StudyFolderTest : public testing::Test {
+ protected:
+  StudyFolder study() {
+    return StudyFolder::create(
+        folder_.path / "study",
+        {"Name", FIVEPIPE_SOURCE_DIR "/launch/deployments/demo.yaml", {}, "a"});
+  }
+  // What opening or using the study says.
+  static std::string refusal(const std::function<void()>& use) {
+    try {
+      use();
+      return "";
+    } catch (const base::UsageError& error) {
+      return error.what();
+    }
+  }
+  test::TestFolder folder_;
+};
+
+TEST_F(StudyFolderTest, HasACopyOfTheDeployment) {
+  study();
+  const StudyFolder opened(folder_.path / "study");
+  EXPECT_EQ(opened.settings().name, "Name");
+  EXPECT_EQ(opened.settings().spacing_of, "a");
+  const config::Deployment deployment = opened.deployment();
+  EXPECT_EQ(deployment.name, "demo");
+  for (const fs::path& file : deployment.files)
+    EXPECT_TRUE(fs::canonical(file).string().starts_with(fs::canonical(folder_.path).string()))
+        << file;
+  EXPECT_TRUE(opened.trials().empty());
+}
+
+TEST_F(StudyFolderTest, RefusesAFolderWithFiles) {
+  fs::create_directories(folder_.path / "study");
+  std::ofstream(folder_.path / "study" / "mine.txt") << "text";
+  EXPECT_TRUE(contains(refusal([&] { study(); }), "is not empty"));
+  EXPECT_TRUE(contains(refusal([&] { StudyFolder opened(folder_.path / "study"); }),
+                       "is no study; make one by: fivepipe study new"));
+}
+
+TEST_F(StudyFolderTest, NamesTheFileOfADamagedStudy) {
+  study();
+  for (const char* text : {"{", "{}", "[]", R"({"format": 2})"}) {
+    std::ofstream(folder_.path / "study" / "study.json") << text;
+    EXPECT_TRUE(contains(refusal([&] { StudyFolder opened(folder_.path / "study"); }),
+                         "study/study.json: "))
+        << text;
+  }
+}
+
+TEST_F(StudyFolderTest, KeepsTrials) {
+  StudyFolder made = study();
+  const std::string hostile = "=1+1\"</script>\n../\xc3\xa9";
+  StoredTrial trial = made.add_trial(hostile, ParticipantKind::scripted);
+  EXPECT_EQ(trial.number, 1);
+  trial.state = TrialState::discarded;
+  trial.discarded_because = "a camera was covered";
+  trial.tool = "tongs";
+  trial.answers = {Answer{0.15}, std::nullopt, Answer{0.16, 0.17, "adjust tool"}, std::nullopt};
+  trial.notes = {{123, "note"}};
+  trial.recordings = {"recording_1.mcap", "recording_2.mcap"};
+  made.save(trial);
+  EXPECT_EQ(made.add_trial("P2", ParticipantKind::human).number, 2);
+  const std::vector<StoredTrial> trials = StudyFolder(made.path()).trials();
+  ASSERT_EQ(trials.size(), 2u);
+  EXPECT_EQ(json_of(trials[0]), json_of(trial));
+  EXPECT_EQ(trials[0].participant, hostile);
+  EXPECT_EQ(trials[0].answers.found->remark, "adjust tool");
+  EXPECT_EQ(trials[0].kind, ParticipantKind::scripted);
+  EXPECT_EQ(trials[1].kind, ParticipantKind::human);
+  // No file is named after the participant.
+  for (const auto& entry : fs::recursive_directory_iterator(made.path() / "trials"))
+    EXPECT_TRUE(entry.path().filename() == "trial.json" || entry.is_directory()) << entry.path();
+}
+
+TEST_F(StudyFolderTest, RefusesPseudonymsThatAreNoText) {
+  StudyFolder made = study();
+  for (const std::string& name : {std::string(), std::string(1001, 'x'), std::string("\xff")})
+    EXPECT_TRUE(contains(refusal([&] { made.add_trial(name, ParticipantKind::human); }),
+                         "1 to 1000 bytes of UTF-8"));
+  made.add_trial("P1", ParticipantKind::human);
+  EXPECT_TRUE(contains(refusal([&] { made.add_trial("P1", ParticipantKind::scripted); }),
+                       "use another pseudonym"));
+  EXPECT_TRUE(contains(refusal([&] { made.trial(7); }), "has no trial 7"));
+}
+
+TEST_F(StudyFolderTest, NamesWhatIsWrongInATrial) {
+  StudyFolder made = study();
+  nlohmann::ordered_json good = json_of(made.add_trial("P1", ParticipantKind::human));
+  const fs::path file = made.folder_of(1) / "trial.json";
+  const std::vector<std::pair<std::string, nlohmann::ordered_json>> faults{
+      {"state", "lost"},
+      {"kind", "robot"},
+      {"trial", "one"},
+      {"recordings", {"../../secret.mcap"}},
+      {"recordings", {".."}},
+      {"answers", {{"found", {{"low_m", -1}, {"remark", ""}}}}},
+      {"answers", {{"found", {{"low_m", 0.2}, {"high_m", 0.1}, {"remark", ""}}}}},
+      {"answers", {{"found", {{"low_m", 1e9}, {"remark", ""}}}}}};
+  for (const auto& [key, value] : faults) {
+    nlohmann::ordered_json bad = good;
+    bad[key] = value;
+    std::ofstream(file) << bad;
+    EXPECT_TRUE(contains(refusal([&] { made.trials(); }), "trial.json: ")) << key << value;
+  }
+}
+
+TEST_F(StudyFolderTest, ForgetsAParticipant) {
+  StudyFolder made = study();
+  for (const char* name : {"Quentin", "Rosa", "Quentin"}) {
+    StoredTrial trial = made.add_trial(name, ParticipantKind::human);
+    trial.recordings = {"recording_1.mcap"};
+    made.save(trial);
+    std::ofstream(made.folder_of(trial.number) / "recording_1.mcap") << "frames";
+  }
+  fs::create_directories(made.report_folder());
+  std::ofstream(made.report_folder() / "report.html") << "Quentin";
+  const Forgotten forgotten = made.forget("Quentin");
+  EXPECT_EQ(forgotten.trials, 2);
+  EXPECT_TRUE(forgotten.mentioned_in.empty());
+  for (const auto& entry : fs::recursive_directory_iterator(made.path()))
+    if (entry.is_regular_file()) {
+      EXPECT_FALSE(contains(test::text_of(entry.path()), "Quentin")) << entry.path();
+    }
+  ASSERT_EQ(made.trials().size(), 1u);
+  EXPECT_EQ(made.trials()[0].participant, "Rosa");
+  // Numbers are not used again: a note may name them.
+  EXPECT_EQ(made.add_trial("Sam", ParticipantKind::human).number, 3);
+  EXPECT_TRUE(contains(refusal([&] { made.forget("Quentin"); }), "has no trial of Quentin"));
+}
+
+TEST_F(StudyFolderTest, NamesFilesThatStillMentionTheParticipant) {
+  StudyFolder made = study();
+  made.add_trial("P1", ParticipantKind::human);
+  StoredTrial other = made.add_trial("P10", ParticipantKind::human);
+  other.notes = {{1, "as P1 did"}};
+  made.save(other);
+  const Forgotten forgotten = made.forget("P1");
+  EXPECT_EQ(forgotten.trials, 1);
+  EXPECT_EQ(forgotten.mentioned_in, (std::vector<fs::path>{made.folder_of(2) / "trial.json"}));
+}
+
+TEST_F(StudyFolderTest, WritesThePoseOfAPart) {
+  const StudyFolder made = study();
+  Eigen::Isometry3d pose(Eigen::AngleAxisd(0.3, Eigen::Vector3d(1, 2, 3).normalized()));
+  pose.translation() = Eigen::Vector3d(0.1, -0.2, 0.3);
+  const fs::path file = write_pose(made, "side_block", pose);
+  EXPECT_EQ(file.filename(), "scene.yaml");
+  for (const config::SceneObject& object : made.deployment().scene.objects) {
+    if (object.name == "side_block") {
+      EXPECT_TRUE(object.world_from_object.isApprox(pose, 1e-5));
+    }
+  }
+  EXPECT_TRUE(contains(test::text_of(file), "# Next to the hand's path."));
+  EXPECT_FALSE(fs::exists(file.string() + ".before"));
+  EXPECT_TRUE(contains(refusal([&] { write_pose(made, "absent", pose); }), "one key per line"));
+}
+
+TEST(AnswerFrom, ReadsWhatPeopleWrite) {
+  const auto equals = [](const std::string& text, const Answer& expected) {
+    const Answer found = answer_from(text);
+    EXPECT_DOUBLE_EQ(found.low_m, expected.low_m) << text;
+    EXPECT_EQ(found.high_m.has_value(), expected.high_m.has_value()) << text;
+    if (found.high_m && expected.high_m) {
+      EXPECT_DOUBLE_EQ(*found.high_m, *expected.high_m) << text;
+    }
+    EXPECT_EQ(found.remark, expected.remark) << text;
+  };
+  equals("15cm", {0.15});
+  equals(" 22.5 cm ", {0.225});
+  equals("15-16cm", {0.15, 0.16});
+  equals("15cm - 160 mm", {0.15, 0.16});
+  equals("15 to 16 cm", {0.15, 0.16});
+  equals("16.0cm  adjust the tool", {0.16, std::nullopt, "adjust the tool"});
+  equals("15-16cm (tight)", {0.15, 0.16, "(tight)"});
+  for (const char* text :
+       {"", "15", "cm", "about 15cm", "16-15cm", "-3cm", "1e9m", "15cm-", "1.2.3cm"})
+    EXPECT_THROW(answer_from(text), base::UsageError) << text;
+}
+
+}  // namespace
+}  // namespace fivepipe::study
