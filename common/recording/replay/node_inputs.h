@@ -20,9 +20,12 @@ inline std::set<std::string> inputs_of(const std::string& program, const config:
   if (program == "recon_node")
     return {ReplaySession::name, CameraInfo::name,   ViewInfo::name,
             HeadPose::name,      ObjectColour::name, ObjectPixelMap::name};
-  if (program == "sim_node")
-    return {ReplaySession::name, CameraInfo::name, bus::topics::Command::name,
-            ObjectPixelMap::name};
+  if (program == "sim_node") {
+    std::set<std::string> inputs{ReplaySession::name, CameraInfo::name, bus::topics::Command::name,
+                                 ObjectPixelMap::name};
+    if (config::has_spacings(scene)) inputs.insert({ObjectSpacing::name, SpacingRequest::name});
+    return inputs;
+  }
   if (program == "render_node") {
     std::set<std::string> inputs{ReplaySession::name, CollisionResult::name, VirtualState::name,
                                  HullTile::name};
@@ -48,6 +51,7 @@ inline std::set<std::string> outputs_of(const std::string& program, const config
     if (!scene.particles.empty()) outputs.insert(Particles::name);
     if (scene.history) outputs.insert(HullComponents::name);
     if (config::moves_objects(scene)) outputs.insert(SimulationMetrics::name);
+    if (config::has_spacings(scene)) outputs.insert(ObjectSpacing::name);
     return outputs;
   }
   if (program == "render_node") return {FrameComposited::name};

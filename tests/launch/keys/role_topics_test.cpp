@@ -73,7 +73,8 @@ TEST(RoleTopics, AreThoseThatTheProgramsOfTheRoleWriteAndRead) {
                                                 {Role::sim, {"sim_node"}},
                                                 {Role::render, {"render_node"}},
                                                 {Role::supervisor, {"launch/supervise"}},
-                                                {Role::commands, {"launch/cli/simulation.cpp"}}}) {
+                                                {Role::commands,
+                                                 {"launch/cli/simulation.cpp", "launch/study"}}}) {
     const Used used = used_by(places);
     EXPECT_FALSE(used.writes.empty() && used.reads.empty()) << "the sources were not found";
     EXPECT_EQ(set_of(topics_of(role).publishes), used.writes) << name_of(role);

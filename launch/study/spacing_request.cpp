@@ -1,0 +1,72 @@
+#include "launch/study/spacing_request.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <vector>
+
+#include "common/base/usage_error.h"
+#include "launch/study/length.h"
+
+namespace fivepipe::study {
+namespace {
+
+struct Requested {
+  double length_m = 0;
+  bool is_step = false;
+};
+
+Requested parsed(const std::string& text) {
+  const bool is_step = text.starts_with('+') || text.starts_with('-');
+  const std::size_t from = text.starts_with('+') || text.starts_with('=') ? 1 : 0;
+  const std::optional<double> length = length_m(text.substr(from));
+  const bool has_two_signs = text.size() > 1 && text[0] == '+' && text[1] == '-';
+  if (!length || has_two_signs)
+    throw base::UsageError("'" + text +
+                           "' is no spacing; write a number and its unit, such as 18cm, or a step, "
+                           "such as +5mm");
+  return {*length, is_step};
+}
+
+std::vector<std::string> names_of_movable(const config::Scene& scene) {
+  std::vector<std::string> names;
+  for (const config::SceneObject& object : scene.objects)
+    if (object.spacing) names.push_back(object.name);
+  return names;
+}
+
+}  // namespace
+
+const config::SceneObject& movable_part(const config::Scene& scene, const std::string& name) {
+  const std::vector<std::string> movable = names_of_movable(scene);
+  if (movable.empty())
+    throw base::UsageError("no object of scene " + scene.name +
+                           " can be moved: add `spacing` to one in " + scene.file.string());
+  if (name.empty() && movable.size() > 1)
+    throw base::UsageError(fmt::format("several parts can be moved: select one by --part: {}",
+                                       fmt::join(movable, ", ")));
+  const std::string& wanted = name.empty() ? movable.front() : name;
+  for (const config::SceneObject& object : scene.objects)
+    if (object.name == wanted && object.spacing) return object;
+  throw base::UsageError(fmt::format("--part: '{}' is no object with `spacing`; there is {}", name,
+                                     fmt::join(movable, ", ")));
+}
+
+void check_spacing_text(const std::string& text) { parsed(text); }
+
+double requested_spacing_m(const std::string& text, double before_m,
+                           const config::SceneObject& part) {
+  const Requested requested = parsed(text);
+  const double wanted_m = requested.length_m + (requested.is_step ? before_m : 0);
+  if (!part.spacing->permits(wanted_m))
+    throw base::UsageError(fmt::format("{} is outside of the range of {}: {}",
+                                       text_of_length(wanted_m), part.name,
+                                       text_of_range(*part.spacing)));
+  return wanted_m;
+}
+
+std::string text_of_range(const config::Spacing& spacing) {
+  return text_of_length(spacing.low_m) + " to " + text_of_length(spacing.high_m);
+}
+
+}  // namespace fivepipe::study
