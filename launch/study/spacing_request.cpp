@@ -18,10 +18,8 @@ struct Requested {
 
 Requested parsed(const std::string& text) {
   const bool is_step = text.starts_with('+') || text.starts_with('-');
-  const std::size_t from = text.starts_with('+') || text.starts_with('=') ? 1 : 0;
-  const std::optional<double> length = length_m(text.substr(from));
-  const bool has_two_signs = text.size() > 1 && text[0] == '+' && text[1] == '-';
-  if (!length || has_two_signs)
+  const std::optional<double> length = length_m(text.substr(text.starts_with('=') ? 1 : 0));
+  if (!length)
     throw base::UsageError("'" + text +
                            "' is no spacing; write a number and its unit, such as 18cm, or a step, "
                            "such as +5mm");

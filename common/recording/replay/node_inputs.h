@@ -58,6 +58,12 @@ inline std::set<std::string> outputs_of(const std::string& program, const config
   return {};
 }
 
+// Whether the node is a render_node whose window has keys for the spacings of the scene.
+inline bool has_spacing_keys(const config::Deployment& deployment, const config::Node& node) {
+  const auto* const render = std::get_if<config::RenderConfig>(&node.config);
+  return render != nullptr && render->window && config::has_spacings(deployment.scene);
+}
+
 // The topics of a node of the deployment.
 inline bool follows(const config::Deployment& deployment, const config::Node& node) {
   return std::holds_alternative<config::CaptureConfig>(node.config) &&
@@ -69,6 +75,7 @@ inline std::set<std::string> inputs_of(const config::Deployment& deployment,
   std::set<std::string> inputs = inputs_of(program, deployment.scene, follows(deployment, node));
   if (deployment.coverage && (program == "recon_node" || program == "sim_node"))
     inputs.insert(bus::topics::ObjectCoverage::name);
+  if (has_spacing_keys(deployment, node)) inputs.insert(bus::topics::ObjectSpacing::name);
   return inputs;
 }
 inline std::set<std::string> outputs_of(const config::Deployment& deployment,
@@ -77,6 +84,7 @@ inline std::set<std::string> outputs_of(const config::Deployment& deployment,
   std::set<std::string> outputs = outputs_of(program, deployment.scene, follows(deployment, node));
   if (deployment.coverage && program == "capture_node")
     outputs.insert(bus::topics::ObjectCoverage::name);
+  if (has_spacing_keys(deployment, node)) outputs.insert(bus::topics::SpacingRequest::name);
   if (config::spectator_of(node)) outputs.erase(bus::topics::FrameComposited::name);
   return outputs;
 }
