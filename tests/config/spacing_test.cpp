@@ -39,7 +39,7 @@ objects:
   EXPECT_TRUE(spacing.move_world_m(0.24).isApprox(Eigen::Vector3d(0, 0.06, 0.08), 1e-12));
   EXPECT_EQ(spacing.move_world_m(0.14), Eigen::Vector3d(0, 0, 0));
   for (const double inside : {-0.1, 0.0, 0.4}) EXPECT_TRUE(spacing.permits(inside)) << inside;
-  for (const double outside : {-0.1001, 0.4001, NAN, HUGE_VAL, -HUGE_VAL})
+  for (const double outside : {-0.1001, 0.4001, double(NAN), HUGE_VAL, -HUGE_VAL})
     EXPECT_FALSE(spacing.permits(outside)) << outside;
   EXPECT_FALSE(scene.objects[1].spacing);
   EXPECT_TRUE(has_spacings(scene));

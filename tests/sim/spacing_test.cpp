@@ -53,7 +53,7 @@ TEST_F(SimulatedSpacing, RefusesOtherObjectsAndSpacings) {
   EXPECT_THROW(simulation.set_spacing(2, 0.1), std::invalid_argument);
   for (const double bad : {-1.001, 6.001})
     EXPECT_THROW(simulation.set_spacing(0, bad), std::invalid_argument);
-  for (const double bad : kNotFinite)
+  for (const double bad : {kNaN, kInfinity, -kInfinity})
     EXPECT_THROW(simulation.set_spacing(0, bad), std::invalid_argument);
 }
 
@@ -109,8 +109,7 @@ TEST_F(SimulatedSpacing, APartInMotionPushesParticles) {
   scene.gravity_m_s2 = 0;
   config::ParticleSource source;
   source.name = "grains";
-  source.from_world_m = {0, -0.2, 0.3};
-  source.to_world_m = {0, 0.2, 0.7};
+  source.from_world_m = {Vector3d(0, -0.2, 0.3), Vector3d(0, 0.2, 0.7)};
   source.rate_hz = 300;
   source.lifetime_s = 10;
   scene.particles = {source};
@@ -155,7 +154,7 @@ TEST(SpacingMessage, IsCheckedAgainstTheScene) {
   EXPECT_EQ(text(change_of("nothing", 0.25)), "bad_spacing: nothing: not in the scene");
   EXPECT_EQ(text(change_of("", 0.25)), "bad_spacing: not in the scene");
   EXPECT_EQ(text(change_of("shelf", 7)), "bad_spacing: shelf: 7 m is outside of range_m [-1, 6]");
-  for (const double bad : kNotFinite)
+  for (const double bad : {kNaN, kInfinity, -kInfinity})
     EXPECT_EQ(text(change_of("shelf", bad)), "bad_spacing: shelf: is not finite");
 
   const fivepipe_v1_ObjectSpacing spacing = sim::spacing_message("shelf", 7, 5000, 0.25, true);
