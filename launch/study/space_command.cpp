@@ -22,7 +22,7 @@ using Clock = std::chrono::steady_clock;
 
 // Processes announce themselves once per second, so discovery takes up to 1 s. A simulation that
 // restarts needs longer.
-constexpr auto kSimulationTimeout = 5s, kChangeTimeout = 5s;
+constexpr auto kSimulationTimeout = 5s, kChangeTimeout = 5s, kRepeat = 500ms;
 
 struct SpaceOptions {
   std::string spacing, part;
@@ -47,11 +47,20 @@ class SpacingPeer {
     return known == spacings_m_.end() ? std::nullopt : std::optional(known->second);
   }
 
-  void request(const std::string& part, double spacing_m) {
-    fivepipe_v1_SpacingRequest message{};
-    messages::set_text(message.object, part);
-    message.spacing_m = spacing_m;
-    requests_.write(message);
+  // Requests the spacing until sim_node has it, several times because sim_node may discover this
+  // writer later than the writer discovers it. Returns false after the timeout.
+  bool move(const std::string& part, double spacing_m) {
+    std::optional<Clock::time_point> asked;
+    return wait_until(
+        [&] {
+          if (this->spacing_m(part) == spacing_m) return true;
+          if (!asked || Clock::now() - *asked > kRepeat) {
+            request(part, spacing_m);
+            asked = Clock::now();
+          }
+          return false;
+        },
+        kChangeTimeout);
   }
 
   // Returns false after the timeout.
@@ -63,33 +72,42 @@ class SpacingPeer {
   }
 
  private:
+  void request(const std::string& part, double spacing_m) {
+    fivepipe_v1_SpacingRequest message{};
+    messages::set_text(message.object, part);
+    message.spacing_m = spacing_m;
+    requests_.write(message);
+  }
+
   bus::Bus& bus_;
   bus::Reader<bus::topics::ObjectSpacing> spacings_;
   bus::Writer<bus::topics::SpacingRequest> requests_;
   std::map<std::string, double> spacings_m_;
 };
 
-void print_spacings(SpacingPeer& peer, const config::Scene& scene) {
-  for (const config::SceneObject& object : scene.objects)
-    if (const auto spacing_m = peer.spacing_m(object.name); object.spacing && spacing_m)
-      std::cout << object.name << ": " << text_of_length(*spacing_m) << ", "
-                << text_of_range(*object.spacing) << '\n';
+using Parts = std::vector<const config::SceneObject*>;
+
+// The part to move, or those whose spacings are printed.
+Parts parts_of(const SpaceOptions& options, const config::Scene& scene) {
+  if (options.spacing.empty() && options.part.empty()) return movable_parts(scene);
+  return {&movable_part(scene, options.part)};
 }
 
 int run_space(const SpaceOptions& options) {
   const config::Deployment deployment = launch::deployment_of(options.network);
-  const config::SceneObject& part = movable_part(deployment.scene, options.part);
+  const Parts parts = parts_of(options, deployment.scene);
+  const config::SceneObject& part = *parts.front();
   if (!options.spacing.empty()) check_spacing_text(options.spacing);
   const launch::JoinedNetwork joined =
       launch::network_from(options.network, security::Role::commands);
   bus::Bus bus(
       {.domain = joined.domain, .network = joined.network, .deployment = joined.deployment});
   SpacingPeer peer(bus);
-  std::optional<double> before_m;
   if (!peer.wait_until(
           [&] {
-            before_m = peer.spacing_m(part.name);
-            return before_m && peer.listens();
+            return peer.listens() && std::ranges::all_of(parts, [&](const auto* one) {
+                     return peer.spacing_m(one->name).has_value();
+                   });
           },
           kSimulationTimeout + bus::authentication_time(joined.network))) {
     const std::string why = bus.why_not_admitted();
@@ -103,17 +121,22 @@ int run_space(const SpaceOptions& options) {
                                    joined.domain));
     return 3;
   }
-  if (options.spacing.empty()) return print_spacings(peer, deployment.scene), 0;
-  const double wanted_m = requested_spacing_m(options.spacing, *before_m, part);
-  peer.request(part.name, wanted_m);
-  if (!peer.wait_until([&] { return peer.spacing_m(part.name) == wanted_m; }, kChangeTimeout)) {
+  const double before_m = *peer.spacing_m(part.name);
+  if (options.spacing.empty()) {
+    for (const auto* one : parts)
+      std::cout << one->name << ": " << text_of_length(*peer.spacing_m(one->name)) << ", "
+                << text_of_range(*one->spacing) << '\n';
+    return 0;
+  }
+  const double wanted_m = requested_spacing_m(options.spacing, before_m, part);
+  if (!peer.move(part.name, wanted_m)) {
     std::cerr << fmt::format(
         "{} is still at {}: the simulation applies a spacing in its next frame, and not while a "
         "replay feeds it; `fivepipe top --domain {}` shows whether it handles frames\n",
         part.name, text_of_length(*peer.spacing_m(part.name)), joined.domain);
     return 1;
   }
-  std::cout << fmt::format("{}: {} -> {}\n", part.name, text_of_length(*before_m),
+  std::cout << fmt::format("{}: {} -> {}\n", part.name, text_of_length(before_m),
                            text_of_length(wanted_m));
   return 0;
 }

@@ -26,28 +26,31 @@ Requested parsed(const std::string& text) {
   return {*length, is_step};
 }
 
-std::vector<std::string> names_of_movable(const config::Scene& scene) {
-  std::vector<std::string> names;
-  for (const config::SceneObject& object : scene.objects)
-    if (object.spacing) names.push_back(object.name);
-  return names;
-}
-
 }  // namespace
 
-const config::SceneObject& movable_part(const config::Scene& scene, const std::string& name) {
-  const std::vector<std::string> movable = names_of_movable(scene);
-  if (movable.empty())
+std::vector<const config::SceneObject*> movable_parts(const config::Scene& scene) {
+  std::vector<const config::SceneObject*> parts;
+  for (const config::SceneObject& object : scene.objects)
+    if (object.spacing) parts.push_back(&object);
+  if (parts.empty())
     throw base::UsageError("no object of scene " + scene.name +
                            " can be moved: add `spacing` to one in " + scene.file.string());
-  if (name.empty() && movable.size() > 1)
+  return parts;
+}
+
+const config::SceneObject& movable_part(const config::Scene& scene, const std::string& name) {
+  const std::vector<const config::SceneObject*> parts = movable_parts(scene);
+  if (name.empty() && parts.size() == 1) return *parts.front();
+  std::vector<std::string> names;
+  for (const config::SceneObject* part : parts) {
+    if (part->name == name) return *part;
+    names.push_back(part->name);
+  }
+  if (name.empty())
     throw base::UsageError(fmt::format("several parts can be moved: select one by --part: {}",
-                                       fmt::join(movable, ", ")));
-  const std::string& wanted = name.empty() ? movable.front() : name;
-  for (const config::SceneObject& object : scene.objects)
-    if (object.name == wanted && object.spacing) return object;
+                                       fmt::join(names, ", ")));
   throw base::UsageError(fmt::format("--part: '{}' is no object with `spacing`; there is {}", name,
-                                     fmt::join(movable, ", ")));
+                                     fmt::join(names, ", ")));
 }
 
 void check_spacing_text(const std::string& text) { parsed(text); }

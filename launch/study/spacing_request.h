@@ -1,6 +1,7 @@
 // Which part an experimenter moves, and to which spacing.
 #pragma once
 #include <string>
+#include <vector>
 
 #include "common/config/scene.h"
 
@@ -10,6 +11,9 @@ namespace fivepipe::study {
 // must outlive it. Throws base::UsageError if there is no such object, it has no spacing, or the
 // name is empty and several have one.
 const config::SceneObject& movable_part(const config::Scene& scene, const std::string& name);
+
+// Returns the objects of the scene with a spacing. Throws base::UsageError if there is none.
+std::vector<const config::SceneObject*> movable_parts(const config::Scene& scene);
 
 // Throws base::UsageError if `text` is no spacing for requested_spacing_m(), whatever the part.
 void check_spacing_text(const std::string& text);

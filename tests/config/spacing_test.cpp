@@ -52,8 +52,8 @@ TEST_F(SpacingInScene, NamesWhatIsWrong) {
               ElementsAre("scene.yaml:6:21: axis must not be zero: it is a direction"));
   EXPECT_THAT(problems("{axis: [1, .nan, 0], at_m: .inf, range_m: [0, .nan]}"),
               ElementsAre("scene.yaml:6:25: axis[1] must be finite, is .nan",
-                          "scene.yaml:6:40: at_m must be finite, is .inf",
-                          "scene.yaml:6:59: range_m[1] must be finite, is .nan"));
+                          "scene.yaml:6:41: at_m must be finite, is .inf",
+                          "scene.yaml:6:60: range_m[1] must be finite, is .nan"));
   EXPECT_THAT(problems("{axis: [1, 0, 0], at_m: 0.5, range_m: [0, 0.4]}"),
               ElementsAre("scene.yaml:6:38: at_m must be in range_m [0, 0.4], is 0.5"));
   EXPECT_THAT(problems("{axis: [1, 0, 0], at_m: 0.1, range_m: [0.4, 0]}"),
@@ -68,7 +68,7 @@ TEST_F(SpacingInScene, NamesWhatIsWrong) {
   EXPECT_THAT(problems("{at: 0}"),
               ElementsAre("scene.yaml:6:14: axis is missing in spacing",
                           "scene.yaml:6:14: range_m is missing in spacing",
-                          "scene.yaml:6:15: unknown key at: did you mean at_m?"));
+                          "scene.yaml:6:15: unknown key at: use at_m"));
 }
 
 TEST_F(SpacingInScene, IsForFixedObjects) {

@@ -36,7 +36,7 @@ class StudySpace : public ReplayedNodesTest {
     const std::string path = changed_deployment(
         folder_ / "layout", "scene: " FIVEPIPE_SOURCE_DIR "/scenes/demo/scene.yaml",
         "scene: " + (folder_ / "layout.yaml").string());
-    const std::string text = replaced(text_of(path), "program: render_node}",
+    const std::string text = replaced(test::text_of(path), "program: render_node}",
                                       "program: render_node, still_frame: 1000000}");
     std::ofstream(path) << text;
     return path;
@@ -158,7 +158,7 @@ TEST_F(StudySpace, MovesAPartThatCollidesIsDrawnSurvivesARestartAndIsReplayed) {
                    (folder_ / "what_if.json").string()},
                   folder_ / "what_if.log");
   ASSERT_EQ(what_if.wait_for_end(kStart), 0) << what_if.said();
-  const auto found = nlohmann::json::parse(text_of(folder_ / "what_if.json"));
+  const auto found = nlohmann::json::parse(test::text_of(folder_ / "what_if.json"));
   EXPECT_EQ(found["at_m"], 1.2);
   EXPECT_EQ(found["range_m"], (nlohmann::json{0.0, 1.5}));
   EXPECT_EQ(found["axis"], (nlohmann::json{0.0, 1.0, 0.0}));
