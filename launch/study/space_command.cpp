@@ -22,7 +22,8 @@ using Clock = std::chrono::steady_clock;
 
 // Processes announce themselves once per second, so discovery takes up to 1 s. A simulation that
 // restarts needs longer.
-constexpr auto kSimulationTimeout = 5s, kChangeTimeout = 5s, kRepeat = 500ms;
+constexpr auto kSimulationTimeout = 5s, kChangeTimeout = 5s;
+constexpr auto kRepeat = 500ms;
 
 struct SpaceOptions {
   std::string spacing, part;

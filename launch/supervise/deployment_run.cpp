@@ -28,7 +28,7 @@
 #include "launch/supervise/node_programs.h"
 #include "launch/supervise/recorder_process.h"
 #include "launch/supervise/report.h"
-#include "launch/supervise/spacing_pipe.h"
+#include "launch/supervise/spacing/spacing_pipe.h"
 #include "launch/supervise/status/live_status.h"
 #include "launch/supervise/status/status_messages.h"
 #include "launch/supervise/supervisor.h"

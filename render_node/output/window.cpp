@@ -100,8 +100,8 @@ struct Window::State {
   cv::Mat next;  // the newest image that has not been shown; empty if there is none
   bool ending = false, closed = false;
   std::optional<std::promise<cv::Mat>> screenshot_wanted;
-  std::vector<KeyPress> keys;        // since the last take_keys()
-  std::optional<std::string> title;  // not set yet
+  std::vector<KeyPress> keys;             // since the last take_keys()
+  std::optional<std::string> next_title;  // not set yet
   std::thread thread;
 
   void run(const std::string& title, int width_px, int height_px, std::promise<void> ready);
@@ -150,7 +150,7 @@ void Window::State::show_frames(GLFWwindow* window) {
       if (ending) return;
       std::swap(image, next);
       std::swap(screenshot, screenshot_wanted);
-      std::swap(new_title, title);
+      std::swap(new_title, next_title);
     }
     if (new_title) glfwSetWindowTitle(window, new_title->c_str());
     int width_px = 0, height_px = 0;
@@ -212,7 +212,7 @@ std::vector<KeyPress> Window::take_keys() {
 void Window::set_title(const std::string& title) {
   const std::lock_guard lock(state_->mutex);
   if (state_->closed) return;
-  state_->title = title;
+  state_->next_title = title;
   glfwPostEmptyEvent();
 }
 

@@ -146,8 +146,8 @@ TEST(Window, ReturnsTheKeysThatMoveParts) {
     keyboard.send(test::Keyboard::kPress, key, modifiers);
     keyboard.send(test::Keyboard::kRelease, key, modifiers);
   }
-  using Key = KeyPress::Key;
-  const std::vector<KeyPress> expected{{Key::up}, {Key::down, true}, {Key::next}, {Key::down}};
+  using Keys = KeyPress::Key;
+  const std::vector<KeyPress> expected{{Keys::up}, {Keys::down, true}, {Keys::next}, {Keys::down}};
   std::vector<KeyPress> seen;
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
   while (seen.size() < expected.size()) {

@@ -37,7 +37,8 @@ TEST(RecordedSpacings, AreThoseOfThePartWithTheirTimes) {
         Topic::name, Topic::type, schema::fivepipe_schema(Topic::type), {{"writer", "w"}});
     std::int64_t at_ns = kStart_ns;
     const auto add = [&](const std::vector<std::byte>& cdr) {
-      writer.add(channel, at_ns += 1000, at_ns, cdr);
+      at_ns += 1000;
+      writer.add(channel, at_ns, at_ns, cdr);
     };
     add(spacing('a', kStart_ns - 5'000'000'000, 0.14));  // latched, from before the recording
     add(spacing('b', kStart_ns, 0.5));

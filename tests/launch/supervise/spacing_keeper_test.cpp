@@ -1,4 +1,4 @@
-#include "launch/supervise/spacing_keeper.h"
+#include "launch/supervise/spacing/spacing_keeper.h"
 
 #include <gtest/gtest.h>
 

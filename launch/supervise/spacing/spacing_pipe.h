@@ -4,7 +4,7 @@
 
 #include "common/config/scene.h"
 #include "common/pipeline/bus/bus.h"
-#include "launch/supervise/spacing_keeper.h"
+#include "launch/supervise/spacing/spacing_keeper.h"
 
 namespace fivepipe::launch {
 

@@ -1,4 +1,4 @@
-#include "launch/supervise/spacing_pipe.h"
+#include "launch/supervise/spacing/spacing_pipe.h"
 
 #include <algorithm>
 
