@@ -14,6 +14,7 @@
 #include "render_node/overlays/messages_marks.h"
 #include "render_node/overlays/overlay_painter.h"
 #include "render_node/simulation_age.h"
+#include "render_node/spacing_pipe.h"
 #include "render_node/views/pending_frames.h"
 #include "render_node/views/view_assembler.h"
 #include "render_node/virtual_frames.h"
@@ -71,7 +72,8 @@ class ParentPipe {
         states_(node.bus.reader<bus::topics::VirtualState>()),
         collisions_(node.bus.reader<bus::topics::CollisionResult>()),
         replay_(node.bus),
-        traces_(node.bus, node.status, node.node.name) {
+        traces_(node.bus, node.status, node.node.name),
+        spacing_(node, presenter_) {
     if (!spectator_) composited_.emplace(node.bus.writer<bus::topics::FrameComposited>());
     if (!node.deployment.scene.overlays.empty()) overlays_.emplace(node.deployment.scene, viewer_);
     if (!node.deployment.scene.particles.empty())
@@ -83,6 +85,7 @@ class ParentPipe {
   void run() {
     while (node::running()) {
       node_.bus.wait(pending_.empty() ? node::kMaxWait : 5ms);
+      spacing_.step();
       if (replay_.update()) reset();
       // sim_node sends the collisions and particles of a frame before its state. Taking the states
       // first guarantees that those of every taken state are available.
@@ -356,6 +359,7 @@ class ParentPipe {
   std::optional<bus::Reader<bus::topics::Particles>> particles_;
   node::ReplayMonitor replay_;
   node::FrameTracer traces_;
+  SpacingPipe spacing_;
   // Absent for a spectator: no node waits for its composites.
   std::optional<bus::Writer<bus::topics::FrameComposited>> composited_;
 };

@@ -20,8 +20,8 @@ OutgoingState state_message(const std::string& simulation, std::uint64_t frame,
   out.header.capture_stamp_ns = capture_stamp_ns;
   out.header.simulation_time_s = simulation_time_s;
   for (std::size_t i = 0; i < states.size(); ++i) {
-    if (scene.objects[i].motion == config::Motion::fixed && states[i].vertices_m.empty() &&
-        states[i].warmth.empty())
+    if (scene.objects[i].motion == config::Motion::fixed && !scene.objects[i].spacing &&
+        states[i].vertices_m.empty() && states[i].warmth.empty())
       continue;
     fivepipe_v1_ObjectState& object = out.objects.emplace_back();
     messages::set_text(object.object, states[i].name);

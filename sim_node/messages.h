@@ -10,9 +10,9 @@
 
 namespace fivepipe::sim {
 
-// A VirtualState and the storage that it borrows. Contains only objects that move or are warmed;
-// the receiver reads the others from the scene. message() is valid until this object is changed or
-// destroyed.
+// A VirtualState and the storage that it borrows. Contains only objects that move, are warmed or
+// have a spacing; the receiver reads the others from the scene. message() is valid until this
+// object is changed or destroyed.
 struct OutgoingState {
   fivepipe_v1_VirtualState header{};
   std::vector<fivepipe_v1_ObjectState> objects;

@@ -11,6 +11,7 @@
 #include "sim_node/messages.h"
 #include "sim_node/messages_collision.h"
 #include "sim_node/objects/joint_clearance.h"
+#include "sim_node/spacing_pipe.h"
 
 namespace fivepipe::sim {
 namespace {
@@ -81,6 +82,7 @@ class SimulationPipe {
         simulation_(new_simulation()),
         sets_(node.bus, node.deployment.rig, node.status, node::frame_set_options(node.deployment)),
         commands_(node.bus.reader<bus::topics::Command>()),
+        spacing_(node),
         replay_(node.bus),
         traces_(node.bus, node.status, node.node.name),
         states_(node.bus.writer<bus::topics::VirtualState>()),
@@ -101,6 +103,7 @@ class SimulationPipe {
       if (was_lossless && !replay_.lossless()) held_.reset();
       for (const auto& command : commands_.take())
         if (command.valid()) apply(*command, node_.node.name, *simulation_);
+      spacing_.take(replay_.replaying());
       for (frames::FrameSet& set : sets_.take()) simulate(std::move(set));
       if (!replay_.lossless()) advance_by_wall_clock();
     }
@@ -116,6 +119,7 @@ class SimulationPipe {
   void reset() {
     sets_.reset();
     simulation_ = new_simulation();
+    spacing_.reset();
     reported_ = {};
     held_.reset();
     first_stamp_ns_.reset();
@@ -129,6 +133,7 @@ class SimulationPipe {
     last_set_time_ = Clock::now();
     node::FrameSteps steps;
     steps.begin("simulate");
+    spacing_.apply(held_->capture_stamp_ns, *simulation_);
     if (!simulation_->advance_to(stamp_s(), held_->silhouettes, held_->outlines)) return;
     steps.begin("write_state");
     count_new(node_.status, simulation_->counters(), reported_);
@@ -138,6 +143,7 @@ class SimulationPipe {
       components_->write(
           components_message(node_.node.name, result_frame(), *simulation_->hull_components())
               .message());
+    spacing_.publish(held_->frame, held_->capture_stamp_ns, replay_.replaying());
     publish_metrics();
     traces_.handled(held_->frame, held_->capture_stamp_ns,
                     {held_->first_received_ns, held_->last_received_ns}, std::move(steps));
@@ -191,6 +197,7 @@ class SimulationPipe {
   std::unique_ptr<Simulation> simulation_;
   node::FrameSetReader sets_;
   bus::Reader<bus::topics::Command> commands_;
+  SpacingPipe spacing_;
   node::ReplayMonitor replay_;
   node::FrameTracer traces_;
   bus::Writer<bus::topics::VirtualState> states_;

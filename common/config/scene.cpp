@@ -13,6 +13,7 @@
 #include "common/config/objects/lighting_reader.h"
 #include "common/config/objects/overlay_reader.h"
 #include "common/config/objects/particle_source_reader.h"
+#include "common/config/objects/spacing_reader.h"
 #include "common/config/read_files.h"
 #include "common/config/yaml/yaml_reader.h"
 #include "common/geometry/closed_mesh.h"
@@ -197,6 +198,7 @@ SceneObject read_object(YamlMap map) {
   object.friction = map.number("friction", {0, 10}, object.friction);
   object.velocity_world_m_s = map.vector3("velocity_m_s", {-100, 100}, object.velocity_world_m_s);
   object.joint = read_joint(map);
+  object.spacing = read_spacing(map, object.motion == Motion::fixed);
   object.colour_rgb = map.rgb("colour_rgb", object.colour_rgb);
   object.pattern = map.choice<Pattern>(
       "pattern", {{"plain", Pattern::plain}, {"checker", Pattern::checker}}, Pattern::plain);
@@ -326,6 +328,11 @@ std::vector<std::string> mesh_warnings(const Scene& scene) {
           object.name, shape->file.string(), open));
   }
   return warnings;
+}
+
+bool has_spacings(const Scene& scene) {
+  return std::any_of(scene.objects.begin(), scene.objects.end(),
+                     [](const SceneObject& object) { return object.spacing.has_value(); });
 }
 
 bool moves_objects(const Scene& scene) {

@@ -17,6 +17,7 @@
 #include "common/config/objects/lighting.h"
 #include "common/config/objects/overlay.h"
 #include "common/config/objects/particle_source.h"
+#include "common/config/objects/spacing.h"
 #include "common/config/yaml/problems.h"
 #include "common/geometry/mesh.h"
 
@@ -47,7 +48,8 @@ struct MeshShape {
 };
 using Shape = std::variant<BoxShape, SphereShape, CurtainShape, MeshShape>;
 
-// fixed: does not move; dynamic: a rigid body under gravity; cloth: deforms under gravity.
+// fixed: does not move, unless its spacing changes; dynamic: a rigid body under gravity; cloth:
+// deforms under gravity.
 enum class Motion { fixed, dynamic, cloth };
 // Reaction of an object to the hull. none: no collision query; highlight: drawn red while it
 // collides; bounce: moved out of the hull and reflected, as in the paper; contact: a rigid body in
@@ -68,6 +70,7 @@ struct SceneObject {
   double friction = 0.5;
   Eigen::Vector3d velocity_world_m_s = Eigen::Vector3d::Zero();  // at the start; dynamic only
   std::optional<Joint> joint = {};                     // dynamic only; absent: moves freely
+  std::optional<Spacing> spacing = {};                 // fixed only; absent: nothing moves it
   std::optional<ClothSettings> cloth = {};             // cloth only
   std::array<double, 3> colour_rgb = {0.8, 0.8, 0.8};  // 0 to 1, sRGB
   Pattern pattern = Pattern::plain;
@@ -98,6 +101,9 @@ bool reports(const SceneObject& object, Overlay overlay);
 
 // Returns the object's surface in its own frame [m].
 geometry::Mesh mesh_of(const SceneObject& object);
+
+// Returns true if an experimenter may move an object of the scene.
+bool has_spacings(const Scene& scene);
 
 // Returns true if the scene has a dynamic object, a cloth or particles.
 bool moves_objects(const Scene& scene);

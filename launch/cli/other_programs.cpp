@@ -136,7 +136,8 @@ void add_cameras(CLI::App& app, Command& command) {
 void add_study(CLI::App& app, Command& command) {
   add_program(app, command, "study", "fivepipe_study",
               "How much space a task needs, from recorded sessions: study what-if RECORDING --part "
-              "NAME --range FROM:TO [--axis AXIS]");
+              "NAME --range FROM:TO [--axis AXIS]; study space SPACING --deployment FILE moves a "
+              "part live");
 }
 
 void add_segment(CLI::App& app, Command& command) {

@@ -42,20 +42,21 @@ RoleTopics topics_of(Role role) {
                ObjectCoverage::name, ObjectPixelMap::name, ReplaySession::name, HostStatus::name}};
     case Role::sim:
       return {with_reports({CollisionResult::name, Particles::name, VirtualState::name,
-                            HullComponents::name, SimulationMetrics::name}),
+                            HullComponents::name, SimulationMetrics::name, ObjectSpacing::name}),
               {CameraInfo::name, ObjectCoverage::name, ObjectPixelMap::name, Command::name,
-               ReplaySession::name, HostStatus::name}};
+               SpacingRequest::name, ObjectSpacing::name, ReplaySession::name, HostStatus::name}};
     case Role::render:
-      return {with_reports({FrameComposited::name}),
+      return {with_reports({FrameComposited::name, SpacingRequest::name}),
               {HullTile::name, CollisionResult::name, Particles::name, VirtualState::name,
-               ReplaySession::name, HostStatus::name}};
+               ObjectSpacing::name, ReplaySession::name, HostStatus::name}};
     case Role::supervisor:
-      return {{HostStatus::name},
-              {NodeStatus::name, SimulationMetrics::name, FrameComposited::name, HostStatus::name}};
+      return {{HostStatus::name, SpacingRequest::name},
+              {NodeStatus::name, SimulationMetrics::name, FrameComposited::name, HostStatus::name,
+               ObjectSpacing::name}};
     case Role::recorder: return {{NodeStatus::name}, all_topics()};
     case Role::observer: return {{}, all_topics()};
     case Role::replay: return {with_types(all_topics()), with_types({FrameTrace::name})};
-    case Role::commands: return {{Command::name}, {}};
+    case Role::commands: return {{Command::name, SpacingRequest::name}, {ObjectSpacing::name}};
     case Role::tracker: return {{HeadPose::name}, {}};
   }
   return {};

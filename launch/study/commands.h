@@ -9,6 +9,7 @@ namespace fivepipe::study {
 using Command = std::function<int()>;
 
 // Adds the subcommand to `app`. Parsing sets `command`, which must outlive `app`.
+void add_space(CLI::App& app, Command& command);
 void add_what_if(CLI::App& app, Command& command);
 
 }  // namespace fivepipe::study

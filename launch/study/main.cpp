@@ -12,9 +12,11 @@ int run(int argc, char** argv) {
   CLI::App app("fivepipe study: how much space a task needs, from recorded sessions.");
   app.require_subcommand(1);
   app.footer(
-      "Example:\n"
+      "Examples:\n"
+      "  fivepipe study space 18cm --deployment payload.yaml\n"
       "  fivepipe study what-if session.mcap --part side_block --axis x --range -40cm:20cm");
   Command command;
+  add_space(app, command);
   add_what_if(app, command);
   try {
     app.parse(argc, argv);

@@ -51,13 +51,31 @@ double eps_m(const config::Deployment& deployment) {
   return config::SimConfig{}.eps_m;
 }
 
+// The scene's spacing is along its axis: with another axis, `at` and range are not those of the
+// scene.
+WhatIfOptions with_values_of_scene(WhatIfOptions options, const config::SceneObject& object) {
+  const bool has_spacing = options.axis_of_scene && object.spacing;
+  if (options.range_of_scene && !has_spacing)
+    throw base::UsageError(
+        object.spacing
+            ? "--range is required with --axis: the range of the scene is along its axis"
+            : "--range is required: the part " + object.name + " has no `spacing` in the scene");
+  if (!has_spacing) return options;
+  const config::Spacing& spacing = *object.spacing;
+  options.axis_world = spacing.axis_world;
+  if (options.at_of_scene) options.at_m = spacing.at_m;
+  if (options.range_of_scene) options.range = {spacing.low_m, spacing.high_m};
+  return options;
+}
+
 }  // namespace
 
-WhatIf what_if(const WhatIfOptions& options, const Progress& progress) {
-  const recording::Recording recording(options.recording);
-  const replay::RecordedDeployment recorded(recording, options.settings);
+WhatIf what_if(const WhatIfOptions& given, const Progress& progress) {
+  const recording::Recording recording(given.recording);
+  const replay::RecordedDeployment recorded(recording, given.settings);
   const config::Deployment& deployment = recorded.deployment();
-  const config::SceneObject& object = part_of(deployment.scene, options.part);
+  const config::SceneObject& object = part_of(deployment.scene, given.part);
+  const WhatIfOptions options = with_values_of_scene(given, object);
 
   // At spacing 0 the part is moved back by what the spacing is in the scene.
   Eigen::Isometry3d world_from_part = object.world_from_object;
@@ -67,6 +85,7 @@ WhatIf what_if(const WhatIfOptions& options, const Progress& progress) {
   found.options = options;
   found.scene = deployment.scene.name;
   found.eps_m = eps_m(deployment);
+  found.recorded = recorded_spacings(recording, options.part);
   found.damage = recording.mcap().damage().summary;
   found.in_view = collision::interval_in_view(part, options.range, limiting_cameras(deployment),
                                               deployment.hull_rule.within_world_m);

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "common/study/spacing_study.h"
+#include "launch/study/recorded_spacings.h"
 
 namespace fivepipe::study {
 
@@ -19,18 +20,21 @@ struct WhatIfOptions {
   Eigen::Vector3d axis_world = Eigen::Vector3d::UnitX();
   double at_m = 0;                     // what the spacing is in the recorded scene
   collision::SpacingInterval range{};  // of the spacing
-  int layouts = 25;                    // at equal distances in the range, at least 1
-  bool with_distances = true;          // clearance and penetration
+  // Take axis, at_m and range from the `spacing` of the scene's part instead.
+  bool axis_of_scene = false, at_of_scene = false, range_of_scene = false;
+  int layouts = 25;            // at equal distances in the range, at least 1
+  bool with_distances = true;  // clearance and penetration
   int threads = 2;
 };
 
 struct WhatIf {
-  WhatIfOptions options;
+  WhatIfOptions options;  // with the values of the scene
   std::string scene;
   std::size_t frames = 0, empty_frames = 0;  // the latter without a hull
   double duration_s = 0;
   double eps_m = 0;                            // of the detection
   std::map<std::string, std::uint64_t> drops;  // of the recording, by reason
+  std::vector<RecordedSpacing> recorded;       // of the part, while the session was recorded
   std::string damage;                          // of the file; empty: it is finished
   // Spacings at which the whole part is in the volume and, with `limits: all`, in the image of each
   // camera; nullopt: there is none.

@@ -19,7 +19,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 struct Words {
-  std::string range, at = "0m", axis = "x";
+  std::string range, at, axis;  // empty: that of the scene
   std::vector<std::string> settings;
   std::filesystem::path csv, json;
   bool verdicts_only = false;
@@ -90,9 +90,12 @@ int run_what_if(WhatIfOptions options, const Words& words) {
       throw base::UsageError("--set: expected KEY=VALUE, got " + word);
     options.settings[word.substr(0, equals)] = word.substr(equals + 1);
   }
-  options.axis_world = axis_from(words.axis);
-  options.range = range_from(words.range);
-  options.at_m = length_from("--at", words.at);
+  options.axis_of_scene = words.axis.empty();
+  options.at_of_scene = words.at.empty();
+  options.range_of_scene = words.range.empty();
+  if (!options.axis_of_scene) options.axis_world = axis_from(words.axis);
+  if (!options.range_of_scene) options.range = range_from(words.range);
+  if (!options.at_of_scene) options.at_m = length_from("--at", words.at);
   options.with_distances = !words.verdicts_only;
   WhatIf found;
   {
@@ -126,11 +129,15 @@ void add_what_if(CLI::App& app, Command& command) {
   sub->add_option("recording", options->recording, "recording with object-pixel maps (.mcap)")
       ->required();
   sub->add_option("--part", options->part, "object of the recorded scene that moves")->required();
-  sub->add_option("--range", words->range, "FROM:TO: spacings, with units: 14cm:30cm")->required();
+  sub->add_option("--range", words->range,
+                  "FROM:TO: spacings, with units: 14cm:30cm (default: range_m of the part's "
+                  "`spacing` in the scene)");
   sub->add_option("--axis", words->axis,
                   "direction in which a larger spacing moves the part: x, y, z, -x, -y, -z or "
-                  "DX,DY,DZ (default x)");
-  sub->add_option("--at", words->at, "what the spacing is in the recorded scene (default 0m)");
+                  "DX,DY,DZ (default: that of the part's `spacing`, or x)");
+  sub->add_option("--at", words->at,
+                  "what the spacing is in the recorded scene (default: at_m of the part's "
+                  "`spacing`, or 0m)");
   sub->add_option("--layouts", options->layouts,
                   "number of spacings at equal distances in the range (default 25)")
       ->check(CLI::Range(1, 100'000));

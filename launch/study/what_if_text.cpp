@@ -30,10 +30,20 @@ std::string text_of_bracket(const Bracket& bracket) {
                            : "0";
 }
 
+// The spacings of the part while the session was recorded; empty if nobody moved it.
+std::string recorded_text(const WhatIf& found) {
+  if (found.recorded.size() < 2) return "";
+  std::string text = "Recorded with " + found.options.part + " at ";
+  for (std::size_t i = 0; i < found.recorded.size(); ++i)
+    text += fmt::format("{}{}{}", i > 0 ? ", " : "", text_of_length(found.recorded[i].spacing_m),
+                        i > 0 ? fmt::format(" from {:.1f} s on", found.recorded[i].time_s) : "");
+  return text + ". The table does not depend on it.\n";
+}
+
 // What limits the results.
 std::string notes_of(const WhatIf& found) {
   const collision::SpacingInterval& range = found.options.range;
-  std::string notes;
+  std::string notes = recorded_text(found);
   if (!found.in_view)
     notes +=
         "Nowhere in the range is the whole part in view of the cameras and in the volume: what is "
@@ -135,7 +145,10 @@ nlohmann::ordered_json json_of(const WhatIf& found) {
       {"free_m", nlohmann::ordered_json::array()},
       {"drops", found.drops},
       {"damage", found.damage},
+      {"recorded", nlohmann::ordered_json::array()},
       {"layouts", nlohmann::ordered_json::array()}};
+  for (const RecordedSpacing& spacing : found.recorded)
+    json["recorded"].push_back({{"time_s", spacing.time_s}, {"spacing_m", spacing.spacing_m}});
   if (found.in_view) json["in_view_m"] = {found.in_view->low_m, found.in_view->high_m};
   for (const collision::SpacingInterval& i : found.result.free)
     json["free_m"].push_back({i.low_m, i.high_m});

@@ -28,6 +28,7 @@
 #include "launch/supervise/node_programs.h"
 #include "launch/supervise/recorder_process.h"
 #include "launch/supervise/report.h"
+#include "launch/supervise/spacing/spacing_pipe.h"
 #include "launch/supervise/status/live_status.h"
 #include "launch/supervise/status/status_messages.h"
 #include "launch/supervise/supervisor.h"
@@ -79,6 +80,7 @@ class DeploymentRun {
         statuses_in_(bus_.reader<bus::topics::NodeStatus>()),
         metrics_in_(bus_.reader<bus::topics::SimulationMetrics>()),
         composited_in_(bus_.reader<bus::topics::FrameComposited>()),
+        spacing_(bus_, deployment.scene),
         recorder_(settings.record.empty()
                       ? nullptr
                       : std::make_unique<RecorderProcess>(bus_, recorder_arguments(settings))),
@@ -147,6 +149,7 @@ class DeploymentRun {
           newest && newest->has_handled_frame)
         supervisor_.mark_healthy(node.name, newest->start_stamp_ns);
     take_composited();
+    spacing_.step();
     compare_hosts();
     for (const bus::RefusedSamples& refused : bus_.take_refused())
       drops_[(refused.reason == bus::RefusedSamples::Reason::other_deployment ? "other_deployment: "
@@ -359,6 +362,7 @@ class DeploymentRun {
   bus::Reader<bus::topics::NodeStatus> statuses_in_;
   bus::Reader<bus::topics::SimulationMetrics> metrics_in_;
   bus::Reader<bus::topics::FrameComposited> composited_in_;
+  SpacingPipe spacing_;
   StatusRegistry statuses_;
   SimulationRegistry simulations_;
   std::map<std::string, std::uint64_t> drops_;

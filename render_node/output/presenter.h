@@ -32,6 +32,8 @@ class Presenter {
   // previous image for each missing frame. Returns false after the user has closed the window.
   bool present(std::uint64_t frame, const cv::Mat& image_bgr);
 
+  Window* window() { return window_.get(); }  // nullptr: there is none
+
   // Closes the video. Writes the last presented frame as the still if no still has been written.
   // Throws OutputError.
   void finish();

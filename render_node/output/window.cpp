@@ -11,6 +11,7 @@
 #include <opencv2/imgproc.hpp>
 #include <optional>
 #include <thread>
+#include <utility>
 
 #include "common/gl/objects.h"
 
@@ -47,11 +48,19 @@ GlfwWindow opened(const std::string& title, int width_px, int height_px) {
   }
   glfwMakeContextCurrent(window.get());
   glfwSwapInterval(1);
-  glfwSetKeyCallback(window.get(), [](GLFWwindow* w, int key, int, int action, int) {
-    if (action == GLFW_PRESS && (key == GLFW_KEY_Q || key == GLFW_KEY_ESCAPE))
-      glfwSetWindowShouldClose(w, GLFW_TRUE);
-  });
   return window;
+}
+
+std::optional<KeyPress> key_press(int key, int mods) {
+  const bool shift = (mods & GLFW_MOD_SHIFT) != 0;
+  switch (key) {
+    case GLFW_KEY_UP:
+    case GLFW_KEY_KP_ADD: return KeyPress{KeyPress::Key::up, shift};
+    case GLFW_KEY_DOWN:
+    case GLFW_KEY_KP_SUBTRACT: return KeyPress{KeyPress::Key::down, shift};
+    case GLFW_KEY_TAB: return KeyPress{KeyPress::Key::next, shift};
+    default: return std::nullopt;
+  }
 }
 
 // Draws the image into the window: scaled to fit, aspect ratio kept, black borders.
@@ -91,11 +100,23 @@ struct Window::State {
   cv::Mat next;  // the newest image that has not been shown; empty if there is none
   bool ending = false, closed = false;
   std::optional<std::promise<cv::Mat>> screenshot_wanted;
+  std::vector<KeyPress> keys;             // since the last take_keys()
+  std::optional<std::string> next_title;  // not set yet
   std::thread thread;
 
   void run(const std::string& title, int width_px, int height_px, std::promise<void> ready);
   void show_frames(GLFWwindow* window);
+  void press(GLFWwindow* window, int key, int action, int mods);
 };
+
+void Window::State::press(GLFWwindow* window, int key, int action, int mods) {
+  if (action == GLFW_RELEASE) return;
+  if (action == GLFW_PRESS && (key == GLFW_KEY_Q || key == GLFW_KEY_ESCAPE))
+    glfwSetWindowShouldClose(window, GLFW_TRUE);
+  const std::lock_guard lock(mutex);
+  if (const auto press = key_press(key, mods); press && keys.size() < kMaxKeys)
+    keys.push_back(*press);
+}
 
 void Window::State::run(const std::string& title, int width_px, int height_px,
                         std::promise<void> ready) {
@@ -115,16 +136,23 @@ void Window::State::run(const std::string& title, int width_px, int height_px,
 }
 
 void Window::State::show_frames(GLFWwindow* window) {
+  glfwSetWindowUserPointer(window, this);
+  glfwSetKeyCallback(window, [](GLFWwindow* w, int key, int, int action, int mods) {
+    static_cast<State*>(glfwGetWindowUserPointer(w))->press(w, key, action, mods);
+  });
   std::optional<gl::GlTexture> texture;
   while (!glfwWindowShouldClose(window)) {
     cv::Mat image;
     std::optional<std::promise<cv::Mat>> screenshot;
+    std::optional<std::string> new_title;
     {
       const std::lock_guard lock(mutex);
       if (ending) return;
       std::swap(image, next);
       std::swap(screenshot, screenshot_wanted);
+      std::swap(new_title, next_title);
     }
+    if (new_title) glfwSetWindowTitle(window, new_title->c_str());
     int width_px = 0, height_px = 0;
     glfwGetFramebufferSize(window, &width_px, &height_px);
     if (!image.empty() && width_px > 0 && height_px > 0) {
@@ -174,6 +202,18 @@ bool Window::show(const cv::Mat& image_bgr) {
   state_->next = image_bgr.isContinuous() ? image_bgr : image_bgr.clone();
   glfwPostEmptyEvent();
   return true;
+}
+
+std::vector<KeyPress> Window::take_keys() {
+  const std::lock_guard lock(state_->mutex);
+  return std::exchange(state_->keys, {});
+}
+
+void Window::set_title(const std::string& title) {
+  const std::lock_guard lock(state_->mutex);
+  if (state_->closed) return;
+  state_->next_title = title;
+  glfwPostEmptyEvent();
 }
 
 cv::Mat Window::screenshot() const {

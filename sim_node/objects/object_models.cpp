@@ -33,8 +33,12 @@ ObjectModels object_models(const config::Scene& scene) {
     const config::SceneObject& object = scene.objects[i];
     collision::Bvh bvh(config::mesh_of(object));
     const geometry::Mesh& mesh = bvh.mesh();
-    for (const Eigen::Vector3d& v : mesh.vertices_m)
-      models.start_bounds_m.extend(object.world_from_object * v);
+    Eigen::AlignedBox3d start_m;
+    for (const Eigen::Vector3d& v : mesh.vertices_m) start_m.extend(object.world_from_object * v);
+    models.start_bounds_m.extend(start_m);
+    if (object.spacing && !start_m.isEmpty())
+      for (const double end_m : {object.spacing->low_m, object.spacing->high_m})
+        models.start_bounds_m.extend(start_m.translated(object.spacing->move_world_m(end_m)));
     if (config::is_reported(object)) models.reacting.push_back(i);
     if (object.motion == config::Motion::dynamic) {
       if (object.reaction == config::Reaction::bounce) models.bouncing.push_back(i);

@@ -18,7 +18,7 @@ struct ObjectModels {
   std::vector<std::size_t> reacting;   // objects with a report, ascending
   std::vector<std::size_t> bouncing;   // dynamic objects that bounce off the hull, ascending
   std::vector<std::size_t> touching;   // dynamic objects in contact with the hull, ascending
-  Eigen::AlignedBox3d start_bounds_m;  // world box of all objects at the start
+  Eigen::AlignedBox3d start_bounds_m;  // world box of all objects at the start and spacings
 };
 
 // Throws std::invalid_argument if a mesh is invalid (bvh.h).

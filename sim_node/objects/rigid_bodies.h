@@ -72,7 +72,7 @@ class RigidBodies {
   // meshes; 0 if they do not.
   double overlap_m(std::size_t a, std::size_t b) const;
 
-  // The functions below require a dynamic object.
+  // The functions below require a dynamic object; translate() and respawn() also take a fixed one.
   void set_velocity_m_s(std::size_t object, const Eigen::Vector3d& velocity_world_m_s);
   void translate(std::size_t object, const Eigen::Vector3d& move_world_m);
   // Moves the object, without velocity, so that its point p moves by this; as far as its joint

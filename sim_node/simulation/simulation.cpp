@@ -53,6 +53,8 @@ Simulation::Simulation(const config::Scene& scene, const config::SimConfig& conf
       proximity_(scene_, models_, bodies_, config.step_s),
       scene_bounds_m_(scene_bounds_m(scene_, models_)),
       stop_(std::move(stop)) {
+  for (const config::SceneObject& object : scene_.objects)
+    spacings_m_.push_back(object.spacing ? object.spacing->at_m : 0);
   if (needs_moving_objects(scene_)) moving_.emplace(scene_, models_, bodies_);
   if (std::any_of(scene_.objects.begin(), scene_.objects.end(), is_cloth))
     cloths_.emplace(scene_, moving_ ? &*moving_ : nullptr);
@@ -63,6 +65,8 @@ Simulation::Simulation(const config::Scene& scene, const config::SimConfig& conf
 
 void Simulation::reset() {
   bodies_ = RigidBodies(scene_);
+  for (std::size_t i = 0; i < scene_.objects.size(); ++i)
+    if (scene_.objects[i].spacing) place(i);
   contact_.reset();
   if (manifolds_) manifolds_->reset();
   if (hull_.history()) hull_.history()->forget_poses();
@@ -70,6 +74,24 @@ void Simulation::reset() {
   if (moving_) moving_->reset();
   if (cloths_) cloths_->reset();
   if (particles_) particles_->reset();
+}
+
+void Simulation::set_spacing(std::size_t object, double spacing_m) {
+  if (object >= scene_.objects.size() || !scene_.objects[object].spacing)
+    throw std::invalid_argument("the object has no spacing");
+  if (!scene_.objects[object].spacing->permits(spacing_m))
+    throw std::invalid_argument("the spacing is outside of the object's range_m");
+  if (spacing_m == spacings_m_[object]) return;
+  spacings_m_[object] = spacing_m;
+  place(object);
+}
+
+// From the scene's pose, so that the pose does not depend on earlier spacings. moving_ is not told
+// of a jump, so that the object pushes particles and cloths on its way.
+void Simulation::place(std::size_t object) {
+  bodies_.respawn(object);
+  bodies_.translate(object, scene_.objects[object].spacing->move_world_m(spacings_m_[object]));
+  if (hull_.history()) hull_.history()->forget_pose(object);
 }
 
 bool Simulation::advance_to(double time_s, std::span<const hull::Silhouette> silhouettes,

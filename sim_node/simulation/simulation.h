@@ -69,8 +69,11 @@ class Simulation {
   // not simulated afterwards.
   void pause() { clock_.pause(); }
   void resume() { clock_.resume(); }
-  // Moves every object to its start, at rest. Keeps clock, pause and counters.
+  // Moves every object to its start, at rest. Keeps clock, pause, spacings and counters.
   void reset();
+  // Moves an object, by its position in the scene, to its pose at this spacing, also while paused.
+  // Throws std::invalid_argument if the object has no spacing or its range does not contain it.
+  void set_spacing(std::size_t object, double spacing_m);
 
   double time_s() const { return clock_.time_s(); }
   std::vector<ObjectState> states() const;  // all objects, in the scene's order
@@ -95,6 +98,7 @@ class Simulation {
   // Time from the start of the step to the hull's newest frame; negative after it.
   double before_hull_s(std::uint64_t steps_left) const;
   void refit_cloths();
+  void place(std::size_t object);  // at its spacing; the object must have one
   void respawn_lost_objects();
   void report(bool is_new_hull);
 
@@ -111,6 +115,7 @@ class Simulation {
   std::optional<ClothObjects> cloths_;   // present if the scene has a cloth
   Eigen::AlignedBox3d scene_bounds_m_;   // respawns dynamic objects outside, removes particles
   std::optional<Particles> particles_;   // present if the scene has a source
+  std::vector<double> spacings_m_;       // by object; 0: the object has none
   std::uint64_t steps_ = 0, respawned_ = 0;
   std::vector<CollisionReport> reports_;
   std::function<bool()> stop_;

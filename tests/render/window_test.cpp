@@ -132,6 +132,34 @@ TEST(Window, ShowsAPartOfALargerImage) {
   EXPECT_EQ(cv::norm(shown(window, part), part, cv::NORM_INF), 0);
 }
 
+TEST(Window, ReturnsTheKeysThatMoveParts) {
+  const test::VirtualDisplay display;
+  if (display.display().empty()) FIVEPIPE_SKIP_WITHOUT_PACKAGE("Xvfb is not installed");
+  const cv::Mat image(48, 64, CV_8UC3, cv::Scalar(10, 20, 250));
+  Window window("fivepipe", 64, 48);
+  shown(window, image);
+  EXPECT_TRUE(window.take_keys().empty());
+  test::Keyboard keyboard;
+  constexpr unsigned long kUp = 0xff52, kDown = 0xff54, kTab = 0xff09, kW = 0x77;
+  for (const auto& [key, modifiers] :
+       {std::pair{kUp, 0u}, {kW, 0u}, {kDown, keyboard.kShift}, {kTab, 0u}, {kDown, 0u}}) {
+    keyboard.send(test::Keyboard::kPress, key, modifiers);
+    keyboard.send(test::Keyboard::kRelease, key, modifiers);
+  }
+  using Keys = KeyPress::Key;
+  const std::vector<KeyPress> expected{{Keys::up}, {Keys::down, true}, {Keys::next}, {Keys::down}};
+  std::vector<KeyPress> seen;
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+  while (seen.size() < expected.size()) {
+    ASSERT_LT(std::chrono::steady_clock::now(), deadline) << seen.size();
+    shown(window, image);  // waits for the window's thread
+    for (const KeyPress& press : window.take_keys()) seen.push_back(press);
+  }
+  EXPECT_TRUE(seen == expected);
+  window.set_title("another title");
+  EXPECT_EQ(shown(window, image).size(), image.size());
+}
+
 TEST(Window, QAndEscapeCloseIt) {
   const test::VirtualDisplay display;
   if (display.display().empty()) FIVEPIPE_SKIP_WITHOUT_PACKAGE("Xvfb is not installed");

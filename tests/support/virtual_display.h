@@ -67,7 +67,9 @@ class Keyboard {
  public:
   static constexpr int kPress = 2, kRelease = 3;
 
-  void send(int event, unsigned long key_symbol) {
+  static constexpr unsigned kShift = 1;
+
+  void send(int event, unsigned long key_symbol, unsigned modifiers = 0) {
     const auto root = call<unsigned long>("XDefaultRootWindow", display_);
     unsigned long ignored = 0, *windows = nullptr;
     unsigned count = 0;
@@ -79,6 +81,7 @@ class Keyboard {
       key.window = windows[i];
       key.root = root;
       key.time = ++time_;
+      key.state = modifiers;
       key.keycode = call<unsigned char>("XKeysymToKeycode", display_, key_symbol);
       long padded[24] = {};  // an XEvent
       static_assert(sizeof(KeyEvent) <= sizeof(padded));

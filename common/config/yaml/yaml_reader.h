@@ -67,6 +67,9 @@ class YamlMap {
   // Width and height.
   std::array<int, 2> size_px(const std::string& key,
                              std::optional<std::array<int, 2>> default_value = {});
+  // A list of two numbers, in any order. A missing key is a problem. Returns nullopt if the value
+  // is unusable.
+  std::optional<std::array<double, 2>> interval(const std::string& key, Range each);
   // Returns an empty list if the key is absent.
   std::vector<int> integers(const std::string& key, Range each);
 

@@ -166,6 +166,15 @@ std::array<int, 2> YamlMap::size_px(const std::string& key,
   return size;
 }
 
+std::optional<std::array<double, 2>> YamlMap::interval(const std::string& key, Range each) {
+  const auto elements = list(value_of(key, true), key, 2);
+  if (!elements) return std::nullopt;
+  const auto from = finite_number((*elements)[0], key + "[0]", each),
+             to = finite_number((*elements)[1], key + "[1]", each);
+  if (!from || !to) return std::nullopt;
+  return std::array<double, 2>{*from, *to};
+}
+
 std::vector<int> YamlMap::integers(const std::string& key, Range each) {
   std::vector<int> result;
   const YAML::Node node = value_of(key, false);

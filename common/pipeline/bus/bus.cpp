@@ -27,6 +27,8 @@ constexpr std::int32_t kMaxSamplesPerTake = 64;
 // History depth in samples per key. stream: more than max_frames_in_flight, so that pacing drops
 // frames before the bus does.
 constexpr std::int32_t kStreamDepth = 8, kLatchedDepth = 1, kEventDepth = 64;
+// A reader that exists at the writes takes each of several changes, as of an ObjectSpacing.
+constexpr std::int32_t kLatchedReaderDepth = kEventDepth;
 
 // Readers acknowledge samples when a heartbeat requests it. Cyclone DDS merges several
 // configurations; later ones override earlier ones.
@@ -230,6 +232,8 @@ std::shared_ptr<detail::Entity> Bus::make_reader(const topics::Topic& topic,
                                                  const ReaderOptions& options) {
   const std::scoped_lock lock(impl_->mutex);
   const Qos qos = qos_of(topic.delivery, options.keep_all, impl_->identity);
+  if (topic.delivery == topics::Delivery::latched && !options.keep_all)
+    dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, kLatchedReaderDepth);
   // The filter belongs to a topic entity and must be set before the reader exists.
   const dds_entity_t filtered = impl_->permitted(
       dds_create_topic(impl_->participant->handle, topic.descriptor, topic.name, nullptr, nullptr),

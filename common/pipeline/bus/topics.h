@@ -25,6 +25,8 @@ inline constexpr std::uint32_t kMaxKeys = 1024, kMaxTiles = 4096;
   TOPIC(CameraInfo, latched, kMaxKeys)       \
   TOPIC(ViewInfo, latched, kMaxKeys)         \
   TOPIC(Command, event, kMaxKeys)            \
+  TOPIC(SpacingRequest, event, kMaxKeys)     \
+  TOPIC(ObjectSpacing, latched, kMaxKeys)    \
   TOPIC(HeadPose, stream, kMaxKeys)          \
   TOPIC(ObjectColour, stream, kMaxKeys)      \
   TOPIC(ObjectCoverage, stream, kMaxKeys)    \

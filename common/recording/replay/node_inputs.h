@@ -20,9 +20,12 @@ inline std::set<std::string> inputs_of(const std::string& program, const config:
   if (program == "recon_node")
     return {ReplaySession::name, CameraInfo::name,   ViewInfo::name,
             HeadPose::name,      ObjectColour::name, ObjectPixelMap::name};
-  if (program == "sim_node")
-    return {ReplaySession::name, CameraInfo::name, bus::topics::Command::name,
-            ObjectPixelMap::name};
+  if (program == "sim_node") {
+    std::set<std::string> inputs{ReplaySession::name, CameraInfo::name, bus::topics::Command::name,
+                                 ObjectPixelMap::name};
+    if (config::has_spacings(scene)) inputs.insert({ObjectSpacing::name, SpacingRequest::name});
+    return inputs;
+  }
   if (program == "render_node") {
     std::set<std::string> inputs{ReplaySession::name, CollisionResult::name, VirtualState::name,
                                  HullTile::name};
@@ -48,10 +51,17 @@ inline std::set<std::string> outputs_of(const std::string& program, const config
     if (!scene.particles.empty()) outputs.insert(Particles::name);
     if (scene.history) outputs.insert(HullComponents::name);
     if (config::moves_objects(scene)) outputs.insert(SimulationMetrics::name);
+    if (config::has_spacings(scene)) outputs.insert(ObjectSpacing::name);
     return outputs;
   }
   if (program == "render_node") return {FrameComposited::name};
   return {};
+}
+
+// Whether the node is a render_node whose window has keys for the spacings of the scene.
+inline bool has_spacing_keys(const config::Deployment& deployment, const config::Node& node) {
+  const auto* const render = std::get_if<config::RenderConfig>(&node.config);
+  return render != nullptr && render->window && config::has_spacings(deployment.scene);
 }
 
 // The topics of a node of the deployment.
@@ -65,6 +75,7 @@ inline std::set<std::string> inputs_of(const config::Deployment& deployment,
   std::set<std::string> inputs = inputs_of(program, deployment.scene, follows(deployment, node));
   if (deployment.coverage && (program == "recon_node" || program == "sim_node"))
     inputs.insert(bus::topics::ObjectCoverage::name);
+  if (has_spacing_keys(deployment, node)) inputs.insert(bus::topics::ObjectSpacing::name);
   return inputs;
 }
 inline std::set<std::string> outputs_of(const config::Deployment& deployment,
@@ -73,6 +84,7 @@ inline std::set<std::string> outputs_of(const config::Deployment& deployment,
   std::set<std::string> outputs = outputs_of(program, deployment.scene, follows(deployment, node));
   if (deployment.coverage && program == "capture_node")
     outputs.insert(bus::topics::ObjectCoverage::name);
+  if (has_spacing_keys(deployment, node)) outputs.insert(bus::topics::SpacingRequest::name);
   if (config::spectator_of(node)) outputs.erase(bus::topics::FrameComposited::name);
   return outputs;
 }

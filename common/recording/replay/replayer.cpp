@@ -99,6 +99,9 @@ std::vector<std::string> Replayer::conflicts() const {
   for (const bus::EndpointDescription& endpoint : bus_.endpoints())
     if (endpoint.writes && !endpoint.own && ours.contains(endpoint.topic) &&
         endpoint.topic != bus::topics::NodeStatus::name &&
+        // During a replay sim_node sends no spacing and ignores requests.
+        endpoint.topic != bus::topics::ObjectSpacing::name &&
+        endpoint.topic != bus::topics::SpacingRequest::name &&
         endpoint.topic != bus::topics::FrameTrace::name)
       found.insert("'" + endpoint.participant + "' writes " + endpoint.topic);
   return {found.begin(), found.end()};

@@ -89,10 +89,26 @@ TEST(Command, MissingDeploymentIsAConfigurationError) {
 }
 
 TEST(Command, HelpOfEverySubcommandHasAnExample) {
-  for (const char* subcommand :
-       {"", "up ", "top ", "record ", "replay ", "info ", "ls ", "echo ", "hz ", "simulation ",
-        "doctor ", "bench ", "maps ", "segment ", "study ", "study what-if ", "cameras ",
-        "bench simulation ", "bench compare "}) {
+  for (const char* subcommand : {"",
+                                 "up ",
+                                 "top ",
+                                 "record ",
+                                 "replay ",
+                                 "info ",
+                                 "ls ",
+                                 "echo ",
+                                 "hz ",
+                                 "simulation ",
+                                 "doctor ",
+                                 "bench ",
+                                 "maps ",
+                                 "segment ",
+                                 "study ",
+                                 "study space ",
+                                 "study what-if ",
+                                 "cameras ",
+                                 "bench simulation ",
+                                 "bench compare "}) {
     const Answer answer = fivepipe(std::string(subcommand) + "--help");
     EXPECT_EQ(answer.exit_code, 0) << answer.text;
     EXPECT_TRUE(test::contains(answer.text, "Example")) << subcommand << "\n" << answer.text;
@@ -362,6 +378,9 @@ TEST(Command, StudyWhatIfPrintsAndWritesTheLayouts) {
   expect_usage("study what-if " + test::kKeptRecording + " --part crate --range 0m:1m",
                "has no part 'crate'; it has: plate, block");
   expect_usage("study", "");
+  expect_usage("study space 18cm", "--deployment is required");
+  expect_usage("study space 18cm --deployment " + test::kSmallDeployment,
+               "no object of scene demo can be moved: add `spacing` to one in ");
   EXPECT_EQ(fivepipe("study what-if /no/such.mcap --part block --range 0m:1m").exit_code, 1);
 }
 

@@ -67,13 +67,13 @@ std::set<std::string> all_topics() {
 
 // A missing topic makes the program fail, a further one gives it more than it needs.
 TEST(RoleTopics, AreThoseThatTheProgramsOfTheRoleWriteAndRead) {
-  for (const auto& [role, places] :
-       std::map<Role, std::vector<std::string>>{{Role::capture, {"capture_node"}},
-                                                {Role::recon, {"recon_node"}},
-                                                {Role::sim, {"sim_node"}},
-                                                {Role::render, {"render_node"}},
-                                                {Role::supervisor, {"launch/supervise"}},
-                                                {Role::commands, {"launch/cli/simulation.cpp"}}}) {
+  for (const auto& [role, places] : std::map<Role, std::vector<std::string>>{
+           {Role::capture, {"capture_node"}},
+           {Role::recon, {"recon_node"}},
+           {Role::sim, {"sim_node"}},
+           {Role::render, {"render_node"}},
+           {Role::supervisor, {"launch/supervise"}},
+           {Role::commands, {"launch/cli/simulation.cpp", "launch/study"}}}) {
     const Used used = used_by(places);
     EXPECT_FALSE(used.writes.empty() && used.reads.empty()) << "the sources were not found";
     EXPECT_EQ(set_of(topics_of(role).publishes), used.writes) << name_of(role);
@@ -113,6 +113,15 @@ TEST(RoleTopics, OnlyCommandsAndReplayMayCommand) {
   for (const Role role : security::kRoles)
     EXPECT_EQ(set_of(topics_of(role).publishes).contains(bus::topics::Command::name),
               role == Role::commands || role == Role::replay)
+        << name_of(role);
+}
+
+// The window of a render_node has keys for it, and `fivepipe up` repeats a request after a restart.
+TEST(RoleTopics, OnlyTheseMayMoveAPart) {
+  for (const Role role : security::kRoles)
+    EXPECT_EQ(set_of(topics_of(role).publishes).contains(bus::topics::SpacingRequest::name),
+              role == Role::commands || role == Role::render || role == Role::supervisor ||
+                  role == Role::replay)
         << name_of(role);
 }
 

@@ -103,7 +103,8 @@ using Topics = ::testing::Types<
     bus::topics::TileCosts, bus::topics::Particles, bus::topics::VirtualState,
     bus::topics::CollisionResult, bus::topics::HullComponents, bus::topics::SimulationMetrics,
     bus::topics::FrameComposited, bus::topics::FrameTrace, bus::topics::ReplaySession,
-    bus::topics::Command, bus::topics::HostStatus, bus::topics::NodeStatus>;
+    bus::topics::Command, bus::topics::SpacingRequest, bus::topics::ObjectSpacing,
+    bus::topics::HostStatus, bus::topics::NodeStatus>;
 TYPED_TEST_SUITE(SchemaCyclone, Topics);
 
 TYPED_TEST(SchemaCyclone, CycloneOutputDecodesByIdl) {

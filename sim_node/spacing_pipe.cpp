@@ -1,0 +1,64 @@
+#include "sim_node/spacing_pipe.h"
+
+namespace fivepipe::sim {
+
+SpacingPipe::SpacingPipe(node::NodeContext& node) : node_(node), scene_(node.deployment.scene) {
+  reset();
+  if (!config::has_spacings(scene_)) return;
+  requests_.emplace(node.bus.reader<bus::topics::SpacingRequest>());
+  recorded_.emplace(node.bus.reader<bus::topics::ObjectSpacing>());
+  spacings_.emplace(node.bus.writer<bus::topics::ObjectSpacing>());
+}
+
+void SpacingPipe::reset() {
+  pending_.clear();
+  if (recorded_) recorded_->take();  // those that this node sent before the replay
+  states_.resize(scene_.objects.size());
+  for (std::size_t i = 0; i < states_.size(); ++i)
+    if (scene_.objects[i].spacing) {
+      states_[i].spacing_m = scene_.objects[i].spacing->at_m;
+      states_[i].requested = false;
+    }
+}
+
+template <class Topic>
+void SpacingPipe::take_from(bus::Reader<Topic>& reader, bool is_used) {
+  for (const auto& sample : reader.take()) {
+    if (!sample.valid() || !is_used) continue;
+    const auto change = change_from(*sample, scene_);
+    if (const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&change))
+      node_.status.drop_from(reader.process(sample), *bad);
+    else
+      pending_.push_back(std::get<SpacingChange>(change));
+  }
+}
+
+// Without a replay, an ObjectSpacing is that of an earlier process or of this one.
+void SpacingPipe::take(bool replaying) {
+  if (!requests_) return;
+  take_from(*requests_, !replaying);
+  take_from(*recorded_, replaying);
+}
+
+void SpacingPipe::apply(std::int64_t capture_stamp_ns, Simulation& simulation) {
+  std::erase_if(pending_, [&](const SpacingChange& change) {
+    if (change.capture_stamp_ns > capture_stamp_ns) return false;
+    states_[change.object].spacing_m = change.spacing_m;
+    states_[change.object].requested = true;
+    simulation.set_spacing(change.object, change.spacing_m);
+    return true;
+  });
+}
+
+void SpacingPipe::publish(std::uint64_t frame, std::int64_t capture_stamp_ns, bool replaying) {
+  if (!spacings_ || replaying) return;
+  for (std::size_t i = 0; i < states_.size(); ++i) {
+    State& state = states_[i];
+    if (!scene_.objects[i].spacing || state.published_m == state.spacing_m) continue;
+    spacings_->write(spacing_message(scene_.objects[i].name, frame, capture_stamp_ns,
+                                     state.spacing_m, state.requested));
+    state.published_m = state.spacing_m;
+  }
+}
+
+}  // namespace fivepipe::sim

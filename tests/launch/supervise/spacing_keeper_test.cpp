@@ -1,0 +1,49 @@
+#include "launch/supervise/spacing/spacing_keeper.h"
+
+#include <gtest/gtest.h>
+
+namespace fivepipe::launch {
+namespace {
+
+using namespace std::chrono_literals;
+using Due = std::map<std::string, double>;
+
+const SpacingKeeper::Clock::time_point kStart = SpacingKeeper::Clock::now();
+
+TEST(SpacingKeeper, RequestsWhatARestartedSimulationHasLost) {
+  SpacingKeeper keeper;
+  keeper.add({"a", 0.1, false});
+  keeper.add({"b", 0.2, false});
+  EXPECT_EQ(keeper.due(kStart), Due{}) << "nobody has moved anything";
+  keeper.add({"a", 0.3, true});
+  keeper.add({"a", 0.4, true});
+  EXPECT_EQ(keeper.due(kStart), Due{}) << "the simulation has it";
+  keeper.add({"a", 0.1, false});
+  keeper.add({"b", 0.2, false});
+  EXPECT_EQ(keeper.due(kStart), (Due{{"a", 0.4}}));
+  EXPECT_EQ(keeper.due(kStart + SpacingKeeper::kRepeat - 1ms), Due{});
+  EXPECT_EQ(keeper.due(kStart + SpacingKeeper::kRepeat), (Due{{"a", 0.4}})) << "no answer yet";
+  keeper.add({"a", 0.4, true});
+  EXPECT_EQ(keeper.due(kStart + 10s), Due{});
+}
+
+TEST(SpacingKeeper, ALaterRequestReplacesTheLostOne) {
+  SpacingKeeper keeper;
+  keeper.add({"a", 0.4, true});
+  keeper.add({"a", 0.1, false});
+  keeper.add({"a", 0.25, true});
+  EXPECT_EQ(keeper.due(kStart), Due{});
+  keeper.add({"a", 0.1, false});
+  EXPECT_EQ(keeper.due(kStart), (Due{{"a", 0.25}}));
+}
+
+TEST(SpacingKeeper, TheScenesSpacingIsNoLoss) {
+  SpacingKeeper keeper;
+  keeper.add({"a", 0.4, true});
+  keeper.add({"a", 0.1, true});
+  keeper.add({"a", 0.1, false});
+  EXPECT_EQ(keeper.due(kStart), Due{});
+}
+
+}  // namespace
+}  // namespace fivepipe::launch
