@@ -17,12 +17,13 @@ import time
 
 READY = """(async () => {
   const figures = [...document.querySelectorAll("figure.chart, figure.view3d")];
-  for (const figure of figures) figure.scrollIntoView();
-  for (let i = 0; i < 400 && figures.some((f) => !f.hidden && f.dataset.drawn !== "yes"); ++i) {
-    for (const figure of figures) if (figure.dataset.drawn !== "yes") figure.scrollIntoView();
-    await new Promise((resolve) => setTimeout(resolve, 50));
-  }
-  scrollTo(0, 0);
+  const isDrawn = (figure) => figure.hidden || figure.dataset.drawn === "yes";
+  for (const figure of figures)
+    for (let i = 0; i < 200 && !isDrawn(figure); ++i) {
+      figure.scrollIntoView({behavior: "instant"});
+      await new Promise((resolve) => setTimeout(resolve, 10));
+    }
+  scrollTo({top: 0, behavior: "instant"});
   return figures.length;
 })()"""
 

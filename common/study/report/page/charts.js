@@ -76,6 +76,14 @@ function clearanceChart(trial, part) {
 
 const freeStrips = (curve) =>
   [strips(curve.free_cm, colour("green-soft"), colour("green"))];
+// The curves over the samples, and `known` = 0 at the ends of the free intervals, so that no line
+// crosses an interval in which it is certified to be 0. The others have null there.
+function withFreeEnds(curve, others, known) {
+  const xs = [...new Set([...curve.spacing_cm, ...curve.free_cm.flat()])].sort((a, b) => a - b);
+  const sample = new Map(curve.spacing_cm.map((x, i) => [x, i]));
+  const at = (values, value) => xs.map((x) => (sample.has(x) ? values[sample.get(x)] : value));
+  return [xs, ...others.map((values) => at(values, null)), ...known.map((values) => at(values, 0))];
+}
 const points = (stroke) => ({show: true, size: 5, stroke, fill: stroke});
 
 function collisionChart(trial, index) {
@@ -83,16 +91,16 @@ function collisionChart(trial, index) {
   const undecided = curve.collision_s.map((s, i) => (curve.undecided[i] && s === 0 ? 0 : null));
   const red = colour("red"), amber = colour("amber");
   return {
-    data: [curve.spacing_cm, curve.collision_s, undecided],
+    data: withFreeEnds(curve, [undecided], [curve.collision_s]),
     options: {
       scales: {x: {time: false, range: () => curve.range_cm}, y: {range: fromZero}},
       axes: [axis("spacing, cm"), axis("collision, s", kLeft)],
       series: [{label: "spacing", value: (_, v) => cm(v)},
-        {label: "collision", stroke: red, width: 1.5, points: points(red),
-          value: (_, v) => seconds(v)},
         {label: "undecided", stroke: amber, paths: () => null,
           points: {show: true, size: 8, stroke: amber, fill: colour("paper")},
-          value: (_, v) => (v == null ? "no" : "yes")}],
+          value: (_, v) => (v == null ? "no" : "yes")},
+        {label: "collision", stroke: red, width: 1.5, points: points(red),
+          value: (_, v) => seconds(v)}],
       hooks: {drawClear: freeStrips(curve)},
     },
     key: [["line-red", "collision"], ["ring-amber", "undecided"], ["free", "certified free"]],
@@ -101,12 +109,14 @@ function collisionChart(trial, index) {
 
 function distanceChart(trial, index) {
   const curve = trial.what_if[index];
+  // The clearance has no value at the ends of the free intervals; a gap of the penetration is one
+  // without a bound.
   const series = (label, name) => ({label, stroke: colour(name), width: 1.5,
-    points: {show: false}, value: (_, v) => cm(v)});
+    points: {show: false}, spanGaps: name === "accent", value: (_, v) => cm(v)});
   return {
-    data: [curve.spacing_cm, curve.clearance_min_cm,
-      curve.clearance_max_cm.map((v, i) => v ?? curve.clearance_min_cm[i]),
-      curve.penetration_min_cm, curve.penetration_max_cm],
+    data: withFreeEnds(curve, [curve.clearance_min_cm,
+      curve.clearance_max_cm.map((v, i) => v ?? curve.clearance_min_cm[i])],
+    [curve.penetration_min_cm, curve.penetration_max_cm]),
     options: {
       scales: {x: {time: false, range: () => curve.range_cm}, y: {range: fromZero}},
       axes: [axis("spacing, cm"), axis("cm", kLeft)],
