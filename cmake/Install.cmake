@@ -33,6 +33,9 @@ install(DIRECTORY scenes DESTINATION share/fivepipe COMPONENT programs)
 install(FILES README.md docs/configuration.md docs/troubleshooting.md docs/footage.md
   docs/recording.md docs/lab.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT programs)
 install(DIRECTORY docs/examples DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT programs)
+# The libraries in the page that `fivepipe study` writes.
+install(FILES common/study/report/libraries/licences.txt DESTINATION ${CMAKE_INSTALL_DOCDIR}
+  COMPONENT programs)
 install(FILES launch/installed/fivepipe.bash DESTINATION share/bash-completion/completions
   RENAME fivepipe COMPONENT programs)
 

@@ -1,0 +1,149 @@
+// The report in headless Chromium.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
+
+#include "common/study/report/page.h"
+#include "tests/study/report/example_study.h"
+#include "tests/study/report/hostile.h"
+#include "tests/support/optional_package.h"
+#include "tests/support/test_folder.h"
+
+namespace fivepipe::study::report {
+namespace {
+
+using nlohmann::json;
+
+// The end of a script, an element with a script, and 1,000 characters without a blank. The other
+// texts need no browser.
+constexpr std::array<std::size_t, 3> kHostileIndices{3, 4, 12};
+
+std::string program_in_path(const std::string& name) {
+  std::istringstream folders(std::getenv("PATH") != nullptr ? std::getenv("PATH") : "");
+  for (std::string folder; std::getline(folders, folder, ':');)
+    if (std::filesystem::exists(folder + "/" + name)) return folder + "/" + name;
+  return "";
+}
+
+void write(const std::filesystem::path& file, const std::string& text) {
+  std::ofstream(file, std::ios::binary) << text;
+}
+
+// What browser.py and checks.js found on each of the pages.
+std::vector<json> visits(const std::vector<std::string>& pages, const std::string& chromium) {
+  const test::TestFolder folder;
+  const std::string tests = std::string(FIVEPIPE_SOURCE_DIR) + "/tests/study/report/";
+  std::string command = "python3 " + tests + "browser.py --timeout 100 --size 1000,800 --run " +
+                        tests + "checks.js --chromium " + chromium;
+  for (std::size_t i = 0; i < pages.size(); ++i) {
+    const auto file = folder.path / (std::to_string(i) + ".html");
+    write(file, pages[i]);
+    command += " " + file.string();
+  }
+  std::FILE* pipe = popen(command.c_str(), "r");
+  std::string text;
+  for (char piece[4096]; std::size_t n = std::fread(piece, 1, sizeof(piece), pipe);)
+    text.append(piece, n);
+  EXPECT_EQ(pclose(pipe), 0) << command;
+  std::istringstream lines(text);
+  std::vector<json> found;
+  for (std::string line; std::getline(lines, line);) found.push_back(json::parse(line));
+  return found;
+}
+
+// One participant with all measurements, and three with hostile texts.
+Study hostile_study() {
+  Study study = test::example_study();
+  study.participants.resize(1);
+  for (const std::size_t i : kHostileIndices) {
+    const std::string& text = test::hostile_texts()[i];
+    Participant participant{text, ParticipantKind::human, {Trial{}}};
+    participant.trials[0].notes = {{0, text}};
+    participant.trials[0].tool = text;
+    participant.trials[0].answers.found = Answer{0.2, std::nullopt, text};
+    study.participants.push_back(participant);
+  }
+  return study;
+}
+
+void expect_no_request(const json& visit) {
+  for (const std::string url : visit["requests"])
+    EXPECT_TRUE(url.starts_with("file:///") || url.starts_with("data:image/png")) << url;
+  EXPECT_EQ(visit["errors"], json::array()) << visit["errors"];
+  EXPECT_EQ(visit["value"]["error"], "");
+}
+
+void expect_full_page(const json& found) {
+  EXPECT_FALSE(found["attacked"]);
+  EXPECT_LE(found["overflow_px"], 0) << "the page is wider than the window";
+  EXPECT_EQ(found["table"][1][0], "(Pre) How much space is necessary?");
+  EXPECT_EQ(found["table"][3][1], "15.0");
+  std::set<std::string> charts;
+  for (const json& chart : found["charts"]) {
+    charts.insert(chart["chart"]);
+    EXPECT_EQ(chart["drawn"], "yes");
+    EXPECT_GT(chart["colours"], 8) << chart;
+    EXPECT_THAT(chart["label"], ::testing::StartsWith("Chart: "));
+  }
+  EXPECT_EQ(charts, (std::set<std::string>{"answers", "clearance", "what-if-collision",
+                                           "what-if-distance"}));
+  ASSERT_GE(found["pictures"].size(), 1u);
+  for (const json& picture : found["pictures"]) {
+    EXPECT_EQ(picture["width"], 320);
+    EXPECT_THAT(picture["alt"], ::testing::StartsWith("Collision of payload A"));
+  }
+}
+
+void expect_view(const json& view) {
+  EXPECT_GT(view["colours"], 50);
+  EXPECT_THAT(view["label"], ::testing::HasSubstr("PMT, payload A, payload B"));
+  EXPECT_EQ(view["spacing_cm"], 15);
+  EXPECT_EQ(view["verdict"], "certified free");
+  EXPECT_EQ(view["moved_verdict"], "not certified free");
+  EXPECT_GT(view["moved"], 0.005);
+  EXPECT_GT(view["turned"], 0.005);
+  EXPECT_THAT(view["selected"], ::testing::HasSubstr("Selected: PMT"));
+}
+
+TEST(ReportInBrowser, ShowsTableChartsPicturesAndViewWithoutErrorOrRequest) {
+  const std::string chromium = program_in_path("chromium");
+  if (chromium.empty()) FIVEPIPE_SKIP_WITHOUT_PACKAGE("chromium is not installed");
+  const std::string page = report_page(hostile_study());
+  std::string tampered = report_page(test::study_of(1, ParticipantKind::human));
+  const std::string image = "<img src=\"http://127.0.0.1:9/x.png\">";
+  tampered.insert(tampered.find("<main>"), image + "<script>window.attacked = true</script>");
+  std::string unprotected = tampered;
+  const std::size_t policy = unprotected.find("<meta http-equiv");
+  unprotected.erase(policy, unprotected.find('\n', policy) - policy);
+  const auto found =
+      visits({page, report_page(test::study_of(0, ParticipantKind::human)), tampered, unprotected},
+             chromium);
+  ASSERT_EQ(found.size(), 4u);
+  expect_no_request(found[0]);
+  expect_full_page(found[0]["value"]);
+  expect_view(found[0]["value"]["views"][0]);
+  EXPECT_EQ(found[0]["value"]["names"].size(), 4u);
+  EXPECT_EQ(found[0]["value"]["names"][1], test::hostile_texts()[3]);
+  const json theme = found[0]["value"]["theme"];
+  EXPECT_EQ(theme[1][0], "Theme: dark");
+  EXPECT_NE(theme[0][1], theme[1][1]);
+  expect_no_request(found[1]);
+  EXPECT_EQ(found[1]["value"]["views"], json::array());
+  // The policy stops what the escapes would let through, and the test sees a request.
+  EXPECT_GE(found[2]["errors"].size(), 2u);
+  EXPECT_FALSE(found[2]["value"]["attacked"]);
+  EXPECT_TRUE(found[3]["value"]["attacked"]);
+  EXPECT_THAT(found[3]["requests"].dump(), ::testing::HasSubstr("http://127.0.0.1:9/x.png"));
+}
+
+}  // namespace
+}  // namespace fivepipe::study::report
