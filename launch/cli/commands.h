@@ -1,4 +1,4 @@
-// The subcommands of `fivepipe`. Each has a file of its own name, except bench, maps, study,
+// The subcommands of `fivepipe`. Each has a file of its own name, except bench, maps, study, export,
 // segment and cameras: these are programs of their own, which other_programs.cpp starts.
 #pragma once
 #include <CLI/CLI.hpp>
@@ -26,6 +26,7 @@ void add_doctor(CLI::App& app, Command& command);
 void add_bench(CLI::App& app, Command& command);
 void add_maps(CLI::App& app, Command& command);
 void add_study(CLI::App& app, Command& command);
+void add_export(CLI::App& app, Command& command);
 void add_segment(CLI::App& app, Command& command);
 void add_cameras(CLI::App& app, Command& command);
 

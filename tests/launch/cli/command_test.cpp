@@ -89,10 +89,26 @@ TEST(Command, MissingDeploymentIsAConfigurationError) {
 }
 
 TEST(Command, HelpOfEverySubcommandHasAnExample) {
-  for (const char* subcommand :
-       {"", "up ", "top ", "record ", "replay ", "info ", "ls ", "echo ", "hz ", "simulation ",
-        "doctor ", "bench ", "maps ", "segment ", "study ", "study what-if ", "cameras ",
-        "bench simulation ", "bench compare "}) {
+  for (const char* subcommand : {"",
+                                 "up ",
+                                 "top ",
+                                 "record ",
+                                 "replay ",
+                                 "info ",
+                                 "ls ",
+                                 "echo ",
+                                 "hz ",
+                                 "simulation ",
+                                 "doctor ",
+                                 "bench ",
+                                 "maps ",
+                                 "segment ",
+                                 "study ",
+                                 "study what-if ",
+                                 "export ",
+                                 "cameras ",
+                                 "bench simulation ",
+                                 "bench compare "}) {
     const Answer answer = fivepipe(std::string(subcommand) + "--help");
     EXPECT_EQ(answer.exit_code, 0) << answer.text;
     EXPECT_TRUE(test::contains(answer.text, "Example")) << subcommand << "\n" << answer.text;
