@@ -65,7 +65,8 @@ ordered_json primitive_of(const MeshFile& content, Builder& builder) {
   }
   builder.accessors.back()["min"] = {low[0], low[1], low[2]};
   builder.accessors.back()["max"] = {high[0], high[1], high[2]};
-  if (!mesh.triangles.empty()) attributes["NORMAL"] = builder.add_vectors(vertex_normals(mesh));
+  if (!mesh.triangles.empty())
+    attributes["NORMAL"] = builder.add_vectors(vertex_normals(mesh, content.normal_steps));
   if (!content.colours.empty()) {
     const std::size_t begin = builder.bytes.size();
     for (const Rgb& colour : content.colours) {

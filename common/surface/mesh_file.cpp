@@ -36,7 +36,7 @@ std::string ply_of(const MeshFile& content) {
                           mesh.triangles.size());
   ByteBuffer bytes(header + "end_header\n");
   const std::vector<Vector3d> normals =
-      has_normals ? vertex_normals(mesh) : std::vector<Vector3d>{};
+      has_normals ? vertex_normals(mesh, content.normal_steps) : std::vector<Vector3d>{};
   for (std::size_t i = 0; i < mesh.vertices_m.size(); ++i) {
     bytes.add_floats(mesh.vertices_m[i]);
     if (has_normals) bytes.add_floats(normals[i]);
@@ -109,15 +109,25 @@ std::string extension_of(MeshFormat format) {
   return {};
 }
 
-std::vector<Vector3d> vertex_normals(const geometry::Mesh& mesh) {
+std::vector<Vector3d> vertex_normals(const geometry::Mesh& mesh, int steps) {
   std::vector<Vector3d> normals(mesh.vertices_m.size(), Vector3d::Zero());
   for (const auto& [a, b, c] : mesh.triangles) {
     const Vector3d twice_area =
         (mesh.vertices_m[b] - mesh.vertices_m[a]).cross(mesh.vertices_m[c] - mesh.vertices_m[a]);
     for (const std::uint32_t vertex : {a, b, c}) normals[vertex] += twice_area;
   }
-  for (Vector3d& normal : normals)
-    normal = normal.squaredNorm() > 0 ? normal.stableNormalized() : Vector3d::UnitZ();
+  const auto normalize = [&] {
+    for (Vector3d& normal : normals)
+      normal = normal.squaredNorm() > 0 ? normal.stableNormalized() : Vector3d::UnitZ();
+  };
+  normalize();
+  for (int step = 0; step < steps; ++step) {
+    const std::vector<Vector3d> before = normals;
+    for (const auto& triangle : mesh.triangles)
+      for (const std::uint32_t vertex : triangle)
+        for (const std::uint32_t other : triangle) normals[vertex] += before[other];
+    normalize();
+  }
   return normals;
 }
 

@@ -25,11 +25,13 @@ struct MeshFile {
   // Without triangles: a point cloud. With triangles, every vertex should belong to one.
   geometry::Mesh mesh;
   std::vector<Rgb> colours = {};  // by vertex; empty: no colour
+  int normal_steps = 0;           // see vertex_normals()
 };
 
 // Returns the normal of each vertex: of its triangles, weighted by their areas; z if they have no
-// area.
-std::vector<Eigen::Vector3d> vertex_normals(const geometry::Mesh& mesh);
+// area. Then each is replaced `steps` times by the mean of the vertices of its
+// triangles: the boundary of cells then looks smooth.
+std::vector<Eigen::Vector3d> vertex_normals(const geometry::Mesh& mesh, int steps = 0);
 
 // Writes coordinates as floats (OBJ: with 6 decimals). Meshes in PLY and glTF have normals. Creates
 // missing folders. Throws std::runtime_error if the file cannot be written, and

@@ -1,5 +1,5 @@
-// The subcommands of `fivepipe`. Each has a file of its own name, except bench, maps, study, export,
-// segment and cameras: these are programs of their own, which other_programs.cpp starts.
+// The subcommands of `fivepipe`. Each has a file of its own name, except bench, maps, study,
+// export, segment and cameras: these are programs of their own, which other_programs.cpp starts.
 #pragma once
 #include <CLI/CLI.hpp>
 #include <functional>

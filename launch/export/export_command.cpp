@@ -4,7 +4,7 @@
 #include <iostream>
 #include <thread>
 
-#include "common/base/progress_line.h"
+#include "common/base/process/progress_line.h"
 #include "common/base/usage_error.h"
 #include "launch/study/length.h"
 

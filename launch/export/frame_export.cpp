@@ -5,8 +5,8 @@
 #include <algorithm>
 
 #include "common/geometry/closed_mesh.h"
+#include "common/hull/colour/hull_colour.h"
 #include "common/surface/hull_mesh.h"
-#include "recon_node/colour.h"
 
 namespace fivepipe::exports {
 namespace {
@@ -22,7 +22,7 @@ constexpr double kCameraNear_m = 0.01;
 
 std::vector<surface::Rgb> colours_of(const geometry::Mesh& mesh, const replay::RecordedFrame& frame,
                                      const hull::HullRule& rule) {
-  const recon::HullColour colour(frame.set.silhouettes, frame.colours, rule);
+  const hull::HullColour colour(frame.set.silhouettes, frame.colours, rule);
   const std::vector<Vector3d> normals = surface::vertex_normals(mesh);
   std::vector<surface::Rgb> colours;
   for (std::size_t i = 0; i < normals.size(); ++i) {

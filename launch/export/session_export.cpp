@@ -23,6 +23,8 @@ namespace fs = std::filesystem;
 
 // Frames per thread that are read and computed together: bounds the memory.
 constexpr std::size_t kFramesPerThread = 2;
+// Of the normals of the swept volume, whose faces are those of cells: shading over some 4 cells.
+constexpr int kNormalSteps = 8;
 
 void check(const ExportRequest& request, const config::Deployment& deployment) {
   if (!(request.meshes || request.points || request.swept || request.depth || request.volumes ||
@@ -194,7 +196,7 @@ class SessionExport {
   void write_swept() {
     const surface::SweptSurface found = swept_->surface();
     surface::write_mesh(request_.folder / ("swept" + surface::extension_of(*request_.swept)),
-                        {found.mesh}, *request_.swept);
+                        {.mesh = found.mesh, .normal_steps = kNormalSteps}, *request_.swept);
     ++summary_.files;
     summary_.swept = {found.mesh.triangles.size(), found.volume_m3, found.hull_volume_m3,
                       found.hull_volume_error_m3};

@@ -79,7 +79,7 @@ std::string view_line(const FrameTime& time, const geometry::Camera& camera) {
                                  k.height_px, k.fx_px, k.fy_px, k.cx_px, k.cy_px);
   for (int row = 0; row < 3; ++row)
     for (int column = 0; column < 4; ++column)
-      line += fmt::format(",{:.12g}", camera.camera_from_world(row, column));
+      line += fmt::format(",{:.12g}", camera.camera_from_world(row, column) + 0.0);  // no -0
   return line + '\n';
 }
 

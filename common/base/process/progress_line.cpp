@@ -1,4 +1,4 @@
-#include "common/base/progress_line.h"
+#include "common/base/process/progress_line.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
