@@ -8,8 +8,8 @@
 
 #include "common/config/mesh/mesh_file.h"
 #include "common/geometry/closed_mesh.h"
-#include "tests/support/test_folder.h"
 #include "tests/support/source_text.h"
+#include "tests/support/test_folder.h"
 
 namespace fivepipe::surface {
 namespace {
