@@ -7,7 +7,7 @@ include(CMakePackageConfigHelpers)
 # them from its own folder, where it also looks for the modules of cameras.
 set(fivepipe_programs_dir lib/fivepipe)
 set(fivepipe_programs fivepipe capture_node recon_node sim_node render_node fivepipe_cameras
-  fivepipe_maps fivepipe_segment fivepipe_study fivepipe_measure)
+  fivepipe_export fivepipe_maps fivepipe_segment fivepipe_study fivepipe_measure)
 set(fivepipe_modules)
 foreach(module fivepipe_genicam fivepipe_gstreamer)
   if(TARGET ${module})

@@ -5,7 +5,7 @@
 #include <chrono>
 #include <numeric>
 
-#include "recon_node/colour.h"
+#include "common/hull/colour/hull_colour.h"
 
 namespace fivepipe::recon {
 namespace {
@@ -26,7 +26,7 @@ constexpr double kEmptyTileCost_hits = 100;
 // At most this many view sizes have a sweep: those of the viewer, of a light and of spectators.
 constexpr std::size_t kMaxSweeps = 16;
 
-void add_colour(ReconTile& tile, const hull::View& view, const HullColour& colour) {
+void add_colour(ReconTile& tile, const hull::View& view, const hull::HullColour& colour) {
   tile.bgr.assign(tile.depth_m.size() * 3, 0);
   const Eigen::Vector3d eye_world_m = geometry::camera_center_world_m(view.camera);
   const int width = tile.covered.width_px();
@@ -155,7 +155,7 @@ std::vector<std::vector<ReconTile>> Reconstructor::reconstruct(const Maps& maps,
 
 std::vector<std::vector<ReconTile>> Reconstructor::reconstruct_further(
     const Maps& maps, std::span<const ViewTiles> views) {
-  const HullColour colour(maps.silhouettes, maps.colours, config_.hull_rule);
+  const hull::HullColour colour(maps.silhouettes, maps.colours, config_.hull_rule);
   std::vector<std::vector<ReconTile>> made;
   for (const ViewTiles& of : views) {
     const Depths depth = depths(of.view, of.tiles);

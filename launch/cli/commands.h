@@ -1,5 +1,5 @@
 // The subcommands of `fivepipe`. Each has a file of its own name, except bench, maps, study,
-// segment and cameras: these are programs of their own, which other_programs.cpp starts.
+// export, segment and cameras: these are programs of their own, which other_programs.cpp starts.
 #pragma once
 #include <CLI/CLI.hpp>
 #include <functional>
@@ -26,6 +26,7 @@ void add_doctor(CLI::App& app, Command& command);
 void add_bench(CLI::App& app, Command& command);
 void add_maps(CLI::App& app, Command& command);
 void add_study(CLI::App& app, Command& command);
+void add_export(CLI::App& app, Command& command);
 void add_segment(CLI::App& app, Command& command);
 void add_cameras(CLI::App& app, Command& command);
 

@@ -140,6 +140,13 @@ void add_study(CLI::App& app, Command& command) {
               "part live");
 }
 
+void add_export(CLI::App& app, Command& command) {
+  add_program(app, command, "export", "fivepipe_export",
+              "Write the real objects of a recording as meshes, points, tables, depth images or "
+              "their swept volume: export RECORDING --out FOLDER [--meshes FORMAT] "
+              "[--swept FORMAT] ...");
+}
+
 void add_segment(CLI::App& app, Command& command) {
   add_program(app, command, "segment", "fivepipe_segment",
               "Segment one clip into masks and overlays: segment CLIP --out FOLDER "

@@ -45,6 +45,7 @@ int run(int argc, char** argv) {
   add_bench(app, command);
   add_maps(app, command);
   add_study(app, command);
+  add_export(app, command);
   add_segment(app, command);
   add_cameras(app, command);
   try {

@@ -9,15 +9,19 @@ namespace fivepipe::study {
 namespace {
 
 int run(int argc, char** argv) {
-  CLI::App app("fivepipe study: how much space a task needs, from recorded sessions.");
+  CLI::App app("fivepipe study: how much space a task needs, from sessions and recordings.");
   app.require_subcommand(1);
   app.footer(
       "Examples:\n"
+      "  fivepipe study new spacing --deployment payload\n"
+      "  fivepipe study run spacing --participant P1 --duration 30\n"
+      "  fivepipe study report spacing\n"
       "  fivepipe study space 18cm --deployment payload.yaml\n"
       "  fivepipe study what-if session.mcap --part side_block --axis x --range -40cm:20cm");
   Command command;
-  add_space(app, command);
-  add_what_if(app, command);
+  for (const auto add : {add_new, add_register, add_run, add_space, add_edit, add_list, add_report,
+                         add_forget, add_what_if})
+    add(app, command);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

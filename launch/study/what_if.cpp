@@ -6,7 +6,7 @@
 #include "common/base/usage_error.h"
 #include "common/collision/spacing/view_interval.h"
 #include "common/recording/replay/recorded_deployment.h"
-#include "launch/study/recorded_frames.h"
+#include "common/recording/replay/recorded_frames.h"
 
 namespace fivepipe::study {
 namespace {
@@ -94,7 +94,7 @@ WhatIf what_if(const WhatIfOptions& given, const Progress& progress) {
       {part, options.range, spacings_m(options.range, options.layouts), options.with_distances});
   base::WorkerPool pool(options.threads);
   SpacingStudy study(std::move(lines), {.rule = deployment.hull_rule, .eps_m = found.eps_m}, pool);
-  RecordedFrames frames(recording, deployment);
+  replay::RecordedFrames frames(recording, deployment);
   std::size_t computed = 0;
   while (auto frame = frames.next())
     if (const std::size_t now = study.add({std::move(frame->set.silhouettes), frame->duration_s});

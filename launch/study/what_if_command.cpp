@@ -1,12 +1,9 @@
-#include <fmt/format.h>
-#include <unistd.h>
-
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <iostream>
 #include <thread>
 
+#include "common/base/process/progress_line.h"
 #include "common/base/result_file.h"
 #include "common/base/usage_error.h"
 #include "launch/study/commands.h"
@@ -15,8 +12,6 @@
 
 namespace fivepipe::study {
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 struct Words {
   std::string range, at, axis;  // empty: that of the scene
@@ -61,28 +56,6 @@ Eigen::Vector3d axis_from(const std::string& text) {
   throw base::UsageError("--axis: '" + text + "' is none of x, y, z, -x, -y, -z and DX,DY,DZ");
 }
 
-// Prints the progress to stderr twice a second, if it is a terminal, else every 10 s.
-class ProgressLine {
- public:
-  void operator()(double done) {
-    const auto now = Clock::now();
-    if (now < next_ || done <= 0) return;
-    const double passed_s = std::chrono::duration<double>(now - start_).count();
-    fmt::print(stderr, "{}what-if: {:.0f} %, about {:.0f} s left{}", is_terminal_ ? "\r" : "",
-               100 * done, passed_s * (1 - done) / done, is_terminal_ ? "   " : "\n");
-    std::fflush(stderr);
-    has_printed_ = true;
-    next_ = now + (is_terminal_ ? std::chrono::milliseconds(500) : std::chrono::seconds(10));
-  }
-  ~ProgressLine() {
-    if (is_terminal_ && has_printed_) std::fputs("\n", stderr);
-  }
-
- private:
-  bool is_terminal_ = isatty(STDERR_FILENO) == 1, has_printed_ = false;
-  Clock::time_point start_ = Clock::now(), next_ = start_ + std::chrono::seconds(1);
-};
-
 int run_what_if(WhatIfOptions options, const Words& words) {
   for (const std::string& word : words.settings) {
     const auto equals = word.find('=');
@@ -99,7 +72,7 @@ int run_what_if(WhatIfOptions options, const Words& words) {
   options.with_distances = !words.verdicts_only;
   WhatIf found;
   {
-    ProgressLine progress;
+    base::ProgressLine progress("what-if");
     found = what_if(options, std::ref(progress));
   }
   std::cout << text_of(found);

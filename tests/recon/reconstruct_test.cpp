@@ -10,8 +10,8 @@
 #include <optional>
 #include <string>
 
+#include "common/hull/colour/hull_colour.h"
 #include "common/pipeline/frames/tile_balancer.h"
-#include "recon_node/colour.h"
 #include "recon_node/reconstruct.h"
 #include "tests/support/checked_gl_context.h"
 #include "tests/support/hull/scenes.h"
@@ -21,6 +21,8 @@ namespace {
 
 using namespace test;
 using Eigen::Vector3d;
+using hull::HullColour;
+using hull::kUnseenBgr;
 
 const Eigen::AlignedBox3d kVolume(Vector3d(-0.4, -0.4, -0.4), Vector3d(0.4, 0.4, 0.4));
 

@@ -14,19 +14,19 @@ namespace {
 using collision::CollisionVerdict;
 using Eigen::Vector3d;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kNoLimit_m = std::numeric_limits<double>::infinity();
 
-std::vector<hull::Silhouette> hand_at(double x_m) { return test::hand_among(4, 200, {x_m, 0, 0}); }
+std::vector<hull::Silhouette> timeline_hand(double x_m) { return test::hand_among(4, 200, {x_m, 0, 0}); }
 
-const geometry::Mesh kPart = geometry::box_mesh({0.05, 0.15, 0.12}, 0.03);
+const geometry::Mesh kTimelinePart = geometry::box_mesh({0.05, 0.15, 0.12}, 0.03);
 
 std::vector<std::vector<TimelinePoint>> timeline_of(int frames, int threads) {
   base::WorkerPool pool(threads);
-  const std::vector<geometry::Mesh> parts{kPart, kPart};
+  const std::vector<geometry::Mesh> parts{kTimelinePart, kTimelinePart};
   SessionTimeline timeline(parts, {}, pool);
   for (int i = 0; i < frames; ++i)
     timeline.add(
-        {hand_at(-0.3 + 0.01 * i), 0.1 * i, {test::at({0, 0, 0.02}), test::at({1, 0, 0})}});
+        {timeline_hand(-0.3 + 0.01 * i), 0.1 * i, {test::at({0, 0, 0.02}), test::at({1, 0, 0})}});
   return timeline.results();
 }
 
@@ -39,10 +39,10 @@ TEST(SessionTimeline, EqualsSingleDetections) {
   for (int i = 0; i < kFrames; ++i) {
     const TimelinePoint& point = found[0][std::size_t(i)];
     EXPECT_EQ(point.time_s, 0.1 * i);
-    const std::vector<hull::Silhouette> silhouettes = hand_at(-0.3 + 0.01 * i);
+    const std::vector<hull::Silhouette> silhouettes = timeline_hand(-0.3 + 0.01 * i);
     FrameHull hull({}, 0.5e-3);
     hull.set(silhouettes);
-    const collision::Bvh tree(kPart);
+    const collision::Bvh tree(kTimelinePart);
     const collision::DetectionObject object{&tree, test::at({0, 0, 0.02})};
     EXPECT_EQ(point.verdict, hull.detector->detect({&object, 1})[0].verdict) << i;
     colliding += point.verdict == CollisionVerdict::colliding;
@@ -52,18 +52,18 @@ TEST(SessionTimeline, EqualsSingleDetections) {
     }
     // The nearest of some points of the part bounds the clearance from above.
     const collision::HullDistance reference(silhouettes);
-    double nearest_m = kInfinity;
-    for (const Vector3d& v : kPart.vertices_m)
+    double nearest_m = kNoLimit_m;
+    for (const Vector3d& v : kTimelinePart.vertices_m)
       nearest_m =
           std::min(nearest_m, reference.clearance_m(test::at({0, 0, 0.02}) * v, 0.1, 1e-3).max_m);
     EXPECT_LE(point.clearance.min_m, nearest_m) << i;
-    if (point.clearance.max_m == kInfinity) {
+    if (point.clearance.max_m == kNoLimit_m) {
       EXPECT_EQ(point.clearance.min_m, 0.1);
     } else {
       EXPECT_LE(point.clearance.max_m - point.clearance.min_m, 1e-3 + 1e-9);
       ++measured;
     }
-    EXPECT_EQ(found[1][std::size_t(i)].clearance, (Bracket{0.1, kInfinity}));
+    EXPECT_EQ(found[1][std::size_t(i)].clearance, (Bracket{0.1, kNoLimit_m}));
   }
   EXPECT_GT(colliding, 5);
   EXPECT_GT(measured, 5);
@@ -80,24 +80,24 @@ TEST(SessionTimeline, DoesNotDependOnTheNumberOfThreads) {
 
 TEST(SessionTimeline, KnowsFramesWithoutAHullAndUnknownOnes) {
   base::WorkerPool pool(1);
-  SessionTimeline timeline(std::vector{kPart}, {}, pool);
-  std::vector<hull::Silhouette> empty = hand_at(0), unknown = hand_at(0);
+  SessionTimeline timeline(std::vector{kTimelinePart}, {}, pool);
+  std::vector<hull::Silhouette> empty = timeline_hand(0), unknown = timeline_hand(0);
   empty[1].pixels = hull::ObjectPixels(200, 200);
   unknown[1].camera.pinhole.fx_px = std::numeric_limits<double>::quiet_NaN();
   timeline.add({empty, 0, {test::at({0, 0, 0})}});
   timeline.add({unknown, 1, {test::at({0, 0, 0})}});
   const auto& found = timeline.results()[0];
   EXPECT_EQ(found[0].verdict, CollisionVerdict::free);
-  EXPECT_EQ(found[0].clearance, (Bracket{0.1, kInfinity}));
+  EXPECT_EQ(found[0].clearance, (Bracket{0.1, kNoLimit_m}));
   EXPECT_EQ(found[1].verdict, CollisionVerdict::undecided);
-  EXPECT_EQ(found[1].clearance, (Bracket{0, kInfinity}));
+  EXPECT_EQ(found[1].clearance, (Bracket{0, kNoLimit_m}));
 }
 
 TEST(SessionTimeline, RefusesAnotherNumberOfPoses) {
   base::WorkerPool pool(1);
-  SessionTimeline timeline(std::vector{kPart}, {}, pool);
-  EXPECT_THROW(timeline.add({hand_at(0), 0, {}}), std::invalid_argument);
-  EXPECT_THROW(SessionTimeline(std::vector{kPart}, {.clearance_cap_m = 0}, pool),
+  SessionTimeline timeline(std::vector{kTimelinePart}, {}, pool);
+  EXPECT_THROW(timeline.add({timeline_hand(0), 0, {}}), std::invalid_argument);
+  EXPECT_THROW(SessionTimeline(std::vector{kTimelinePart}, {.clearance_cap_m = 0}, pool),
                std::invalid_argument);
 }
 

@@ -106,6 +106,7 @@ TEST(Command, HelpOfEverySubcommandHasAnExample) {
                                  "study ",
                                  "study space ",
                                  "study what-if ",
+                                 "export ",
                                  "cameras ",
                                  "bench simulation ",
                                  "bench compare "}) {
@@ -382,6 +383,42 @@ TEST(Command, StudyWhatIfPrintsAndWritesTheLayouts) {
   expect_usage("study space 18cm --deployment " + test::kSmallDeployment,
                "no object of scene demo can be moved: add `spacing` to one in ");
   EXPECT_EQ(fivepipe("study what-if /no/such.mcap --part block --range 0m:1m").exit_code, 1);
+}
+
+TEST(Command, ExportWritesTheFilesAndPrintsTheExcess) {
+  const test::TestFolder folder;
+  const fs::path out = folder.path / "new/files";
+  const std::string command = "export " + test::kKeptRecording + " --out " + out.string() + ' ';
+  const auto expect_usage = [&](const std::string& options, const std::string& text) {
+    const Answer wrong = fivepipe(command + options);
+    EXPECT_EQ(wrong.exit_code, 2) << options << '\n' << wrong.text;
+    EXPECT_TRUE(test::contains(wrong.text, text)) << options << '\n' << wrong.text;
+    EXPECT_FALSE(fs::exists(out));
+  };
+  expect_usage("", "nothing to export");
+  expect_usage("--meshes fbx", "--meshes");
+  expect_usage("--points stl", "--points");
+  expect_usage("--volumes --cell 4", "--cell: '4' is no length; write a number and its unit");
+  expect_usage("--volumes --cell 2m", "--cell: '2m' is not between 0.1mm and 1m");
+  expect_usage("--swept glb --swept-cell 0.01mm", "--swept-cell: '0.01mm' is not between");
+  expect_usage("--volumes --every 0", "--every");
+  expect_usage("--depth png --view ceiling", "--view: the rig has no camera 'ceiling'");
+  expect_usage("--volumes --start 2 --end 1", "--start is after --end");
+  expect_usage("--volumes --set rig", "--set: expected KEY=VALUE, got rig");
+  const Answer answer = fivepipe(command +
+                                 "--meshes glb --depth exr --swept stl --every 11 --cell 1cm "
+                                 "--swept-cell 10mm --start 0.5 --end 1.5 --threads 1");
+  ASSERT_EQ(answer.exit_code, 0) << answer.text;
+  EXPECT_TRUE(test::contains(answer.text, "2 of ")) << answer.text;
+  EXPECT_TRUE(test::contains(answer.text, "The hulls themselves sweep ")) << answer.text;
+  EXPECT_GT(fs::file_size(out / "swept.stl"), 10'000u);
+  EXPECT_EQ(test::line_count(test::text_of(out / "frames.csv")), 3);
+  for (const char* part : {"meshes", "depth"})
+    EXPECT_GE(std::distance(fs::directory_iterator(out / part), fs::directory_iterator()), 2);
+  const Answer again = fivepipe(command + "--volumes");
+  EXPECT_EQ(again.exit_code, 2);
+  EXPECT_TRUE(test::contains(again.text, "is not empty; choose another folder")) << again.text;
+  EXPECT_EQ(fivepipe("export /no/such.mcap --volumes --out " + (out / "x").string()).exit_code, 1);
 }
 
 TEST(Command, ErrorsOfMapsHaveTheirExitCode) {

@@ -1,4 +1,4 @@
-#include "launch/study/recorded_frames.h"
+#include "common/recording/replay/recorded_frames.h"
 
 #include <gtest/gtest.h>
 
@@ -9,12 +9,12 @@
 #include "tests/support/recording/kept_recording.h"
 #include "tests/support/test_folder.h"
 
-namespace fivepipe::study {
+namespace fivepipe::replay {
 namespace {
 
 TEST(RecordedFrames, OfTheKeptRecordingAreComplete) {
   const recording::Recording recording(test::kKeptRecording);
-  const replay::RecordedDeployment recorded(recording, {});
+  const RecordedDeployment recorded(recording, {});
   RecordedFrames frames(recording, recorded.deployment());
   std::vector<RecordedFrame> all;
   while (auto frame = frames.next()) all.push_back(std::move(*frame));
@@ -34,10 +34,33 @@ TEST(RecordedFrames, OfTheKeptRecordingAreComplete) {
   EXPECT_EQ(all.back().done, 1);
 }
 
+TEST(RecordedFrames, HaveTheirColoursAndHeadPose) {
+  const recording::Recording recording(test::kKeptRecording);
+  const RecordedDeployment recorded(recording, {});
+  RecordedFrames plain(recording, recorded.deployment()),
+      full(recording, recorded.deployment(), {.colours = true, .head_poses = true});
+  int frames = 0;
+  while (const auto frame = full.next()) {
+    ++frames;
+    EXPECT_EQ(frame->set.frame, plain.next()->set.frame);
+    ASSERT_TRUE(frame->eye_from_world);
+    EXPECT_NEAR(frame->eye_from_world->inverse().translation().y(), -0.75, 1e-6);
+    ASSERT_EQ(frame->colours.size(), 3u);
+    for (std::size_t i = 0; i < 3; ++i) {
+      // A camera that gives shape sends the colours of its object pixels.
+      EXPECT_EQ(frame->colours[i].pixels, frame->set.silhouettes[i].pixels);
+      EXPECT_EQ(frame->colours[i].camera.pinhole, frame->set.silhouettes[i].camera.pinhole);
+      EXPECT_FALSE(frame->colours[i].bgr.empty());
+    }
+  }
+  EXPECT_EQ(frames, 33);
+  EXPECT_TRUE(full.drops().empty());
+}
+
 // Of the kept recording with another rig: each map has another size.
 TEST(RecordedFrames, BadMapsAreDroppedAndCounted) {
   const recording::Recording recording(test::kKeptRecording);
-  const replay::RecordedDeployment recorded(recording, {});
+  const RecordedDeployment recorded(recording, {});
   config::Deployment other = recorded.deployment();
   for (config::RigCamera& camera : other.rig.cameras) ++camera.published.width_px;
   RecordedFrames frames(recording, other);
@@ -49,7 +72,7 @@ TEST(RecordedFrames, BadMapsAreDroppedAndCounted) {
 // A camera that is not in the rig; the frames are complete without it.
 TEST(RecordedFrames, MapsOfAnUnknownCameraAreDropped) {
   const recording::Recording recording(test::kKeptRecording);
-  const replay::RecordedDeployment recorded(recording, {});
+  const RecordedDeployment recorded(recording, {});
   config::Deployment other = recorded.deployment();
   other.rig.cameras.pop_back();
   RecordedFrames frames(recording, other);
@@ -71,7 +94,7 @@ TEST(RecordedFrames, OfATruncatedFileAreThoseBeforeItsEnd) {
   std::filesystem::resize_file(file, std::filesystem::file_size(file) * 6 / 10);
   const recording::Recording kept(test::kKeptRecording), cut(file);
   EXPECT_FALSE(cut.mcap().is_finished());
-  const replay::RecordedDeployment recorded(kept, {});
+  const RecordedDeployment recorded(kept, {});
   RecordedFrames frames(cut, recorded.deployment());
   int count = 0;
   while (frames.next()) ++count;
@@ -89,7 +112,7 @@ TEST(RecordedFrames, ADamagedChunkIsSkippedAndCounted) {
     bytes << "damage";
   }
   const recording::Recording kept(test::kKeptRecording), damaged(file);
-  const replay::RecordedDeployment recorded(kept, {});
+  const RecordedDeployment recorded(kept, {});
   RecordedFrames frames(damaged, recorded.deployment());
   int count = 0;
   while (frames.next()) ++count;
@@ -104,7 +127,7 @@ TEST(RecordedFrames, NamesARecordingWithoutMaps) {
   const std::filesystem::path file = folder.path / "empty.mcap";
   { recording::RecordingWriter writer(file, "test", {}); }
   const recording::Recording kept(test::kKeptRecording), empty(file);
-  const replay::RecordedDeployment recorded(kept, {});
+  const RecordedDeployment recorded(kept, {});
   try {
     RecordedFrames(empty, recorded.deployment());
     FAIL() << "no RecordingError";
@@ -115,4 +138,4 @@ TEST(RecordedFrames, NamesARecordingWithoutMaps) {
 }
 
 }  // namespace
-}  // namespace fivepipe::study
+}  // namespace fivepipe::replay

@@ -1,10 +1,10 @@
-#include "recon_node/colour.h"
+#include "common/hull/colour/hull_colour.h"
 
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 
-namespace fivepipe::recon {
+namespace fivepipe::hull {
 namespace {
 
 // A sum of weighted colours and the sum of the weights.
@@ -18,10 +18,10 @@ constexpr double kMaxPosition_px = 1e9;
 
 // Interpolates between the four pixels around uv_px. Pixels without colour, and pixels outside
 // `object` if it is not null, have weight 0.
-WeightedBgr bilinear(const hull::ColourRegion& colour, const hull::ObjectPixels* object,
+WeightedBgr bilinear(const ColourRegion& colour, const ObjectPixels* object,
                      const Eigen::Vector2d& uv_px) {
   if (!(uv_px.cwiseAbs().sum() < kMaxPosition_px)) return {};
-  const hull::PixelRect& r = colour.region;
+  const PixelRect& r = colour.region;
   const int u0 = int(std::floor(uv_px.x())), v0 = int(std::floor(uv_px.y()));
   const double right = uv_px.x() - u0, down = uv_px.y() - v0;
   WeightedBgr sum;
@@ -56,16 +56,16 @@ bool same_camera(const geometry::Camera& a, const geometry::Camera& b) {
 
 }  // namespace
 
-HullColour::HullColour(std::span<const hull::Silhouette> silhouettes,
-                       std::span<const hull::ColourRegion> regions, const hull::HullRule& rule)
+HullColour::HullColour(std::span<const Silhouette> silhouettes,
+                       std::span<const ColourRegion> regions, const HullRule& rule)
     : silhouettes_(silhouettes), rule_(rule) {
-  for (const hull::Silhouette& s : silhouettes) projections_.push_back(projection_of(s.camera));
-  for (const hull::ColourRegion& region : regions) {
+  for (const Silhouette& s : silhouettes) projections_.push_back(projection_of(s.camera));
+  for (const ColourRegion& region : regions) {
     assert(region.bgr.size() == region.region.area_px() * 3 &&
-           hull::intersection(region.region, region.pixels.bounds()) == region.pixels.bounds());
-    const auto silhouette = std::find_if(
-        silhouettes.begin(), silhouettes.end(),
-        [&](const hull::Silhouette& s) { return same_camera(s.camera, region.camera); });
+           intersection(region.region, region.pixels.bounds()) == region.pixels.bounds());
+    const auto silhouette =
+        std::find_if(silhouettes.begin(), silhouettes.end(),
+                     [&](const Silhouette& s) { return same_camera(s.camera, region.camera); });
     Image image{&region,
                 silhouette == silhouettes.end() ? nullptr : &silhouette->pixels,
                 std::size_t(silhouette - silhouettes.begin()),
@@ -79,7 +79,7 @@ HullColour::HullColour(std::span<const hull::Silhouette> silhouettes,
 
 HullColour::Sight HullColour::sight(std::size_t silhouette, const Homogeneous& seen) const {
   if (!(seen.z() > 0)) return Sight::unseen;
-  const hull::ObjectPixels& pixels = silhouettes_[silhouette].pixels;
+  const ObjectPixels& pixels = silhouettes_[silhouette].pixels;
   const double u_px = seen.x() / seen.z(), v_px = seen.y() / seen.z();
   if (pixels.contains_at(u_px, v_px)) return Sight::object;
   return pixels.holds(u_px, v_px) ? Sight::empty : Sight::unseen;
@@ -93,11 +93,10 @@ bool HullColour::is_in_hull(std::size_t own, double fraction, const Image& image
   for (std::size_t s = 0; s < silhouettes_.size(); ++s) {
     if (s == own) continue;
     const Sight at = sight(s, (1 - fraction) * p_seen[s] + fraction * image.center_seen[s]);
-    if (at == Sight::empty || (at == Sight::unseen && rule_.limits == hull::Limits::all))
-      return false;
+    if (at == Sight::empty || (at == Sight::unseen && rule_.limits == Limits::all)) return false;
     seen += at == Sight::object;
   }
-  return rule_.limits == hull::Limits::all || seen >= rule_.min_seen;
+  return rule_.limits == Limits::all || seen >= rule_.min_seen;
 }
 
 // Returns the factor on the weight of an image for a hull point: 1, kDoubtfulWeight or
@@ -152,4 +151,4 @@ std::array<std::uint8_t, 3> HullColour::at(const Eigen::Vector3d& p_world_m,
   return bgr;
 }
 
-}  // namespace fivepipe::recon
+}  // namespace fivepipe::hull

@@ -11,7 +11,7 @@
 #include "common/hull/colour_region.h"
 #include "common/hull/hull.h"
 
-namespace fivepipe::recon {
+namespace fivepipe::hull {
 
 // Distances from a hull point towards a camera at which the hull is tested for occlusion [m]. Hull
 // that is thinner than their spacing may be missed; the point then gets the colour of the occluder.
@@ -34,8 +34,8 @@ class HullColour {
   // If the camera of a region is one of the silhouettes' cameras, only its object pixels give
   // colour: at the border of the hull the other pixels show the background.
   // `rule`: of the hull, which occludes.
-  HullColour(std::span<const hull::Silhouette> silhouettes,
-             std::span<const hull::ColourRegion> regions, const hull::HullRule& rule = {});
+  HullColour(std::span<const Silhouette> silhouettes, std::span<const ColourRegion> regions,
+             const HullRule& rule = {});
 
   // Returns B, G, R of a hull point as seen from the eye, with bilinear sampling. If the directions
   // to the camera and to the eye differ by angle a, the image has weight ((1 + cos a) / 2) ^ 16: a
@@ -47,9 +47,9 @@ class HullColour {
  private:
   using Homogeneous = Eigen::Vector3d;  // pixel times depth; linear along a line in space
   struct Image {
-    const hull::ColourRegion* region;
-    const hull::ObjectPixels* object;  // null if the camera has no silhouette
-    std::size_t silhouette;  // index of the camera's silhouette; their number if it has none
+    const ColourRegion* region;
+    const ObjectPixels* object;  // null if the camera has no silhouette
+    std::size_t silhouette;      // index of the camera's silhouette; their number if it has none
     Eigen::Vector3d center_world_m;
     std::vector<Homogeneous> center_seen;  // the camera center as each silhouette's camera sees it
   };
@@ -60,10 +60,10 @@ class HullColour {
   double visibility(const Image& image, const Eigen::Vector3d& p_world_m,
                     std::span<const Homogeneous> p_seen) const;
 
-  std::span<const hull::Silhouette> silhouettes_;
-  hull::HullRule rule_;
+  std::span<const Silhouette> silhouettes_;
+  HullRule rule_;
   std::vector<Eigen::Matrix<double, 3, 4>> projections_;  // pixel_from_world, by silhouette
   std::vector<Image> images_;
 };
 
-}  // namespace fivepipe::recon
+}  // namespace fivepipe::hull
