@@ -80,6 +80,16 @@ struct SpacingStudy::LineFrame {
   std::vector<Bracket> penetrations;         // per layout, if requested
 };
 
+std::vector<double> equally_spaced_m(const SpacingInterval& range, int count) {
+  std::vector<double> spacings_m;
+  for (int i = 0; i < count; ++i)
+    spacings_m.push_back(
+        count == 1
+            ? range.low_m
+            : std::min(range.high_m, range.low_m + (range.high_m - range.low_m) * i / (count - 1)));
+  return spacings_m;
+}
+
 void check(const StudyOptions& options) {
   if (!(options.clearance_cap_m > 0 && std::isfinite(options.clearance_cap_m) &&
         options.tolerance_m > 0 && options.eps_m <= kMaxEps_m &&

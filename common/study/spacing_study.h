@@ -29,6 +29,9 @@ struct Line {
   bool with_distances = true;      // whether clearance and penetration are requested
 };
 
+// Returns `count` spacings at equal distances, with both ends of the range; of one, its low end.
+std::vector<double> equally_spaced_m(const collision::SpacingInterval& range, int count);
+
 // The real objects of one recorded frame.
 struct StudyFrame {
   std::vector<hull::Silhouette> silhouettes;

@@ -12,7 +12,7 @@
 namespace fivepipe::study {
 namespace {
 
-struct Words {
+struct NewWords {
   std::filesystem::path folder;
   std::string deployment, name, spacing_of;
   std::vector<std::string> settings;
@@ -32,7 +32,7 @@ std::string text_of(const config::SceneObject& object) {
   return text + '\n';
 }
 
-int run_new(const Words& words) {
+int run_new(const NewWords& words) {
   StudySettings settings{words.name, launch::deployment_file(words.deployment),
                          launch::settings_from(words.settings), words.spacing_of};
   if (settings.name.empty()) settings.name = words.folder.filename().string();
@@ -53,7 +53,7 @@ int run_new(const Words& words) {
 }  // namespace
 
 void add_new(CLI::App& app, Command& command) {
-  const auto words = std::make_shared<Words>();
+  const auto words = std::make_shared<NewWords>();
   CLI::App* const sub = app.add_subcommand(
       "new", "Makes the folder of a study, with a copy of its deployment, and prints the parts");
   sub->footer(

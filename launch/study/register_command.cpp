@@ -67,8 +67,8 @@ int run_register(const RegisterOptions& options) {
   const auto [position_m, rotation_deg] = scene_pose(found.to_from);
   std::cout << table.text()
             << fmt::format("RMS {:.2f} mm\n{}:\n  position_m: {}\n  rotation_deg: {}\n",
-                           1e3 * found.rms_m, options.part, text_of(position_m),
-                           text_of(rotation_deg));
+                           1e3 * found.rms_m, options.part, yaml_of(position_m),
+                           yaml_of(rotation_deg));
   if (options.pairs.size() == 3)
     std::cout
         << "Three points leave the residual small even if one is wrong: touch a fourth one.\n";

@@ -25,16 +25,6 @@ const config::SceneObject& part_of(const config::Scene& scene, const std::string
                          "'; it has: " + base::joined(names, ", "));
 }
 
-// `count` spacings at equal distances, with both ends of the range.
-std::vector<double> spacings_m(const collision::SpacingInterval& range, int count) {
-  std::vector<double> spacings_m;
-  for (int i = 0; i < count; ++i)
-    spacings_m.push_back(count == 1 ? range.low_m
-                                    : range.low_m + (range.high_m - range.low_m) * i / (count - 1));
-  spacings_m.back() = std::min(spacings_m.back(), range.high_m);
-  return spacings_m;
-}
-
 // The cameras whose images all points of the hull must be in.
 std::vector<geometry::Camera> limiting_cameras(const config::Deployment& deployment) {
   std::vector<geometry::Camera> cameras;
@@ -42,13 +32,6 @@ std::vector<geometry::Camera> limiting_cameras(const config::Deployment& deploym
     for (const std::size_t i : config::shape_cameras(deployment.rig))
       cameras.push_back(config::published_camera(deployment.rig.cameras[i]));
   return cameras;
-}
-
-// The detector's eps_m of the recorded simulation.
-double eps_m(const config::Deployment& deployment) {
-  for (const config::Node& node : deployment.nodes)
-    if (const auto* sim = std::get_if<config::SimConfig>(&node.config)) return sim->eps_m;
-  return config::SimConfig{}.eps_m;
 }
 
 // The scene's spacing is along its axis: with another axis, `at` and range are not those of the
@@ -84,14 +67,14 @@ WhatIf what_if(const WhatIfOptions& given, const Progress& progress) {
   WhatIf found;
   found.options = options;
   found.scene = deployment.scene.name;
-  found.eps_m = eps_m(deployment);
+  found.eps_m = detection_eps_m(deployment);
   found.recorded = recorded_spacings(recording, options.part);
   found.damage = recording.mcap().damage().summary;
   found.in_view = collision::interval_in_view(part, options.range, limiting_cameras(deployment),
                                               deployment.hull_rule.within_world_m);
   std::vector<Line> lines;
-  lines.push_back(
-      {part, options.range, spacings_m(options.range, options.layouts), options.with_distances});
+  lines.push_back({part, options.range, equally_spaced_m(options.range, options.layouts),
+                   options.with_distances});
   base::WorkerPool pool(options.threads);
   SpacingStudy study(std::move(lines), {.rule = deployment.hull_rule, .eps_m = found.eps_m}, pool);
   replay::RecordedFrames frames(recording, deployment);

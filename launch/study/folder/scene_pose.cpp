@@ -65,7 +65,7 @@ ScenePose scene_pose(const Eigen::Isometry3d& world_from_object) {
           180 / std::numbers::pi * Eigen::Vector3d(zyx[2], zyx[1], zyx[0])};
 }
 
-std::string text_of(const Eigen::Vector3d& vector) {
+std::string yaml_of(const Eigen::Vector3d& vector) {
   const auto rounded = [](double value) { return std::round(1e6 * value) / 1e6 + 0.0; };
   return fmt::format("[{}, {}, {}]", rounded(vector.x()), rounded(vector.y()), rounded(vector.z()));
 }
@@ -78,8 +78,8 @@ fs::path write_pose(const StudyFolder& study, const std::string& object,
     std::vector<std::string> lines = lines_of(file);
     const auto entry = entry_of(lines, object);
     if (!entry) continue;
-    set_key(lines, *entry, "rotation_deg", text_of(rotation_deg));
-    set_key(lines, *entry, "position_m", text_of(position_m));
+    set_key(lines, *entry, "rotation_deg", yaml_of(rotation_deg));
+    set_key(lines, *entry, "position_m", yaml_of(position_m));
     std::string text;
     for (const std::string& line : lines) text += line + '\n';
     const fs::path before = file.string() + ".before";

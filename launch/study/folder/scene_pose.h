@@ -14,7 +14,7 @@ struct ScenePose {
 };
 ScenePose scene_pose(const Eigen::Isometry3d& world_from_object);
 // "[0.1, 0, -0.25]", rounded to a thousandth of a millimetre or degree.
-std::string text_of(const Eigen::Vector3d& vector);
+std::string yaml_of(const Eigen::Vector3d& vector);
 
 // Returns the file. Throws base::UsageError if the object's entry is not written with one key per
 // line; the file is then as before.

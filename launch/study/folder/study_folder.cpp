@@ -59,7 +59,7 @@ fs::path common_folder(const std::vector<fs::path>& files) {
 // Whether the text occurs in the file as a word of its own. A recording holds any bytes, so that
 // only a long text is found there by more than chance.
 bool mentions(const fs::path& file, const std::string& text) {
-  const bool is_text = std::ranges::count(kTextFiles, file.extension()) > 0;
+  const bool is_text = std::ranges::count(kTextFiles, file.extension().string()) > 0;
   if (!is_text && text.size() < kMinBinaryBytes) return false;
   std::ifstream in(file, std::ios::binary);
   const std::string all{std::istreambuf_iterator<char>(in), {}};

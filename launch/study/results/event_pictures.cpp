@@ -10,7 +10,7 @@
 namespace fivepipe::study {
 namespace {
 
-constexpr std::uint32_t kMaxName = 32;
+constexpr std::uint32_t kMaxViewerName = 32;
 constexpr int kMaxWidth_px = 640;
 // render_node repeats a picture for missing frames in gaps up to this.
 constexpr double kMaxRepeat_s = 1.0;
@@ -28,7 +28,7 @@ std::vector<std::uint64_t> composited_frames(const recording::Recording& recordi
       if (!message) return frames;
       if (message->key_change) continue;
       schema::CdrCursor cursor(message->cdr);
-      cursor.take_string(kMaxName);
+      cursor.take_string(kMaxViewerName);
       frames.push_back(cursor.take<std::uint64_t>());
     } catch (const mcap::McapError&) {
     } catch (const schema::CdrFault&) {

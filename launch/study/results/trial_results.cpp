@@ -10,6 +10,7 @@
 #include "common/recording/replay/recorded_frames.h"
 #include "common/study/session_timeline.h"
 #include "common/surface/swept_volume.h"
+#include "launch/study/detection_eps.h"
 #include "launch/study/recorded_spacings.h"
 #include "launch/study/results/event_pictures.h"
 
@@ -45,20 +46,6 @@ double spacing_at(const std::vector<RecordedSpacing>& spacings, double time_s, d
   return before_m;
 }
 
-std::vector<double> equally_spaced(double low_m, double high_m, int count) {
-  std::vector<double> spacings_m;
-  for (int i = 0; i < count; ++i)
-    spacings_m.push_back(count == 1 ? low_m
-                                    : std::min(high_m, low_m + (high_m - low_m) * i / (count - 1)));
-  return spacings_m;
-}
-
-double eps_m(const config::Deployment& deployment) {
-  for (const config::Node& node : deployment.nodes)
-    if (const auto* sim = std::get_if<config::SimConfig>(&node.config)) return sim->eps_m;
-  return config::SimConfig{}.eps_m;
-}
-
 // How large a pixel of the maps is at the place, in the camera that sees it worst.
 double footprint_mm(const config::Deployment& deployment, const Eigen::Vector3d& p_world_m) {
   double footprint_m = 0;
@@ -82,7 +69,8 @@ class Session {
         scene_(recorded_.deployment().scene),
         pool_(pool),
         swept_(swept),
-        options_{.rule = recorded_.deployment().hull_rule, .eps_m = eps_m(recorded_.deployment())} {
+        options_{.rule = recorded_.deployment().hull_rule,
+                 .eps_m = detection_eps_m(recorded_.deployment())} {
     std::vector<geometry::Mesh> meshes;
     std::vector<Line> lines;
     for (const SceneObject& object : scene_.objects) {
@@ -97,7 +85,7 @@ class Session {
       movable_.push_back(&object);
       lines.push_back({collision::MovablePart(meshes.back(), at_zero, spacing.axis_world),
                        {spacing.low_m, spacing.high_m},
-                       equally_spaced(spacing.low_m, spacing.high_m, request.layouts)});
+                       equally_spaced_m({spacing.low_m, spacing.high_m}, request.layouts)});
     }
     timeline_ = std::make_unique<SessionTimeline>(meshes, options_, pool);
     study_ = std::make_unique<SpacingStudy>(std::move(lines), options_, pool);
@@ -177,7 +165,7 @@ class Session {
   static report::PartResult& part_of(report::Trial& trial, const std::string& name) {
     for (report::PartResult& part : trial.parts)
       if (part.part == name) return part;
-    return trial.parts.emplace_back(report::PartResult{name});
+    return trial.parts.emplace_back(report::PartResult{.part = name, .events = {}});
   }
 
   void add_timeline(const std::vector<TimelinePoint>& timeline, const SceneObject& object,
