@@ -9,10 +9,10 @@
 #include <stdexcept>
 #include <thread>
 
-#include "benchmarks/nodes/free_domain.h"
 #include "common/pipeline/bus/bus.h"
 #include "common/pipeline/bus/profile.h"
 #include "common/pipeline/messages/wire_conversions.h"
+#include "launch/supervise/hosts/free_domain.h"
 #include "launch/supervise/interrupt.h"
 #include "launch/supervise/own_files.h"
 #include "launch/supervise/process.h"
@@ -131,7 +131,7 @@ std::vector<BusTimes> time_bus(const std::vector<std::size_t>& sizes_bytes, int 
   setenv("CYCLONEDDS_URI", xml.c_str(), 1);
   std::vector<BusTimes> all;
   for (const std::size_t size_bytes : sizes_bytes) all.push_back({size_bytes, {}, {}, {}});
-  const std::uint32_t domain = free_domain();
+  const std::uint32_t domain = launch::free_domain();
   for (int round = 0; round < rounds; ++round)
     for (BusTimes& times : all) {
       ping(domain, times);

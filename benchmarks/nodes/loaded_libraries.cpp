@@ -10,9 +10,9 @@
 #include <stdexcept>
 #include <vector>
 
-#include "benchmarks/nodes/free_domain.h"
 #include "benchmarks/nodes/node_processes.h"
 #include "common/pipeline/bus/bus.h"
+#include "launch/supervise/hosts/free_domain.h"
 
 namespace fivepipe::node_bench {
 namespace {
@@ -51,7 +51,7 @@ Libraries loaded_libraries(pid_t pid) {
 std::map<std::string, Libraries> libraries_of_nodes(const std::filesystem::path& deployment,
                                                     const std::filesystem::path& out) {
   const config::Deployment loaded = config::load_deployment(deployment);
-  const std::uint32_t domain = free_domain();
+  const std::uint32_t domain = launch::free_domain();
   bus::Bus bus({.domain = domain, .participant = "bench"});
   auto composited = bus.reader<bus::topics::FrameComposited>();
   NodesToStart to_start{

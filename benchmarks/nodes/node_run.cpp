@@ -8,8 +8,8 @@
 #include <iostream>
 #include <set>
 
-#include "benchmarks/nodes/free_domain.h"
 #include "common/recording/replay/node_inputs.h"
+#include "launch/supervise/hosts/free_domain.h"
 #include "launch/supervise/interrupt.h"
 
 namespace fivepipe::node_bench {
@@ -119,7 +119,7 @@ bool is_valid_run(const NodeRun& run) {
 }
 
 NodeRun run_nodes(const recording::Recording& recording, const NodeRunOptions& options) {
-  const std::uint32_t domain = free_domain();
+  const std::uint32_t domain = launch::free_domain();
   const replay::ReplayPlan plan = plan_of(recording, options);
   NodeProcesses nodes(options, domain);
   bus::Bus bus({.domain = domain,

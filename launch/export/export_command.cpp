@@ -36,7 +36,8 @@ ExportCommand::ExportCommand(CLI::App& app) {
       "  fivepipe export session.mcap --out out/export --meshes ply --volumes\n"
       "  fivepipe export session.mcap --out out/swept --swept glb\n"
       "  fivepipe export session.mcap --out out/parts --points glb --components --start 2 --end 5\n"
-      "  fivepipe export session.mcap --out out/depth --depth png --view viewer --every 10\n\n"
+      "  fivepipe export session.mcap --out out/depth --depth png --view viewer --every 10\n"
+      "  fivepipe export session.mcap --out out/video --composites\n\n"
       "Exit codes: 0 done, 1 the recording cannot be used or a file not written, 2 usage or "
       "configuration.");
   app.add_option("recording", request_.recording, "recording with object-pixel maps (.mcap)")
@@ -63,6 +64,10 @@ ExportCommand::ExportCommand(CLI::App& app) {
                  "the volume that the hulls of all frames sweep, as one closed mesh that contains "
                  "them: ply, obj, stl, glb")
       ->check(mesh_format);
+  app.add_flag(
+      "--composites", request_.composites,
+      "what the recorded render_node shows, as a video; starts that node, takes as long as "
+      "the session, and needs recorded colour");
   app.add_option("--start", request_.start_s, "first frame: seconds since the first one");
   app.add_option("--end", request_.end_s, "last frame: seconds since the first one");
   app.add_option("--every", request_.every, "exports every n-th frame (default 1)")

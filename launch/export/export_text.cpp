@@ -25,10 +25,13 @@ std::string swept_text(const SweptResult& swept) {
 }  // namespace
 
 std::string text_of(const ExportRequest& request, const ExportSummary& summary) {
-  std::string text =
-      fmt::format("{}: {} of {} exported, {} in {}\n", request.recording.string(), summary.frames,
-                  base::counted(summary.frames_in_recording, "complete frame"),
-                  base::counted(summary.files, "file"), request.folder.string());
+  std::string text = fmt::format("{}: {} in {}\n", request.recording.string(),
+                                 base::counted(summary.files, "file"), request.folder.string());
+  if (summary.frames > 0)
+    text += fmt::format("{} of {} exported.\n", summary.frames,
+                        base::counted(summary.frames_in_recording, "complete frame"));
+  if (request.composites)
+    text += base::counted(summary.composited, "composited frame") + " in composite.mp4.\n";
   if (summary.swept) text += swept_text(*summary.swept);
   if ((request.meshes || request.points || request.volumes) && summary.without_mesh > 0)
     text += fmt::format(

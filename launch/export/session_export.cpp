@@ -12,8 +12,10 @@
 #include "common/base/usage_error.h"
 #include "common/recording/replay/recorded_deployment.h"
 #include "common/surface/hull_mesh.h"
+#include "launch/export/composite_export.h"
 #include "launch/export/frame_export.h"
 #include "launch/export/tables.h"
+#include "launch/supervise/interrupt.h"
 
 namespace fivepipe::exports {
 namespace {
@@ -26,12 +28,17 @@ constexpr std::size_t kFramesPerThread = 2;
 // Of the normals of the swept volume, whose faces are those of cells: shading over some 4 cells.
 constexpr int kNormalSteps = 8;
 
+// Whether the hulls of frames are needed.
+bool needs_hulls(const ExportRequest& request) {
+  return request.meshes || request.points || request.swept || request.depth || request.volumes ||
+         request.components;
+}
+
 void check(const ExportRequest& request, const config::Deployment& deployment) {
-  if (!(request.meshes || request.points || request.swept || request.depth || request.volumes ||
-        request.components))
+  if (!needs_hulls(request) && !request.composites)
     throw UsageError(
         "nothing to export: choose at least one of --meshes, --points, --volumes, --components, "
-        "--depth and --swept");
+        "--depth, --swept and --composites");
   if (request.points == surface::MeshFormat::stl)
     throw UsageError("--points: STL holds only triangles; choose ply, obj or glb");
   if (!(request.start_s <= request.end_s)) throw UsageError("--start is after --end");
@@ -230,15 +237,39 @@ class SessionExport {
   ExportSummary summary_;
 };
 
+constexpr std::size_t kCompositeFiles = 2;
+
+// Returns the number of frames.
+std::size_t composites(const ExportRequest& request, const recording::Recording& recording,
+                       const replay::RecordedDeployment& recorded) {
+  // Of the first complete frame, since the start of the recording.
+  double first_s = 0;
+  if (const auto frame = replay::RecordedFrames(recording, recorded.deployment()).next())
+    first_s = std::max(0.0, 1e-9 * double(frame->set.capture_stamp_ns - recording.start_ns()));
+  launch::catch_signals();
+  return export_composites(
+      recording, recorded, request.folder / "composites",
+      request.start_s > 0 ? first_s + request.start_s : 0,
+      std::isfinite(request.end_s) ? std::optional(first_s + request.end_s) : std::nullopt);
+}
+
 }  // namespace
 
 ExportSummary export_session(const ExportRequest& request, const Progress& progress) {
   const recording::Recording recording(request.recording);
   const replay::RecordedDeployment recorded(recording, request.settings);
   check(request, recorded.deployment());
-  check_cells(request, recorded.deployment().hull_rule.within_world_m);
-  if (request.depth == DepthFormat::exr) enable_exr();
-  return SessionExport(request, recorded.deployment(), recording).run(progress);
+  ExportSummary summary;
+  if (needs_hulls(request)) {
+    check_cells(request, recorded.deployment().hull_rule.within_world_m);
+    if (request.depth == DepthFormat::exr) enable_exr();
+    summary = SessionExport(request, recorded.deployment(), recording).run(progress);
+  }
+  if (request.composites) {
+    summary.composited = composites(request, recording, recorded);
+    summary.files += kCompositeFiles;
+  }
+  return summary;
 }
 
 }  // namespace fivepipe::exports

@@ -21,7 +21,8 @@ struct ExportRequest {
   std::optional<DepthFormat> depth;
   std::string camera;  // of the depth: a camera of the rig; empty: the viewer
   bool volumes = false, components = false;
-  bool colour = true;  // in meshes and points, if it was recorded
+  bool composites = false;  // of all frames in the range, whatever `every` is
+  bool colour = true;       // in meshes and points, if it was recorded
   // Of which frames: by time since the first complete frame, both ends included; every n-th.
   double start_s = 0, end_s = std::numeric_limits<double>::infinity();
   int every = 1;
@@ -40,6 +41,7 @@ struct ExportSummary {
   // Of the written ones. Without a mesh: there is no hull, or it is thinner than a cell.
   std::size_t without_mesh = 0, without_colour = 0, without_pose = 0;
   std::size_t files = 0;
+  std::size_t composited = 0;  // frames of the video
   std::optional<SweptResult> swept;
   std::map<std::string, std::uint64_t> drops;  // of the recording, by reason
   std::string first_fault, damage;             // empty: none
@@ -52,9 +54,11 @@ using Progress = std::function<void(double done)>;
 //   depth/FRAME.png, depth/views.csv     depth of the hull, and the views' cameras
 //   frames.csv, components.csv           volumes; tracked components
 //   swept.ply                            the swept volume of the frames
+//   composites/composite.mp4, .png       what render_node draws (composite_export.h)
 // Threads work on different frames; the files do not depend on their number. Throws
 // base::UsageError if the request is wrong, recording::RecordingError if no frame can be exported,
-// and as replay::RecordedFrames and replay::RecordedDeployment do.
+// and as replay::RecordedFrames, replay::RecordedDeployment and
+// export_composites() do. Call it from the main thread.
 ExportSummary export_session(const ExportRequest& request, const Progress& progress);
 
 // For people: what was written and what is missing.

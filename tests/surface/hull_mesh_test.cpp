@@ -152,6 +152,7 @@ TEST(HullMesh, ClosesWhereTheBoxCutsTheHull) {
     const Frame whole(test::silhouettes_of(object, cameras), {.limits = limits, .min_seen = 3});
     const geometry::Mesh cut = hull_mesh(whole.query, {.within_world_m = box, .cell_m = 0.005});
     EXPECT_EQ(cut.triangles, mesh.triangles);
+    EXPECT_EQ(cut.vertices_m, mesh.vertices_m);
   }
 }
 

@@ -5,8 +5,8 @@
 #include <set>
 #include <stdexcept>
 
-#include "benchmarks/nodes/free_domain.h"
 #include "common/recording/replay/node_inputs.h"
+#include "launch/supervise/hosts/free_domain.h"
 #include "launch/supervise/interrupt.h"
 
 namespace fivepipe::node_bench {
@@ -36,7 +36,7 @@ std::string missing_endpoint(bus::Bus& bus, const NodesToStart& options) {
 }  // namespace
 
 LiveRun run_live(const NodesToStart& options, double duration_s) {
-  const std::uint32_t domain = free_domain();
+  const std::uint32_t domain = launch::free_domain();
   bus::Bus bus({.domain = domain, .participant = "bench"});
   RunObserver observer(bus, domain, {options.nodes.begin(), options.nodes.end()});
   observer.listen_to_composites();

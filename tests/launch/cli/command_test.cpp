@@ -409,7 +409,7 @@ TEST(Command, ExportWritesTheFilesAndPrintsTheExcess) {
                                  "--meshes glb --depth exr --swept stl --every 11 --cell 1cm "
                                  "--swept-cell 10mm --start 0.5 --end 1.5 --threads 1");
   ASSERT_EQ(answer.exit_code, 0) << answer.text;
-  EXPECT_TRUE(test::contains(answer.text, "2 of ")) << answer.text;
+  EXPECT_TRUE(test::contains(answer.text, "\n2 of ")) << answer.text;
   EXPECT_TRUE(test::contains(answer.text, "The hulls themselves sweep ")) << answer.text;
   EXPECT_GT(fs::file_size(out / "swept.stl"), 10'000u);
   EXPECT_EQ(test::line_count(test::text_of(out / "frames.csv")), 3);
@@ -419,6 +419,22 @@ TEST(Command, ExportWritesTheFilesAndPrintsTheExcess) {
   EXPECT_EQ(again.exit_code, 2);
   EXPECT_TRUE(test::contains(again.text, "is not empty; choose another folder")) << again.text;
   EXPECT_EQ(fivepipe("export /no/such.mcap --volumes --out " + (out / "x").string()).exit_code, 1);
+}
+
+TEST(Command, ExportWritesTheComposites) {
+  const test::TestFolder folder;
+  const fs::path out = folder.path / "files";
+  const std::string command = "export " + test::kKeptRecording + " --composites --out ";
+  const Answer answer = fivepipe(command + out.string() + " --start 0.5 --end 1.5");
+  ASSERT_EQ(answer.exit_code, 0) << answer.text;
+  EXPECT_TRUE(test::contains(answer.text, "composited frames in composite.mp4")) << answer.text;
+  EXPECT_GT(fs::file_size(out / "composites/composite.mp4"), 1000u);
+  const cv::Mat image = cv::imread((out / "composites/composite.png").string());
+  EXPECT_EQ(image.size(), cv::Size(160, 120));
+  EXPECT_FALSE(fs::exists(out / "frames.csv"));
+  // No message is in the range.
+  EXPECT_EQ(fivepipe(command + (folder.path / "none").string() + " --start 100").exit_code, 2);
+  EXPECT_FALSE(fs::exists(folder.path / "none"));
 }
 
 TEST(Command, ErrorsOfMapsHaveTheirExitCode) {

@@ -1,11 +1,11 @@
-// A DDS domain that a benchmark has for itself.
+// A DDS domain that a program has for itself.
 #pragma once
 #include <cstdint>
 
-namespace fivepipe::node_bench {
+namespace fivepipe::launch {
 
 // Returns a domain of the loopback interface in which no other endpoint is discovered within 0.4 s.
 // Throws std::runtime_error if every candidate is in use.
 std::uint32_t free_domain();
 
-}  // namespace fivepipe::node_bench
+}  // namespace fivepipe::launch

@@ -1,4 +1,4 @@
-#include "benchmarks/nodes/free_domain.h"
+#include "launch/supervise/hosts/free_domain.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -9,7 +9,7 @@
 
 #include "common/pipeline/bus/bus.h"
 
-namespace fivepipe::node_bench {
+namespace fivepipe::launch {
 namespace {
 
 using namespace std::chrono_literals;
@@ -23,7 +23,7 @@ constexpr auto kDiscoveryTime = 400ms;
 std::uint32_t free_domain() {
   for (std::uint32_t i = 0; i < kDomainCount; ++i) {
     const std::uint32_t domain = kFirstDomain + (std::uint32_t(getpid()) + i) % kDomainCount;
-    bus::Bus bus({.domain = domain, .participant = "bench"});
+    bus::Bus bus({.domain = domain, .participant = "search"});
     for (const auto until = std::chrono::steady_clock::now() + kDiscoveryTime;
          std::chrono::steady_clock::now() < until;)
       bus.wait(20ms);
@@ -36,4 +36,4 @@ std::uint32_t free_domain() {
                                        kFirstDomain, kFirstDomain + kDomainCount - 1));
 }
 
-}  // namespace fivepipe::node_bench
+}  // namespace fivepipe::launch

@@ -1,0 +1,25 @@
+// The composited video of a recording: render_node draws it again from the recorded messages.
+#pragma once
+#include <filesystem>
+#include <functional>
+#include <optional>
+
+#include "common/recording/replay/recorded_deployment.h"
+
+namespace fivepipe::exports {
+
+// Starts the recording's render_node in a DDS domain of its own and replays its inputs to it, at
+// the recorded rate, because the encoder of the video drops frames that come faster than it works.
+// The node writes composite.mp4 and composite.png into the folder. Seconds count from the start of
+// the recording; nullopt: to its end. Returns the number of composited frames. Call it from the
+// main thread, after launch::catch_signals(): a signal ends it.
+//
+// Throws base::UsageError if the deployment has no render_node for its viewer that writes a video,
+// or is secured; recording::RecordingError if the recording lacks inputs of the node, such as
+// HullTile after `record --no-colour`; std::runtime_error if the node ends early.
+std::size_t export_composites(const recording::Recording& recording,
+                              const replay::RecordedDeployment& recorded,
+                              const std::filesystem::path& folder, double start_s,
+                              std::optional<double> end_s);
+
+}  // namespace fivepipe::exports
