@@ -65,10 +65,9 @@ TEST_F(SpacingInScene, NamesWhatIsWrong) {
               ElementsAre("scene.yaml:6:50: range_m must be a list of 2, is a list of 3"));
   EXPECT_THAT(problems("{axis: [1, 0, 0], at_m: 0, range_m: [-101, 1]}"),
               ElementsAre("scene.yaml:6:51: range_m[0] must be from -100 to 100, is -101"));
-  EXPECT_THAT(problems("{at: 0}"),
-              ElementsAre("scene.yaml:6:14: axis is missing in spacing",
-                          "scene.yaml:6:14: range_m is missing in spacing",
-                          "scene.yaml:6:15: unknown key at: use at_m"));
+  EXPECT_THAT(problems("{at: 0}"), ElementsAre("scene.yaml:6:14: axis is missing in spacing",
+                                               "scene.yaml:6:14: range_m is missing in spacing",
+                                               "scene.yaml:6:15: unknown key at: use at_m"));
 }
 
 TEST_F(SpacingInScene, IsForFixedObjects) {

@@ -115,6 +115,26 @@ TEST(Bus, LatchedTopicReachesALateJoiner) {
   }));
 }
 
+// As the spacings of an object, each of which a recorder keeps.
+TEST(Bus, AReaderOfALatchedTopicTakesEachOfSeveralChanges) {
+  Bus bus({test::own_domain()});
+  auto writer = bus.writer<topics::ObjectSpacing>();
+  auto reader = bus.reader<topics::ObjectSpacing>();
+  ASSERT_TRUE(test::eventually(bus, 10s, [&] { return writer.readers() == 1; }));
+  fivepipe_v1_ObjectSpacing message{};
+  std::vector<std::uint64_t> written, taken;
+  for (message.frame = 1; message.frame <= 20; ++message.frame) {
+    writer.write(message);
+    ASSERT_TRUE(writer.wait_for_delivery(10s));
+    written.push_back(message.frame);
+  }
+  EXPECT_TRUE(test::eventually(bus, 10s, [&] {
+    for (const auto& sample : reader.take()) taken.push_back(sample->frame);
+    return !taken.empty() && taken.back() == 20;
+  }));
+  EXPECT_EQ(taken, written);
+}
+
 TEST(Bus, ASlowReaderReceivesTheNewestSamples) {
   Bus bus({test::own_domain()});
   auto writer = bus.writer<topics::HeadPose>();
