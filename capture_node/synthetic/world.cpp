@@ -16,7 +16,8 @@ std::vector<SyntheticPart> synthetic_parts(const config::SyntheticWorld& world, 
     case config::SyntheticActor::catching_hand: return catching_hand(turn);
     case config::SyntheticActor::pipe_task:
       return pipe_task(turn, world.hand_length_m, world.tool == config::SyntheticTool::tongs);
-    case config::SyntheticActor::reaching_arm: return reaching_arm(turn, world.hand_length_m, false);
+    case config::SyntheticActor::reaching_arm:
+      return reaching_arm(turn, world.hand_length_m, false);
     case config::SyntheticActor::reaching_and_leaning:
       return reaching_arm(turn, world.hand_length_m, true);
   }

@@ -55,17 +55,17 @@ std::map<std::string, CameraSource> read_sources(YamlMap& map, const Rig& rig, P
 
 SyntheticWorld read_synthetic_world(YamlMap map) {
   SyntheticWorld world;
-  world.actor = map.choice<SyntheticActor>("actor",
-                                           {{"hand_with_pipe", SyntheticActor::hand_with_pipe},
-                                            {"parting_hands", SyntheticActor::parting_hands},
-                                            {"hand_with_tray", SyntheticActor::hand_with_tray},
-                                            {"pushing_hand", SyntheticActor::pushing_hand},
-                                            {"catching_hand", SyntheticActor::catching_hand},
-                                            {"pipe_task", SyntheticActor::pipe_task},
-                                            {"reaching_arm", SyntheticActor::reaching_arm},
-                                            {"reaching_and_leaning",
-                                             SyntheticActor::reaching_and_leaning}},
-                                           world.actor);
+  world.actor =
+      map.choice<SyntheticActor>("actor",
+                                 {{"hand_with_pipe", SyntheticActor::hand_with_pipe},
+                                  {"parting_hands", SyntheticActor::parting_hands},
+                                  {"hand_with_tray", SyntheticActor::hand_with_tray},
+                                  {"pushing_hand", SyntheticActor::pushing_hand},
+                                  {"catching_hand", SyntheticActor::catching_hand},
+                                  {"pipe_task", SyntheticActor::pipe_task},
+                                  {"reaching_arm", SyntheticActor::reaching_arm},
+                                  {"reaching_and_leaning", SyntheticActor::reaching_and_leaning}},
+                                 world.actor);
   if (map.has("hand_length_m") && !has_hand_length(world.actor))
     map.problem_at("hand_length_m",
                    "hand_length_m has no effect on this actor: its hand has one size");

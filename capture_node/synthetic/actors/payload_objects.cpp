@@ -27,8 +27,7 @@ void add_ring(std::vector<SyntheticPart>& parts, const Vector3d& center_m, doubl
               double half_height_m, double radius_m, int count, Material material) {
   for (int i = 0; i < count; ++i) {
     const double angle = 2 * std::numbers::pi * i / count;
-    const Vector3d at =
-        center_m + ring_radius_m * Vector3d(std::cos(angle), std::sin(angle), 0);
+    const Vector3d at = center_m + ring_radius_m * Vector3d(std::cos(angle), std::sin(angle), 0);
     const Vector3d up(0, 0, half_height_m - radius_m);
     add_capsule(parts, at - up, at + up, radius_m, material);
   }
@@ -60,11 +59,10 @@ void add_cord(std::vector<SyntheticPart>& parts, const Vector3d& plug_world_m, b
               Material::connector);
   // Over the pipe, the cord is upright as far as the rim; at the stand, only close to the plug.
   constexpr double kOver_m = 0.05, kBeside_m = 0.12, kUpright_m = 0.045;
-  const double s = std::clamp(
-      (kBeside_m - plug_world_m.head<2>().norm()) / (kBeside_m - kOver_m), 0.0, 1.0);
+  const double s =
+      std::clamp((kBeside_m - plug_world_m.head<2>().norm()) / (kBeside_m - kOver_m), 0.0, 1.0);
   const double over = s * s * (3 - 2 * s);
-  const double low_m = plug_world_m.z() + kUpright_m,
-               rim_m = kPmtTop_z_m + (stiff ? 0.020 : 0.010);
+  const double low_m = plug_world_m.z() + kUpright_m, rim_m = kPmtTop_z_m + (stiff ? 0.020 : 0.010);
   const double bend_z_m = std::lerp(low_m, std::max(low_m, rim_m), over);
   const double beside_m = stiff ? 0 : 0.007;  // the tongs
   const Vector3d neck = plug_world_m + Vector3d(0, -beside_m, kPlugLength_m),

@@ -14,9 +14,10 @@ using Eigen::Vector3d;
 constexpr double kTask_s = 16.5;  // duration of the keys below
 const Vector3d kPipeTaskShoulder_world_m(0.30, -0.75, 0.36);
 
-// Fingers around the pipe, beside it, and around the cord, the tongs, and beside them.
-constexpr double kPipe = kPayloadPipeRadius_m, kPipeLoose = 0.026, kPipeFree = 0.034,
-                 kCord = 0.0040, kCordFree = 0.016, kTongs = 0.010;
+// Radii of a rod around which the fingers would be: they hold the pipe, slide along it in the shaft
+// and above it, and are clear of it; hold the cord and are clear of it; hold the tongs.
+constexpr double kPipe = kPayloadPipeRadius_m, kPipeInShaft = 0.022, kPipeLoose = 0.026,
+                 kPipeFree = 0.034, kCord = 0.0040, kCordFree = 0.016, kTongs = 0.010;
 
 // Heights in this file are above the PMT box. The pipe's heights are those of its centre, the
 // plug's those of its lower end.
@@ -42,11 +43,12 @@ const HandKey kPipeKeys[] = {
     {6.9, {0, 0, 0.044}, 1, kPipeFree, 0, 0, {0, 0, -0.001}, kPlugAtStand_m},
     {7.1, {0, 0, 0.044}, 1, kPipe, 0, 0, {0, 0, -0.001}, kPlugAtStand_m},
     {7.9, {0, 0, -0.025}, 1, kPipe, 0, 0.5, {0, 0, kDown_m}, kPlugAtStand_m},
-    {8.1, {0, 0, -0.025}, 1, kPipeLoose, 0, 0.5, {0, 0, kDown_m}, kPlugAtStand_m},
-    {8.4, {0, 0, -0.025}, 1, kPipeLoose, 0, -0.2, {0, 0, kDown_m}, kPlugAtStand_m},
+    {8.1, {0, 0, -0.025}, 1, kPipeInShaft, 0, 0.5, {0, 0, kDown_m}, kPlugAtStand_m},
+    {8.4, {0, 0, -0.025}, 1, kPipeInShaft, 0, -0.2, {0, 0, kDown_m}, kPlugAtStand_m},
     {8.6, {0, 0, -0.025}, 1, kPipe, 0, -0.2, {0, 0, kDown_m}, kPlugAtStand_m},
     {9.0, {0, 0, -0.025}, 1, kPipe, 0, 0.4, {0, 0, kDown_m}, kPlugAtStand_m},
-    {9.2, {0, 0, -0.025}, 1, kPipeFree, 0, 0.4, {0, 0, kDown_m}, kPlugAtStand_m},
+    {9.1, {0, 0, -0.025}, 1, kPipeInShaft, 0, 0.4, {0, 0, kDown_m}, kPlugAtStand_m},
+    {9.5, {0, 0, 0.012}, 1, kPipeInShaft, 0, 0, {0, 0, kDown_m}, kPlugAtStand_m},
     {9.6, {0, 0, 0.020}, 1, kPipeFree, 0, 0, {0, 0, kDown_m}, kPlugAtStand_m},
     {9.9, {0.12, -0.05, 0.040}, 1, kPipeFree, 0, 0, {0, 0, kDown_m}, kPlugAtStand_m}};
 
@@ -83,15 +85,15 @@ const HandKey kTongsKeys[] = {
     {13.3, {0, 0, 0.005 + kHeld_m}, 0, kTongs, 0, 0, {0, 0, kDown_m}, {0, 0, 0.005}},
     {14.6, {0, 0, -0.125 + kHeld_m}, 0, kTongs, 0, 0, {0, 0, kDown_m}, {0, 0, -0.125}},
     {15.0, {0, 0, -0.125 + kHeld_m}, 0, kTongs, 0, 0, {0, 0, kDown_m}, {0, 0, -0.125}},
-    {15.3, {0.006, 0, -0.125 + kHeld_m}, 0, kTongs, 1, 0, {0, 0, kDown_m}, {0, 0, -0.125}},
-    {15.7, {0.08, 0, 0.050}, 0, kTongs, 1, 0, {0, 0, kDown_m}, {0, 0, -0.125}},
+    {15.3, {0.006, 0, 0.055}, 0, kTongs, 1, 0, {0, 0, kDown_m}, {0, 0, -0.125}},
+    {15.7, {0.08, 0, 0.055}, 0, kTongs, 1, 0, {0, 0, kDown_m}, {0, 0, -0.125}},
     {16.4, {0.22, -0.20, 0.060}, 0, kTongs, 1, 0, {0, 0, kDown_m}, {0, 0, -0.125}},
     {16.5, {0.22, -0.20, 0.060}, 0, kTongs, 1, 0, {0, 0, kDown_m}, {0, 0, -0.125}}};
 
 std::vector<HandKey> keys_of(bool with_tongs) {
   std::vector<HandKey> keys(std::begin(kPipeKeys), std::end(kPipeKeys));
-  const std::span<const HandKey> rest = with_tongs ? std::span<const HandKey>(kTongsKeys)
-                                                   : std::span<const HandKey>(kStiffCordKeys);
+  const std::span<const HandKey> rest =
+      with_tongs ? std::span<const HandKey>(kTongsKeys) : std::span<const HandKey>(kStiffCordKeys);
   keys.insert(keys.end(), rest.begin(), rest.end());
   for (HandKey& key : keys)
     for (Vector3d* place : {&key.grip_world_m, &key.first_world_m, &key.second_world_m})

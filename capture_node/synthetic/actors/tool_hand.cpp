@@ -35,9 +35,8 @@ void add_tool_hand(std::vector<SyntheticPart>& parts, const HandKey& key, double
   const HandShape holding = mixed(wrapped_hand(key.rod_radius_m, scale),
                                   pinching_hand(key.rod_radius_m, scale), key.from_above);
   const HandShape shape = mixed(holding, straight_hand(scale), key.open);
-  const Vector3d rod_in_hand_m =
-      rod_in_grip_m(key.rod_radius_m, scale) * (1 - key.from_above) +
-      rod_in_pinch_m(scale) * key.from_above;
+  const Vector3d rod_in_hand_m = rod_in_grip_m(key.rod_radius_m, scale) * (1 - key.from_above) +
+                                 rod_in_pinch_m(scale) * key.from_above;
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
   pose.linear() =
       (Eigen::AngleAxisd(key.turned_rad, Vector3d::UnitZ()) *

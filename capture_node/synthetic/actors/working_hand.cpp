@@ -53,8 +53,7 @@ HandShape wrapped_hand(double rod_radius_m, double scale) {
           rod_m + Vector3d(x_m, radius_m * std::cos(angle_rad), radius_m * std::sin(angle_rad));
     }
   }
-  const double to_joint_m = rod_radius_m + 0.013 * scale,
-               to_tip_m = rod_radius_m + 0.0095 * scale;
+  const double to_joint_m = rod_radius_m + 0.013 * scale, to_tip_m = rod_radius_m + 0.0095 * scale;
   shape.thumb_m = {scale * Vector3d(-0.034, -0.012, -0.014),
                    rod_m + Vector3d(-0.040 * scale, -0.97 * to_joint_m, -0.24 * to_joint_m),
                    rod_m + Vector3d(-0.024 * scale, -0.40 * to_tip_m, -0.92 * to_tip_m)};
@@ -80,10 +79,9 @@ HandShape pinching_hand(double rod_radius_m, double scale) {
     first = knuckle + finger.bone_m * scale * Vector3d(0, 0.83, -0.55);
     second = 0.5 * (first + tip) + scale * Vector3d(0, 0.010, 0);
   }
-  shape.thumb_m = {
-      scale * Vector3d(-0.034, -0.012, -0.014),
-      rod_m + Vector3d(-0.030 * scale, -rod_radius_m - 0.022 * scale, 0.032 * scale),
-      rod_m + Vector3d(-0.004 * scale, -rod_radius_m - 0.0095 * scale, 0.002 * scale)};
+  shape.thumb_m = {scale * Vector3d(-0.034, -0.012, -0.014),
+                   rod_m + Vector3d(-0.030 * scale, -rod_radius_m - 0.019 * scale, 0.034 * scale),
+                   rod_m + Vector3d(-0.004 * scale, -rod_radius_m - 0.0095 * scale, 0.002 * scale)};
   return shape;
 }
 
@@ -97,7 +95,8 @@ HandShape straight_hand(double scale) {
       shape.fingers_m[i][joint] =
           scale * (Vector3d(finger.x_m, kGripKnuckle_y_m, 0) + 0.9 * finger.bone_m * along[joint]);
   }
-  shape.thumb_m = {scale * Vector3d(-0.034, -0.012, -0.014), scale * Vector3d(-0.052, 0.016, -0.020),
+  shape.thumb_m = {scale * Vector3d(-0.034, -0.012, -0.014),
+                   scale * Vector3d(-0.052, 0.016, -0.020),
                    scale * Vector3d(-0.056, 0.042, -0.024)};
   return shape;
 }

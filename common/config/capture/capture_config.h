@@ -123,9 +123,9 @@ enum class SyntheticTool { none, tongs };
 // The real objects that synthetic cameras see. They repeat their motion exactly.
 struct SyntheticWorld {
   SyntheticActor actor = SyntheticActor::hand_with_pipe;
-  std::uint64_t seed = 1;           // of textures and noise; hand_with_pipe: of the fingers' phase
-  double period_s = 4.0;            // of the motion
-  double hand_length_m = 0.19;      // from the wrist to the tip of the middle finger
+  std::uint64_t seed = 1;       // of textures and noise; hand_with_pipe: of the fingers' phase
+  double period_s = 4.0;        // of the motion
+  double hand_length_m = 0.19;  // from the wrist to the tip of the middle finger
   SyntheticTool tool = SyntheticTool::none;
   double noise_sigma_levels = 2.0;  // sensor noise, grey levels of 255
   bool cast_shadow = true;
