@@ -14,7 +14,8 @@ using Eigen::Vector3d;
 using Eigen::Vector3f;
 
 const Vector3f kSkin_bgr(140, 172, 225), kSleeve_bgr(60, 140, 40), kPipe_bgr(38, 120, 214),
-    kWood_bgr(104, 160, 206);
+    kWood_bgr(104, 160, 206), kCord_bgr(190, 70, 30), kConnector_bgr(70, 40, 150),
+    kTongs_bgr(40, 190, 220);
 
 // A point of a surface: coordinates for the colour, and the unit normal.
 struct SurfacePoint {
@@ -72,6 +73,9 @@ Vector3f own_colour(Material material, const Vector3f& p) {
       return kWood_bgr + (grain - 0.5f) * Vector3f(18, 22, 24) +
              (year - 0.5f) * Vector3f(22, 30, 34);
     }
+    case Material::cord: return kCord_bgr;
+    case Material::connector: return kConnector_bgr;
+    case Material::tongs: return kTongs_bgr;
   }
   return kSkin_bgr;
 }

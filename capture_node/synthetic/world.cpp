@@ -14,6 +14,12 @@ std::vector<SyntheticPart> synthetic_parts(const config::SyntheticWorld& world, 
     case config::SyntheticActor::hand_with_tray: return hand_with_tray(turn);
     case config::SyntheticActor::pushing_hand: return pushing_hand(turn);
     case config::SyntheticActor::catching_hand: return catching_hand(turn);
+    case config::SyntheticActor::pipe_task:
+      return pipe_task(turn, world.hand_length_m, world.tool == config::SyntheticTool::tongs);
+    case config::SyntheticActor::reaching_arm:
+      return reaching_arm(turn, world.hand_length_m, false);
+    case config::SyntheticActor::reaching_and_leaning:
+      return reaching_arm(turn, world.hand_length_m, true);
   }
   return {};
 }

@@ -38,12 +38,14 @@ void check_one_synthetic_world(const std::vector<ParsedNode>& nodes,
     if (!is_synthetic) continue;
     const SyntheticWorld& world = capture->synthetic;
     if (first == nullptr) first = &world;
-    if (std::tie(world.seed, world.period_s, world.cast_shadow, world.actor) !=
-        std::tie(first->seed, first->period_s, first->cast_shadow, first->actor))
+    const auto shared = [](const SyntheticWorld& w) {
+      return std::tie(w.seed, w.period_s, w.cast_shadow, w.actor, w.hand_length_m, w.tool);
+    };
+    if (shared(world) != shared(*first))
       problems.add(file, parsed.location,
                    parsed.node.name +
-                       ": seed, period_s, cast_shadow and actor of synthetic must be the same in "
-                       "all capture nodes");
+                       ": seed, period_s, cast_shadow, actor, hand_length_m and tool of synthetic "
+                       "must be the same in all capture nodes");
   }
 }
 

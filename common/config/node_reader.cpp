@@ -55,13 +55,26 @@ std::map<std::string, CameraSource> read_sources(YamlMap& map, const Rig& rig, P
 
 SyntheticWorld read_synthetic_world(YamlMap map) {
   SyntheticWorld world;
-  world.actor = map.choice<SyntheticActor>("actor",
-                                           {{"hand_with_pipe", SyntheticActor::hand_with_pipe},
-                                            {"parting_hands", SyntheticActor::parting_hands},
-                                            {"hand_with_tray", SyntheticActor::hand_with_tray},
-                                            {"pushing_hand", SyntheticActor::pushing_hand},
-                                            {"catching_hand", SyntheticActor::catching_hand}},
-                                           world.actor);
+  world.actor =
+      map.choice<SyntheticActor>("actor",
+                                 {{"hand_with_pipe", SyntheticActor::hand_with_pipe},
+                                  {"parting_hands", SyntheticActor::parting_hands},
+                                  {"hand_with_tray", SyntheticActor::hand_with_tray},
+                                  {"pushing_hand", SyntheticActor::pushing_hand},
+                                  {"catching_hand", SyntheticActor::catching_hand},
+                                  {"pipe_task", SyntheticActor::pipe_task},
+                                  {"reaching_arm", SyntheticActor::reaching_arm},
+                                  {"reaching_and_leaning", SyntheticActor::reaching_and_leaning}},
+                                 world.actor);
+  if (map.has("hand_length_m") && !has_hand_length(world.actor))
+    map.problem_at("hand_length_m",
+                   "hand_length_m has no effect on this actor: its hand has one size");
+  // From that of a child of six years to that of the largest adults.
+  world.hand_length_m = map.number("hand_length_m", {0.12, 0.25}, world.hand_length_m);
+  if (map.has("tool") && world.actor != SyntheticActor::pipe_task)
+    map.problem_at("tool", "tool has no effect without actor pipe_task");
+  world.tool = map.choice<SyntheticTool>(
+      "tool", {{"none", SyntheticTool::none}, {"tongs", SyntheticTool::tongs}}, world.tool);
   world.seed = std::uint64_t(map.integer64("seed", kCount, std::int64_t(world.seed)));
   world.period_s = map.number("period_s", {0.1, 3600}, world.period_s);
   world.noise_sigma_levels = map.number("noise_sigma_levels", kLevels, world.noise_sigma_levels);

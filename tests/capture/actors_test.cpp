@@ -3,6 +3,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <iomanip>
+#include <map>
 
 #include "tests/support/capture/capture_rig.h"
 
@@ -161,6 +162,95 @@ TEST(SyntheticWorld, AHandCatchesAndThrows) {
   EXPECT_TRUE(over_center(3));
   EXPECT_TRUE(over_center(4.4));
   EXPECT_FALSE(over_center(7));
+}
+
+config::SyntheticWorld world_of(config::SyntheticActor actor, double period_s) {
+  config::SyntheticWorld world;
+  world.actor = actor;
+  world.period_s = period_s;
+  return world;
+}
+
+Eigen::AlignedBox3d bounds_of(const config::SyntheticWorld& world, double t_s, Material material) {
+  Eigen::AlignedBox3d bounds_m;
+  for (const SyntheticPart& part : synthetic_parts(world, t_s))
+    if (part.material == material)
+      for (const Eigen::Vector3d& end : {capsule_of(part).a_world_m, capsule_of(part).b_world_m}) {
+        const Eigen::Vector3d radius_m = Eigen::Vector3d::Constant(capsule_of(part).radius_m);
+        bounds_m.extend(end - radius_m).extend(end + radius_m);
+      }
+  return bounds_m;
+}
+
+TEST(SyntheticWorld, ThePipeTaskScrewsThePipeInAndPlugsTheCord) {
+  config::SyntheticWorld world = world_of(config::SyntheticActor::pipe_task, 33);
+  for (const config::SyntheticTool tool :
+       {config::SyntheticTool::none, config::SyntheticTool::tongs}) {
+    world.tool = tool;
+    EXPECT_LT(check_motion(world), 1.1);  // m/s
+    // The pipe of the paper, 14 cm long and 4 cm wide, between the payloads.
+    const Eigen::AlignedBox3d carried = bounds_of(world, 2.6, Material::pipe),
+                              screwed_in = bounds_of(world, 9.5, Material::pipe);
+    EXPECT_NEAR(carried.sizes().z(), 0.14, 1e-12);
+    EXPECT_NEAR(carried.sizes().x(), 0.04, 1e-12);
+    EXPECT_NEAR(carried.min().z(), 0.17, 1e-12);
+    EXPECT_NEAR(screwed_in.min().z(), 0.02, 1e-12);
+    EXPECT_NEAR(screwed_in.center().head<2>().norm(), 0, 1e-9);
+    // The lower end of the plug is in the outlet; the second half of the period undoes the task.
+    const auto plug_m = [&](double t_s) {
+      std::vector<SyntheticPart> parts = synthetic_parts(world, t_s);
+      const auto last = std::find_if(parts.rbegin(), parts.rend(), [](const SyntheticPart& part) {
+        return part.material == Material::connector;
+      });
+      return Eigen::Vector3d(capsule_of(*last).a_world_m - Eigen::Vector3d(0, 0, 0.008));
+    };
+    EXPECT_NEAR((plug_m(16) - Eigen::Vector3d(0, 0, 0.035)).norm(), 0, 1e-12);
+    EXPECT_NEAR((plug_m(1) - Eigen::Vector3d(0.36, -0.12, 0.04)).norm(), 0, 1e-12);
+    EXPECT_NEAR((plug_m(13) - plug_m(20)).norm(), 0, 1e-12);
+  }
+  EXPECT_TRUE(
+      bounds_of(world_of(config::SyntheticActor::pipe_task, 33), 1, Material::tongs).isEmpty());
+  EXPECT_NEAR(bounds_of(world, 13.1, Material::tongs).max().z(), 0.16 + 0.225, 1e-12);
+}
+
+// The skin's extent, from the wrist to the fingertips, of a straight hand.
+TEST(SyntheticWorld, AHandHasItsLength) {
+  for (const double length_m : {0.165, 0.19, 0.21}) {
+    config::SyntheticWorld world = world_of(config::SyntheticActor::reaching_and_leaning, 8);
+    world.hand_length_m = length_m;
+    // The leaning hand, which points along y, and its wrist.
+    double front_m = -1, wrist_m = 1;
+    for (const SyntheticPart& part : synthetic_parts(world, 0)) {
+      const hull::Capsule& c = capsule_of(part);
+      if (part.material != Material::skin || c.a_world_m.x() < 0.2) continue;
+      front_m = std::max(front_m, c.b_world_m.y() + c.radius_m);
+      if (c.radius_m < 0.02 * length_m / 0.19)  // not the forearm
+        wrist_m = std::min({wrist_m, c.a_world_m.y() - c.radius_m, c.b_world_m.y() - c.radius_m});
+    }
+    EXPECT_NEAR((front_m - wrist_m) / length_m, 1, 0.03) << length_m;
+  }
+}
+
+TEST(SyntheticWorld, AnArmReachesAsFarAsItIsLong) {
+  std::map<double, double> deepest_m;
+  for (const double length_m : {0.165, 0.19, 0.21}) {
+    config::SyntheticWorld world = world_of(config::SyntheticActor::reaching_arm, 8);
+    world.hand_length_m = length_m;
+    EXPECT_LT(check_motion(world), 0.4);  // m/s
+    deepest_m[length_m] = bounds_of(world, 4, Material::skin).max().y();
+    EXPECT_LT(bounds_of(world, 0, Material::skin).max().y(), -0.15);
+    EXPECT_EQ(bounds_of(world, 4, Material::skin).min(),
+              bounds_of(world, 4.5, Material::skin).min());
+    // The leaning hand does not change the reaching one.
+    const std::size_t reaching = synthetic_parts(world, 3).size();
+    config::SyntheticWorld leaning = world;
+    leaning.actor = config::SyntheticActor::reaching_and_leaning;
+    const auto both = synthetic_parts(leaning, 3), one = synthetic_parts(world, 3);
+    ASSERT_EQ(both.size(), 2 * reaching);
+    for (std::size_t i = 0; i < reaching; ++i) EXPECT_EQ(place_of(both[i]), place_of(one[i]));
+  }
+  EXPECT_LT(deepest_m[0.165] + 0.05, deepest_m[0.19]);
+  EXPECT_NEAR(deepest_m[0.19], deepest_m[0.21], 0.005) << "both reach the filter";
 }
 
 TEST(SyntheticWorld, HasThePipeOfThePaper) {

@@ -64,40 +64,45 @@ TEST_F(DeploymentFile, ACameraFindsItsObjectsInOneWay) {
   EXPECT_EQ(defaults.max_angle_deg, 30);
   EXPECT_EQ(defaults.min_chroma, 0.3);
   using ::testing::HasSubstr;
-  EXPECT_THAT(problems(nodes("alpha: false")),
-              ElementsAre(HasSubstr("set one of background, matte, alpha and chroma_key")));
+  EXPECT_THAT(
+      problems(nodes("alpha: false")),
+      ElementsAre(testing::HasSubstr("set one of background, matte, alpha and chroma_key")));
   EXPECT_THAT(problems(nodes("matte: x%d.png")),
-              ElementsAre(HasSubstr("x%d.png: no picture has such a name")));
-  EXPECT_THAT(problems(nodes("matte: x%s.png")),
-              ElementsAre(HasSubstr("x%s.png: write %d where the names of the pictures have their "
-                                    "number")));
-  EXPECT_THAT(problems(nodes("matte: lost/x%d.png")), ElementsAre(HasSubstr("lost: No such file")));
+              ElementsAre(testing::HasSubstr("x%d.png: no picture has such a name")));
+  EXPECT_THAT(
+      problems(nodes("matte: x%s.png")),
+      ElementsAre(testing::HasSubstr("x%s.png: write %d where the names of the pictures have their "
+                                     "number")));
+  EXPECT_THAT(problems(nodes("matte: lost/x%d.png")),
+              ElementsAre(testing::HasSubstr("lost: No such file")));
   for (const char* name : {"y7.png", "y007.png"}) std::ofstream(folder() / name) << "";
   EXPECT_THAT(problems(nodes("matte: y%d.png")),
-              ElementsAre(HasSubstr("two pictures have number 7: y007.png and y7.png")));
-  EXPECT_THAT(problems(nodes("matte: a.png")),
-              ElementsAre(HasSubstr("matte must be a video or a sequence such as mask_%04d.png")));
+              ElementsAre(testing::HasSubstr("two pictures have number 7: y007.png and y7.png")));
+  EXPECT_THAT(
+      problems(nodes("matte: a.png")),
+      ElementsAre(testing::HasSubstr("matte must be a video or a sequence such as mask_%04d.png")));
   EXPECT_TRUE(problems(nodes("background: a.png, alpha: false")).empty());
   for (const char* unusable : {"matte: a.mp4", "alpha: true"})
     EXPECT_THAT(problems(with_nodes("  - {name: c, program: capture_node, sources: {right: "
                                     "synthetic, left: {v4l2: 0, " +
                                     std::string(unusable) + "}}}\n")),
-                ElementsAre(HasSubstr("unknown key")))
+                ElementsAre(testing::HasSubstr("unknown key")))
         << unusable;
   for (const char* key : {"chroma_key: {}", "background: a.png"})
-    EXPECT_THAT(problems(with_nodes("  - {name: c, program: capture_node, sources: {right: "
-                                    "synthetic, left: {v4l2: 0, background_frames: 9, " +
-                                    std::string(key) + "}}}\n")),
-                ElementsAre(HasSubstr("background_frames is only for a camera that learns")))
+    EXPECT_THAT(
+        problems(with_nodes("  - {name: c, program: capture_node, sources: {right: "
+                            "synthetic, left: {v4l2: 0, background_frames: 9, " +
+                            std::string(key) + "}}}\n")),
+        ElementsAre(testing::HasSubstr("background_frames is only for a camera that learns")))
         << key;
-  EXPECT_THAT(
-      problems(nodes("background: a.png, alpha: true")),
-      ElementsAre(HasSubstr("background and alpha are both set: a camera finds its objects in "
-                            "one way")));
+  EXPECT_THAT(problems(nodes("background: a.png, alpha: true")),
+              ElementsAre(testing::HasSubstr(
+                  "background and alpha are both set: a camera finds its objects in "
+                  "one way")));
   EXPECT_THAT(problems(nodes("chroma_key: {rgb: [0.5, 0.6, 0.5]}")),
-              ElementsAre(HasSubstr("the colour [0.5, 0.6, 0.5] is too grey")));
+              ElementsAre(testing::HasSubstr("the colour [0.5, 0.6, 0.5] is too grey")));
   EXPECT_THAT(problems(nodes("chroma_key: {max_angle_deg: 0, min_chroma: 0}")),
-              ElementsAre(HasSubstr("max_angle_deg must be from 1 to 90, is 0"),
+              ElementsAre(testing::HasSubstr("max_angle_deg must be from 1 to 90, is 0"),
                           HasSubstr("min_chroma must be greater than 0 and at most 1, is 0")));
   const Deployment camera = load(
       with_nodes("  - {name: c, program: capture_node, sources: {right: synthetic, left: {v4l2: 0, "
@@ -137,13 +142,46 @@ TEST_F(DeploymentFile, SegmentationHasAVolumeAndRegions) {
             20);
 }
 
+TEST_F(DeploymentFile, HandLengthAndToolNeedAnActorThatHasThem) {
+  const auto nodes = [&](const std::string& keys) {
+    return with_nodes("  - {name: c, program: capture_node, sources: synthetic, synthetic: {" +
+                      keys + "}}\n");
+  };
+  const Deployment tongs = load(nodes("actor: pipe_task, tool: tongs, hand_length_m: 0.165"));
+  const SyntheticWorld& world = std::get<CaptureConfig>(tongs.nodes[0].config).synthetic;
+  EXPECT_EQ(world.actor, SyntheticActor::pipe_task);
+  EXPECT_EQ(world.tool, SyntheticTool::tongs);
+  EXPECT_EQ(world.hand_length_m, 0.165);
+  EXPECT_TRUE(problems(nodes("actor: reaching_arm, hand_length_m: 0.21")).empty());
+  EXPECT_TRUE(problems(nodes("actor: reaching_and_leaning, hand_length_m: 0.21")).empty());
+  EXPECT_THAT(problems(nodes("hand_length_m: 0.2")),
+              ElementsAre(testing::HasSubstr("hand_length_m has no effect on this actor")));
+  EXPECT_THAT(problems(nodes("actor: reaching_arm, tool: tongs")),
+              ElementsAre(testing::HasSubstr("tool has no effect without actor pipe_task")));
+  EXPECT_THAT(problems(nodes("actor: pipe_task, hand_length_m: 0.3")),
+              ElementsAre(testing::HasSubstr("hand_length_m")));
+  EXPECT_THAT(problems(nodes("actor: pipe_task, tool: pliers")),
+              ElementsAre(testing::HasSubstr("tool")));
+}
+
 TEST_F(DeploymentFile, SyntheticCamerasSeeOneWorld) {
   EXPECT_THAT(
       problems(with_nodes("  - {name: c, program: capture_node, sources: {left: synthetic}, "
                           "synthetic: {seed: 1}}\n  - {name: d, program: capture_node, sources: "
                           "{right: synthetic}, synthetic: {seed: 2}}\n")),
-      ElementsAre("deployment.yaml:8:5: d: seed, period_s, cast_shadow and actor of synthetic must "
-                  "be the same in all capture nodes"));
+      ElementsAre("deployment.yaml:8:5: d: seed, period_s, cast_shadow, actor, hand_length_m and "
+                  "tool of synthetic must be the same in all capture nodes"));
+  for (const char* other : {"hand_length_m: 0.2", "tool: tongs"})
+    EXPECT_EQ(
+        problems(
+            with_nodes(
+                std::string("  - {name: c, program: capture_node, sources: {left: synthetic}, "
+                            "synthetic: {actor: pipe_task}}\n  - {name: d, program: capture_node, "
+                            "sources: {right: synthetic}, synthetic: {actor: pipe_task, ") +
+                other + "}}\n"))
+            .size(),
+        1u)
+        << other;
   EXPECT_EQ(problems(with_nodes(
                          "  - {name: c, program: capture_node, sources: {left: synthetic}}\n  - "
                          "{name: d, program: capture_node, sources: {right: synthetic}, synthetic: "

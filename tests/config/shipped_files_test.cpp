@@ -5,9 +5,11 @@
 
 #include <filesystem>
 #include <fstream>
+#include <numbers>
 #include <set>
 
 #include "common/config/deployment.h"
+#include "common/geometry/closed_mesh.h"
 #include "tests/support/capture/footage.h"
 #include "tests/support/scene_files.h"
 
@@ -76,7 +78,11 @@ TEST(ShippedRigs, MatchTheirNames) {
   EXPECT_EQ(paper.cameras.back().mount, Mount::viewer);
   EXPECT_TRUE(paper.cameras.back().gives_colour);
   EXPECT_EQ(shape_cameras(table4).size(), 4u);
-  EXPECT_EQ(shape_cameras(test::load_rig(kSource / "scenes/rigs/ring16.yaml")).size(), 16u);
+  for (const auto& [name, cameras] : {std::pair{"ring16", 16u}, {"table3", 3u}, {"table8", 8u}})
+    EXPECT_EQ(shape_cameras(test::load_rig(kSource / "scenes/rigs" / (std::string(name) + ".yaml")))
+                  .size(),
+              cameras)
+        << name;
   const geometry::Camera table_height = published_camera(table4.cameras[3]);
   EXPECT_NEAR(geometry::camera_center_world_m(table_height).z(), 0.03, 1e-12);
   EXPECT_NEAR(table_height.camera_from_world.linear()(2, 2), 0, 1e-12)
@@ -128,6 +134,36 @@ TEST(DemoScene, BlocksDoNotIntersect) {
   }
 }
 
+// The comments of the scene state these sizes and spacings.
+TEST(PayloadScene, HasTheSpacingAndTheTrianglesOfItsComment) {
+  const Scene scene = test::load_scene(kSource / "scenes/payload/scene.yaml");
+  const SceneObject &pmt_box = object_called(scene, "pmt_box"),
+                    &payload_a = object_called(scene, "payload_a");
+  const Eigen::AlignedBox3d pmt_m = world_bounds_m(pmt_box), a_m = world_bounds_m(payload_a);
+  EXPECT_TRUE(
+      pmt_m.isApprox(Eigen::AlignedBox3d(Vector3d(-0.13, -0.13, 0), Vector3d(0.13, 0.13, 0.16))));
+  EXPECT_NEAR(a_m.min().z() - pmt_m.max().z(), 0.18, 1e-12);
+  EXPECT_EQ(mesh_of(payload_a).triangles.size(), 6176u);
+  EXPECT_EQ(geometry::open_edges(mesh_of(pmt_box)), 0);
+  // Without the shaft, less the segments between the 48 corners and the circle.
+  const double shaft_m2 = 24 * 0.06 * 0.06 * std::sin(std::numbers::pi / 24);
+  EXPECT_NEAR(geometry::enclosed_volume_m3(mesh_of(pmt_box)), (0.26 * 0.26 - shaft_m2) * 0.16,
+              1e-7);
+}
+
+TEST(EngineScene, HasTheSpacingAndTheTrianglesOfItsComment) {
+  const Scene scene = test::load_scene(kSource / "scenes/engine/scene.yaml");
+  const SceneObject& battery = object_called(scene, "battery");
+  EXPECT_NEAR(world_bounds_m(battery).min().x() -
+                  world_bounds_m(object_called(scene, "engine_block")).max().x(),
+              0.22, 1e-12);
+  EXPECT_EQ(mesh_of(battery).triangles.size(), 5404u);
+  const geometry::Mesh filter = mesh_of(object_called(scene, "oil_filter"));
+  EXPECT_EQ(geometry::open_edges(filter), 0);
+  EXPECT_NEAR(geometry::enclosed_volume_m3(filter),
+              24 * 0.038 * 0.038 * std::sin(std::numbers::pi / 24) * 0.10, 1e-8);
+}
+
 TEST(ShippedDeployments, LoadIfSynthetic) {
   std::set<std::string> names;
   for (const auto& file : files_in(kSource / "launch" / "deployments", ".yaml")) {
@@ -142,7 +178,7 @@ TEST(ShippedDeployments, LoadIfSynthetic) {
     for (double t_s = 0; t_s < 20; t_s += 0.1)
       EXPECT_TRUE(eye_from_world_at(deployment.viewer, t_s).matrix().allFinite());
   }
-  EXPECT_THAT(names, ::testing::IsSupersetOf({"demo", "paper", "ring16"}));
+  EXPECT_THAT(names, ::testing::IsSupersetOf({"demo", "paper", "ring16", "payload", "engine"}));
 }
 
 TEST(ShippedDeployments, PaperHasThePapersSettings) {

@@ -28,4 +28,17 @@ std::vector<SyntheticPart> pushing_hand(double turn);
 // (with a period of 8 s at up to 1.1 m/s), and draws back.
 std::vector<SyntheticPart> catching_hand(double turn);
 
+// The paper's payload task (section 5.2.2): a right hand slides a pipe, 14 cm long and 4 cm wide,
+// between the virtual payloads of scenes/payload, lowers it into the shaft of the PMT box, screws
+// it into a real connector, feeds the power cord down the pipe and plugs it in; in the second half
+// of the period, it undoes this in reverse order. The cord is stiff and the fingers push it; with
+// tongs, it is flexible and the tongs hold its plug. hand_length_m: from the wrist to the tip of
+// the middle finger; the arm has the same proportions.
+std::vector<SyntheticPart> pipe_task(double turn, double hand_length_m, bool with_tongs);
+
+// A left arm reaches, at most as far as it is long, between the parts of scenes/engine to the oil
+// filter, stays there from 0.4 to 0.6 and returns. leans: the right hand leans on the table, behind
+// the battery.
+std::vector<SyntheticPart> reaching_arm(double turn, double hand_length_m, bool leans);
+
 }  // namespace fivepipe::capture

@@ -35,14 +35,15 @@ std::vector<SyntheticPart> flat_hand() {
 }
 
 void add_arm(std::vector<SyntheticPart>& parts, const Vector3d& wrist_world_m,
-             const Vector3d& shoulder_world_m, const Vector3d& towards_elbow) {
+             const Vector3d& shoulder_world_m, const Vector3d& towards_elbow, double scale) {
   constexpr double kForearm_m = 0.26;
   const Vector3d to_shoulder = (shoulder_world_m - wrist_world_m).normalized();
-  const Vector3d elbow = wrist_world_m + kForearm_m * (to_shoulder + towards_elbow).normalized();
+  const Vector3d elbow =
+      wrist_world_m + kForearm_m * scale * (to_shoulder + towards_elbow).normalized();
   const Vector3d sleeve_edge = wrist_world_m + 0.4 * (elbow - wrist_world_m);
-  parts.push_back({hull::Capsule{wrist_world_m, sleeve_edge, 0.026}, Material::skin});
-  parts.push_back({hull::Capsule{sleeve_edge, elbow, 0.038}, Material::sleeve});
-  parts.push_back({hull::Capsule{elbow, shoulder_world_m, 0.046}, Material::sleeve});
+  parts.push_back({hull::Capsule{wrist_world_m, sleeve_edge, 0.026 * scale}, Material::skin});
+  parts.push_back({hull::Capsule{sleeve_edge, elbow, 0.038 * scale}, Material::sleeve});
+  parts.push_back({hull::Capsule{elbow, shoulder_world_m, 0.046 * scale}, Material::sleeve});
 }
 
 Vector3d place_on_path(std::span<const PathPoint> path, double turn) {

@@ -14,9 +14,10 @@ std::vector<SyntheticPart> flat_hand();
 inline constexpr double kFlatWrist_y_m = -0.046, kFlatThumb_x_m = 0.0275;
 
 // Adds an arm from the wrist to the shoulder: skin, then a sleeve. The elbow is on the side of
-// `towards_elbow`.
+// `towards_elbow`. The scale is that of the forearm and of all radii.
 void add_arm(std::vector<SyntheticPart>& parts, const Eigen::Vector3d& wrist_world_m,
-             const Eigen::Vector3d& shoulder_world_m, const Eigen::Vector3d& towards_elbow);
+             const Eigen::Vector3d& shoulder_world_m, const Eigen::Vector3d& towards_elbow,
+             double scale = 1);
 
 // A place at a time in periods. Between two points, the motion starts and ends at rest.
 struct PathPoint {

@@ -7,7 +7,7 @@
 
 namespace fivepipe::capture {
 
-enum class Material { skin, sleeve, pipe, wood };
+enum class Material { skin, sleeve, pipe, wood, cord, connector, tongs };
 
 struct SyntheticPart {
   std::variant<hull::Capsule, geometry::OrientedBox> shape;  // world frame

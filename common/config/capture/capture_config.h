@@ -106,14 +106,27 @@ enum class SyntheticActor {
   parting_hands,
   hand_with_tray,
   pushing_hand,
-  catching_hand
+  catching_hand,
+  pipe_task,
+  reaching_arm,
+  reaching_and_leaning
 };
+// Returns true if the actor's hand can have any length.
+inline bool has_hand_length(SyntheticActor actor) {
+  return actor == SyntheticActor::pipe_task || actor == SyntheticActor::reaching_arm ||
+         actor == SyntheticActor::reaching_and_leaning;
+}
+
+// What the person of actor pipe_task uses. tongs: the cord is flexible, and they hold its plug.
+enum class SyntheticTool { none, tongs };
 
 // The real objects that synthetic cameras see. They repeat their motion exactly.
 struct SyntheticWorld {
   SyntheticActor actor = SyntheticActor::hand_with_pipe;
-  std::uint64_t seed = 1;           // of textures and noise; hand_with_pipe: of the fingers' phase
-  double period_s = 4.0;            // of the motion
+  std::uint64_t seed = 1;       // of textures and noise; hand_with_pipe: of the fingers' phase
+  double period_s = 4.0;        // of the motion
+  double hand_length_m = 0.19;  // from the wrist to the tip of the middle finger
+  SyntheticTool tool = SyntheticTool::none;
   double noise_sigma_levels = 2.0;  // sensor noise, grey levels of 255
   bool cast_shadow = true;
   int supersampling = 1;  // rays along each axis of a pixel; 1: no pixel is covered in part
