@@ -135,9 +135,8 @@ void add_cameras(CLI::App& app, Command& command) {
 
 void add_study(CLI::App& app, Command& command) {
   add_program(app, command, "study", "fivepipe_study",
-              "How much space a task needs, from recorded sessions: study what-if RECORDING --part "
-              "NAME --range FROM:TO [--axis AXIS]; study space SPACING --deployment FILE moves a "
-              "part live");
+              "How much space a task needs: study new, run, report lead from a scene to a report; "
+              "study space moves a part live; study what-if computes other layouts");
 }
 
 void add_export(CLI::App& app, Command& command) {

@@ -1,8 +1,10 @@
 #include <fmt/format.h>
 #include <signal.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
 #include <iostream>
 #include <system_error>
@@ -36,28 +38,36 @@ bool is_scripted(const config::Deployment& deployment) {
   return true;
 }
 
-// Runs a program in the foreground, with this terminal, until it ends. Ctrl-C is for the program.
+volatile pid_t forwarded_to = 0;
+void forward(int signal) {
+  if (forwarded_to > 0) kill(forwarded_to, signal);
+}
+
+// Runs a program until it ends, with the output of this one. Forwards the signals that end a
+// program, each once: a terminal would send them to both.
 int run_program(std::vector<std::string> words) {
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
-  struct sigaction ignored {
-  }, interrupt{}, end{};
-  ignored.sa_handler = SIG_IGN;
-  sigaction(SIGINT, &ignored, &interrupt);
-  sigaction(SIGTERM, &ignored, &end);
-  const pid_t child = fork();
+  constexpr std::array kSignals{SIGINT, SIGTERM, SIGHUP};
+  struct sigaction forwards {};
+  forwards.sa_handler = forward;
+  std::array<struct sigaction, kSignals.size()> before{};
+  const pid_t parent = getpid(), child = fork();
   if (child == 0) {
-    sigaction(SIGINT, &interrupt, nullptr);
-    sigaction(SIGTERM, &end, nullptr);
+    setpgid(0, 0);
+    prctl(PR_SET_PDEATHSIG, SIGTERM);
+    if (getppid() != parent) _exit(1);
     execv(argv.front(), argv.data());
     _exit(127);
   }
-  int status = 0;
-  while (child > 0 && waitpid(child, &status, 0) < 0 && errno == EINTR) continue;
-  sigaction(SIGINT, &interrupt, nullptr);
-  sigaction(SIGTERM, &end, nullptr);
   if (child < 0) throw std::system_error(errno, std::generic_category(), argv.front());
+  forwarded_to = child;
+  for (std::size_t i = 0; i < kSignals.size(); ++i) sigaction(kSignals[i], &forwards, &before[i]);
+  int status = 0;
+  while (waitpid(child, &status, 0) < 0 && errno == EINTR) continue;
+  forwarded_to = 0;
+  for (std::size_t i = 0; i < kSignals.size(); ++i) sigaction(kSignals[i], &before[i], nullptr);
   return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 

@@ -104,6 +104,13 @@ TEST(Command, HelpOfEverySubcommandHasAnExample) {
                                  "maps ",
                                  "segment ",
                                  "study ",
+                                 "study new ",
+                                 "study register ",
+                                 "study run ",
+                                 "study edit ",
+                                 "study list ",
+                                 "study report ",
+                                 "study forget ",
                                  "study space ",
                                  "study what-if ",
                                  "export ",
@@ -383,6 +390,33 @@ TEST(Command, StudyWhatIfPrintsAndWritesTheLayouts) {
   expect_usage("study space 18cm --deployment " + test::kSmallDeployment,
                "no object of scene demo can be moved: add `spacing` to one in ");
   EXPECT_EQ(fivepipe("study what-if /no/such.mcap --part block --range 0m:1m").exit_code, 1);
+}
+
+TEST(Command, StudyRegisterAlignsAPartWithTouchedPoints) {
+  const test::TestFolder folder;
+  const std::string study = (folder.path / "study").string();
+  ASSERT_EQ(fivepipe("study new " + study + " --deployment " + test::kSmallDeployment).exit_code,
+            0);
+  const std::string command = "study register " + study + " --part side_block ";
+  // Turned by 90 degrees about z, and moved by 10, 20 and 5 cm.
+  const std::string pairs =
+      "--pair 0cm,0cm,0cm=10cm,20cm,5cm --pair 6cm,0cm,0cm=10cm,26cm,5cm "
+      "--pair 0cm,8cm,0cm=2cm,20cm,5cm --pair 0cm,0cm,10cm=10cm,20cm,15.4cm ";
+  const Answer shown = fivepipe(command + pairs + "--show");
+  EXPECT_EQ(shown.exit_code, 0) << shown.text;
+  EXPECT_TRUE(test::contains(shown.text, "RMS ")) << shown.text;
+  EXPECT_FALSE(test::contains(shown.text, "is changed")) << shown.text;
+  const Answer answer = fivepipe(command + pairs);
+  EXPECT_EQ(answer.exit_code, 0) << answer.text;
+  EXPECT_TRUE(test::contains(answer.text, "scene.yaml is changed")) << answer.text;
+  const Answer wrong = fivepipe(command + "--pair 1,2,3=4,5,6");
+  EXPECT_EQ(wrong.exit_code, 2);
+  EXPECT_TRUE(test::contains(wrong.text, "is not X,Y,Z=X,Y,Z with units")) << wrong.text;
+  const Answer few = fivepipe(command + "--pair 0m,0m,0m=1m,1m,1m");
+  EXPECT_EQ(few.exit_code, 2);
+  EXPECT_TRUE(test::contains(few.text, "three or more pairs")) << few.text;
+  EXPECT_EQ(fivepipe("study register " + study + " --part absent " + pairs).exit_code, 2);
+  EXPECT_EQ(fivepipe("study list /no/such/study").exit_code, 2);
 }
 
 TEST(Command, ExportWritesTheFilesAndPrintsTheExcess) {

@@ -1,0 +1,157 @@
+// A study from its folder to the report, with real processes.
+#include <signal.h>
+
+#include <array>
+#include <cstdio>
+#include <fstream>
+
+#include "launch/study/folder/study_folder.h"
+#include "tests/support/optional_package.h"
+#include "tests/support/recording/replayed_nodes.h"
+
+namespace fivepipe::test {
+namespace {
+
+using namespace std::chrono_literals;
+using nlohmann::json;
+
+// The arm of the demo reaches through the near face of the part, which is at a spacing of 5 cm.
+const std::string kStudyScene = R"(name: layout
+objects:
+  # The part that moves.
+  - name: part
+    box: {size_m: [0.8, 0.4, 0.5], cell_m: 0.1}
+    position_m: [0, 0.05, 0.25]
+    spacing: {axis: [0, 1, 0], at_m: 0.05, range_m: [0, 1.5]}
+  - {name: shelf, box: {size_m: [0.3, 0.3, 0.05]}, position_m: [0, 0.5, 0.8]}
+)";
+
+class StudyTrial : public ReplayedNodesTest {
+ protected:
+  std::string deployment_file() {
+    std::ofstream(folder_ / "layout.yaml") << kStudyScene;
+    return changed_deployment(folder_ / "layout",
+                              "scene: " FIVEPIPE_SOURCE_DIR "/scenes/demo/scene.yaml",
+                              "scene: " + (folder_ / "layout.yaml").string());
+  }
+  // Runs `fivepipe study WORDS`. Returns its exit code and sets said_.
+  std::optional<int> study(std::vector<std::string> words) {
+    words.insert(words.begin(), "study");
+    const auto program = fivepipe("study", words);
+    const std::optional<int> exit_code = program->wait_for_end(kStart);
+    said_ = program->said();
+    return exit_code;
+  }
+  std::string csv(const std::string& name) const {
+    return test::text_of(std::filesystem::path(path_) / "report" / name);
+  }
+  std::string path_ = (folder_ / "spacing").string();
+  std::string said_;
+};
+
+// The page in headless Chromium, as checks.js sees it.
+json visit(const std::filesystem::path& page) {
+  const std::string tests = std::string(FIVEPIPE_SOURCE_DIR) + "/tests/study/report/";
+  const std::string command = "python3 " + tests + "browser.py --timeout 100 --run " + tests +
+                              "checks.js --chromium chromium " + page.string();
+  std::FILE* pipe = popen(command.c_str(), "r");
+  std::string text;
+  for (std::array<char, 4096> piece; std::size_t n = std::fread(piece.data(), 1, 4096, pipe);)
+    text.append(piece.data(), n);
+  EXPECT_EQ(pclose(pipe), 0) << command;
+  return json::parse(text.substr(0, text.find('\n')));
+}
+
+TEST_F(StudyTrial, ThreeCommandsLeadToTheReportAndForgetRemovesAParticipant) {
+  ASSERT_EQ(
+      study({"new", path_, "--deployment", deployment_file(), "--spacing-of", "part and arm"}), 0)
+      << said_;
+  EXPECT_NE(said_.find("80.0 x 40.0 x 50.0 cm, moves along 0,1,0: 5.0 cm (0.0 cm to 150.0 cm)"),
+            std::string::npos)
+      << said_;
+  const std::string domain = std::to_string(domain_);
+  ASSERT_EQ(
+      study({"run", path_, "--participant", "Actor <1>", "--duration", "3", "--domain", domain,
+             "--necessary-before", "15cm", "--allocated-before", "14-16cm", "--tool", "=tongs"}),
+      0)
+      << said_;
+  EXPECT_NE(said_.find("trial 1: kept"), std::string::npos) << said_;
+  ASSERT_EQ(study({"edit", path_, "--found", "22.5cm", "--note", "more space"}), 0) << said_;
+  ASSERT_EQ(study({"report", path_, "--layouts", "4"}), 0) << said_;
+  EXPECT_NE(said_.find("trial 1: part: minimum spacing above which all are free: "),
+            std::string::npos)
+      << said_;
+
+  const study::StoredTrial stored = study::StudyFolder(path_).trial(1);
+  EXPECT_EQ(stored.kind, study::report::ParticipantKind::scripted);
+  EXPECT_EQ(stored.recordings, std::vector<std::string>{"recording_1.mcap"});
+  const std::string trials = csv("trials.csv"), events = csv("events.csv");
+  EXPECT_NE(trials.find("Actor <1>"), std::string::npos) << trials;
+  EXPECT_EQ(trials.find(",=tongs"), std::string::npos) << "a formula of a spreadsheet";
+  EXPECT_NE(events.find(",part,"), std::string::npos) << events;
+  EXPECT_EQ(events.find(",shelf,"), std::string::npos) << events;
+  EXPECT_GT(std::ranges::count(csv("clearance.csv"), '\n'), 20);
+  EXPECT_GE(std::ranges::count(csv("what-if.csv"), '\n'), 5);
+  const std::string page = csv("report.html");
+  EXPECT_NE(page.find("Actor &lt;1&gt;"), std::string::npos);
+  EXPECT_EQ(page.find("Actor <1>"), std::string::npos);
+  EXPECT_NE(page.find("data:image/png"), std::string::npos) << "the picture of a collision";
+
+  ASSERT_EQ(study({"list", path_}), 0) << said_;
+  EXPECT_NE(said_.find("14.0 cm to 16.0 cm"), std::string::npos) << said_;
+  ASSERT_EQ(study({"forget", path_, "--participant", "Actor <1>"}), 0) << said_;
+  EXPECT_TRUE(study::StudyFolder(path_).trials().empty());
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(path_))
+    EXPECT_NE(entry.path().extension(), ".mcap") << entry.path();
+  EXPECT_EQ(study({"report", path_}), 2) << said_;
+}
+
+// Ctrl-C ends a trial and keeps it; it is resumed as a second recording.
+TEST_F(StudyTrial, AnInterruptedTrialIsKeptAndResumed) {
+  const std::string domain = std::to_string(domain_);
+  ASSERT_EQ(study({"new", path_, "--deployment", deployment_file()}), 0) << said_;
+  {
+    const auto run =
+        fivepipe("run", {"study", "run", path_, "--participant", "P1", "--domain", domain});
+    bus::Reader<bus::topics::FrameComposited> composited =
+        bus_.reader<bus::topics::FrameComposited>();
+    std::size_t frames = 0;
+    ASSERT_TRUE(eventually(bus_, kStart, [&] { return (frames += composited.take().size()) > 20; }))
+        << run->said();
+    ASSERT_EQ(study({"edit", path_, "--tool", "tongs"}), 0) << said_;
+    run->signal(SIGINT);
+    EXPECT_EQ(run->wait_for_end(kStart), 0) << run->said();
+  }
+  ASSERT_EQ(study({"run", path_, "--resume", "1", "--duration", "1", "--domain", domain}), 0)
+      << said_;
+  const study::StoredTrial trial = study::StudyFolder(path_).trial(1);
+  EXPECT_EQ(trial.state, study::TrialState::kept);
+  EXPECT_EQ(trial.tool, "tongs");
+  EXPECT_EQ(trial.recordings.size(), 2u);
+  ASSERT_EQ(trial.notes.size(), 1u);
+  EXPECT_EQ(trial.notes[0].text, "tool: tongs");
+  ASSERT_EQ(study({"report", path_, "--no-swept", "--no-pictures", "--layouts", "2"}), 0) << said_;
+  EXPECT_NE(csv("trials.csv").find("tongs"), std::string::npos);
+
+  if (std::system("command -v chromium >/dev/null") != 0)
+    FIVEPIPE_SKIP_WITHOUT_PACKAGE("chromium is not installed");
+  const json seen = visit(std::filesystem::path(path_) / "report" / "report.html");
+  EXPECT_EQ(seen["errors"], json::array()) << seen["errors"];
+  EXPECT_EQ(seen["value"]["error"], "");
+  for (const std::string url : seen["requests"])
+    EXPECT_TRUE(url.starts_with("file:///") || url.starts_with("data:image/png")) << url;
+  EXPECT_GE(seen["value"]["charts"].size(), 3u);
+  EXPECT_GT(seen["value"]["views"][0]["colours"], 10);
+  EXPECT_EQ(seen["value"]["table"][0].size(), 2u);
+}
+
+TEST_F(StudyTrial, ATrialThatRecordsNothingSaysSo) {
+  ASSERT_EQ(study({"new", path_, "--deployment", deployment_file()}), 0) << said_;
+  EXPECT_EQ(study({"run", path_}), 2) << said_;
+  EXPECT_EQ(study({"run", path_, "--resume", "3"}), 2) << said_;
+  EXPECT_EQ(study({"run", path_, "--participant", "P1", "--found", "wide"}), 2) << said_;
+  EXPECT_NE(said_.find("--found: 'wide' is no answer"), std::string::npos) << said_;
+}
+
+}  // namespace
+}  // namespace fivepipe::test
