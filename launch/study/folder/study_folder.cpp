@@ -19,7 +19,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr int kFormat = 1;
 constexpr std::size_t kMaxPseudonym = 1000;
-constexpr std::size_t kMinBinaryBytes = 8;
+constexpr std::size_t kMinBinaryBytes = 8, kBlockBytes = 1 << 20;
 const std::vector<std::string> kTextFiles{".json", ".yaml", ".csv", ".html", ".log", ".txt"};
 
 Json json_from(const fs::path& file) {
@@ -61,13 +61,21 @@ fs::path common_folder(const std::vector<fs::path>& files) {
 bool mentions(const fs::path& file, const std::string& text) {
   const bool is_text = std::ranges::count(kTextFiles, file.extension().string()) > 0;
   if (!is_text && text.size() < kMinBinaryBytes) return false;
+  const auto is_letter = [](char c) { return std::isalnum(std::uint8_t(c)) != 0 || c == '_'; };
   std::ifstream in(file, std::ios::binary);
-  const std::string all{std::istreambuf_iterator<char>(in), {}};
-  const auto is_letter = [&](std::size_t i) {
-    return i < all.size() && (std::isalnum(std::uint8_t(all[i])) || all[i] == '_');
-  };
-  for (std::size_t at = all.find(text); at != std::string::npos; at = all.find(text, at + 1))
-    if (!is_text || !(is_letter(at - 1) || is_letter(at + text.size()))) return true;
+  // In blocks, each after the end of the one before, because a recording may be large.
+  std::string window(1, ' '), block(kBlockBytes, '\0');
+  while (in) {
+    in.read(block.data(), std::streamsize(block.size()));
+    window.append(block, 0, std::size_t(in.gcount()));
+    if (!in) window += ' ';
+    for (std::size_t at = window.find(text, 1);
+         at != std::string::npos && at + text.size() < window.size();
+         at = window.find(text, at + 1))
+      if (!is_text || !(is_letter(window[at - 1]) || is_letter(window[at + text.size()])))
+        return true;
+    window.erase(0, window.size() - std::min(window.size(), text.size() + 1));
+  }
   return false;
 }
 
@@ -86,6 +94,7 @@ StudyFolder::StudyFolder(fs::path folder) : folder_(std::move(folder)) {
     settings_.deployment = json.at("deployment").get<std::string>();
     settings_.settings = json.at("settings").get<std::map<std::string, std::string>>();
     settings_.spacing_of = json.at("spacing_of").get<std::string>();
+    settings_.trials_begun = json.at("trials_begun").get<int>();
   } catch (const std::exception& error) {
     throw base::UsageError(file.string() + ": " + error.what());
   }
@@ -108,12 +117,18 @@ StudyFolder StudyFolder::create(const fs::path& folder, StudySettings settings) 
   settings.deployment = fs::path("deployment") /
                         fs::absolute(deployment.file).lexically_normal().lexically_relative(common);
   fs::create_directories(folder / "trials");
-  replace_json(folder / "study.json", {{"format", kFormat},
-                                       {"name", settings.name},
-                                       {"deployment", settings.deployment.string()},
-                                       {"settings", settings.settings},
-                                       {"spacing_of", settings.spacing_of}});
-  return StudyFolder(folder);
+  StudyFolder made(folder, std::move(settings));
+  made.save_settings();
+  return made;
+}
+
+void StudyFolder::save_settings() const {
+  replace_json(folder_ / "study.json", {{"format", kFormat},
+                                        {"name", settings_.name},
+                                        {"deployment", settings_.deployment.string()},
+                                        {"settings", settings_.settings},
+                                        {"spacing_of", settings_.spacing_of},
+                                        {"trials_begun", settings_.trials_begun}});
 }
 
 config::Deployment StudyFolder::deployment() const {
@@ -145,15 +160,13 @@ StoredTrial StudyFolder::trial(int number) const {
 StoredTrial StudyFolder::add_trial(const std::string& participant, report::ParticipantKind kind) {
   if (participant.empty() || participant.size() > kMaxPseudonym || !is_utf8(participant))
     throw base::UsageError("--participant: a pseudonym is 1 to 1000 bytes of UTF-8");
-  int number = 1;
-  for (const StoredTrial& trial : trials()) {
-    number = std::max(number, trial.number + 1);
+  for (const StoredTrial& trial : trials())
     if (trial.participant == participant && trial.kind != kind)
       throw base::UsageError(base::printable(participant) +
                              " is a scripted actor in one trial and a person in another one; use "
                              "another pseudonym");
-  }
-  while (fs::exists(folder_of(number))) ++number;
+  const int number = ++settings_.trials_begun;
+  save_settings();
   fs::create_directories(folder_of(number));
   StoredTrial trial;
   trial.number = number;

@@ -23,6 +23,7 @@ struct StudySettings {
   std::filesystem::path deployment;             // below the folder
   std::map<std::string, std::string> settings;  // of the deployment (--set)
   std::string spacing_of;                       // "payload A and PMT box": of the report's table
+  int trials_begun = 0;                         // also those that were removed
 };
 
 struct Forgotten {
@@ -47,7 +48,8 @@ class StudyFolder {
 
   std::vector<StoredTrial> trials() const;  // ascending by number
   StoredTrial trial(int number) const;      // throws base::UsageError
-  // Throws base::UsageError if the pseudonym is empty, longer than 1,000 bytes or not UTF-8.
+  // A number is not used again. Throws base::UsageError if the pseudonym is empty, longer than
+  // 1,000 bytes or not UTF-8.
   StoredTrial add_trial(const std::string& participant, report::ParticipantKind kind);
   void save(const StoredTrial& trial) const;
   std::filesystem::path folder_of(int trial) const;
@@ -58,6 +60,10 @@ class StudyFolder {
   Forgotten forget(const std::string& participant);
 
  private:
+  StudyFolder(std::filesystem::path folder, StudySettings settings)
+      : folder_(std::move(folder)), settings_(std::move(settings)) {}
+  void save_settings() const;
+
   std::filesystem::path folder_;
   StudySettings settings_;
 };

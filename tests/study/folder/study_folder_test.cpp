@@ -144,8 +144,8 @@ TEST_F(StudyFolderTest, ForgetsAParticipant) {
     }
   ASSERT_EQ(made.trials().size(), 1u);
   EXPECT_EQ(made.trials()[0].participant, "Rosa");
-  // Numbers are not used again: a note may name them.
-  EXPECT_EQ(made.add_trial("Sam", ParticipantKind::human).number, 3);
+  // A number is not used again: a note may name it.
+  EXPECT_EQ(made.add_trial("Sam", ParticipantKind::human).number, 4);
   EXPECT_TRUE(contains(refusal([&] { made.forget("Quentin"); }), "has no trial of Quentin"));
 }
 
@@ -158,6 +158,19 @@ TEST_F(StudyFolderTest, NamesFilesThatStillMentionTheParticipant) {
   const Forgotten forgotten = made.forget("P1");
   EXPECT_EQ(forgotten.trials, 1);
   EXPECT_EQ(forgotten.mentioned_in, (std::vector<fs::path>{made.folder_of(2) / "trial.json"}));
+}
+
+// At the start, at the end, and across the blocks in which files are read.
+TEST_F(StudyFolderTest, FindsThePseudonymAnywhereInAFile) {
+  StudyFolder made = study();
+  for (const std::size_t before : {0, 1, 5, (1 << 20) - 3, 1 << 20, (1 << 20) + 1})
+    for (const bool is_word : {true, false}) {
+      made.add_trial("Rosalind", ParticipantKind::human);
+      std::string text(before, '-');
+      text += is_word ? "Rosalind" : "Rosalinde";
+      std::ofstream(made.path() / "mine.csv") << text;
+      EXPECT_EQ(made.forget("Rosalind").mentioned_in.size(), is_word ? 1u : 0u) << before;
+    }
 }
 
 TEST_F(StudyFolderTest, WritesThePoseOfAPart) {
