@@ -63,7 +63,7 @@ TimelinePoint SessionTimeline::point_of(FrameHull& hull, const TimelineFrame& fr
     collision::HullProximity proximity(*hull.query,
                                        {options_.clearance_cap_m, options_.tolerance_m});
     const collision::Proximity found = proximity.of_part(parts_[part], world_from_part);
-    point.clearance = {found.min_m, found.max_m};
+    point.clearance = {std::min(found.min_m, options_.clearance_cap_m), found.max_m};
   }
   return point;
 }

@@ -6,7 +6,7 @@
 
 #include "common/base/process/progress_line.h"
 #include "common/base/usage_error.h"
-#include "launch/study/length.h"
+#include "launch/units/length.h"
 
 namespace fivepipe::exports {
 namespace {

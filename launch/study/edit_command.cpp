@@ -7,8 +7,8 @@
 #include "common/base/usage_error.h"
 #include "launch/study/commands.h"
 #include "launch/study/folder/study_folder.h"
-#include "launch/study/length.h"
 #include "launch/study/questions.h"
+#include "launch/units/length.h"
 
 namespace fivepipe::study {
 namespace {

@@ -6,8 +6,8 @@
 #include "launch/cli/options.h"
 #include "launch/study/commands.h"
 #include "launch/study/folder/study_folder.h"
-#include "launch/study/length.h"
 #include "launch/supervise/own_files.h"
+#include "launch/units/length.h"
 
 namespace fivepipe::study {
 namespace {

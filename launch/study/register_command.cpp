@@ -11,7 +11,7 @@
 #include "launch/study/commands.h"
 #include "launch/study/folder/scene_pose.h"
 #include "launch/study/folder/study_folder.h"
-#include "launch/study/length.h"
+#include "launch/units/length.h"
 
 namespace fivepipe::study {
 namespace {

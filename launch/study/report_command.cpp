@@ -10,8 +10,8 @@
 #include "common/base/version.h"
 #include "common/study/report/page.h"
 #include "launch/study/commands.h"
-#include "launch/study/length.h"
 #include "launch/study/results/trial_results.h"
+#include "launch/units/length.h"
 
 namespace fivepipe::study {
 namespace {

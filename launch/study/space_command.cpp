@@ -11,8 +11,8 @@
 #include "common/pipeline/messages/wire_conversions.h"
 #include "launch/cli/options.h"
 #include "launch/study/commands.h"
-#include "launch/study/length.h"
 #include "launch/study/spacing_request.h"
+#include "launch/units/length.h"
 
 namespace fivepipe::study {
 namespace {

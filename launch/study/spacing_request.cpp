@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "common/base/usage_error.h"
-#include "launch/study/length.h"
+#include "launch/units/length.h"
 
 namespace fivepipe::study {
 namespace {

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "common/study/spacing_study.h"
-#include "launch/study/recorded_spacings.h"
+#include "launch/study/recorded/recorded_spacings.h"
 
 namespace fivepipe::study {
 

@@ -7,8 +7,8 @@
 #include "common/base/result_file.h"
 #include "common/base/usage_error.h"
 #include "launch/study/commands.h"
-#include "launch/study/length.h"
 #include "launch/study/what_if.h"
+#include "launch/units/length.h"
 
 namespace fivepipe::study {
 namespace {

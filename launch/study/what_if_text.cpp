@@ -4,8 +4,8 @@
 
 #include "common/base/text_table.h"
 #include "common/base/version.h"
-#include "launch/study/length.h"
 #include "launch/study/what_if.h"
+#include "launch/units/length.h"
 
 namespace fivepipe::study {
 namespace {

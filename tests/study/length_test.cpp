@@ -1,4 +1,4 @@
-#include "launch/study/length.h"
+#include "launch/units/length.h"
 
 #include <gtest/gtest.h>
 

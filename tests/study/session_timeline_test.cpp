@@ -16,7 +16,9 @@ using Eigen::Vector3d;
 
 constexpr double kNoLimit_m = std::numeric_limits<double>::infinity();
 
-std::vector<hull::Silhouette> timeline_hand(double x_m) { return test::hand_among(4, 200, {x_m, 0, 0}); }
+std::vector<hull::Silhouette> timeline_hand(double x_m) {
+  return test::hand_among(4, 200, {x_m, 0, 0});
+}
 
 const geometry::Mesh kTimelinePart = geometry::box_mesh({0.05, 0.15, 0.12}, 0.03);
 

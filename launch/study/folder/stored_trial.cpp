@@ -4,7 +4,7 @@
 
 #include "common/base/regex.h"
 #include "common/base/usage_error.h"
-#include "launch/study/length.h"
+#include "launch/units/length.h"
 
 namespace fivepipe::study {
 namespace {

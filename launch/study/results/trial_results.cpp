@@ -10,8 +10,8 @@
 #include "common/recording/replay/recorded_frames.h"
 #include "common/study/session_timeline.h"
 #include "common/surface/swept_volume.h"
-#include "launch/study/detection_eps.h"
-#include "launch/study/recorded_spacings.h"
+#include "launch/study/recorded/detection_eps.h"
+#include "launch/study/recorded/recorded_spacings.h"
 #include "launch/study/results/event_pictures.h"
 
 namespace fivepipe::study {

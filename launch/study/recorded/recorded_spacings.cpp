@@ -1,4 +1,4 @@
-#include "launch/study/recorded_spacings.h"
+#include "launch/study/recorded/recorded_spacings.h"
 
 #include <algorithm>
 #include <cmath>
