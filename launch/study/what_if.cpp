@@ -7,6 +7,8 @@
 #include "common/collision/spacing/view_interval.h"
 #include "common/recording/replay/recorded_deployment.h"
 #include "common/recording/replay/recorded_frames.h"
+#include "launch/study/recorded/detection_eps.h"
+#include "launch/study/recorded/recorded_spacings.h"
 
 namespace fivepipe::study {
 namespace {
