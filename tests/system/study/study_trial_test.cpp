@@ -119,6 +119,14 @@ TEST_F(StudyTrial, AnInterruptedTrialIsKeptAndResumed) {
     ASSERT_TRUE(eventually(bus_, kStart, [&] { return (frames += composited.take().size()) > 20; }))
         << run->said();
     ASSERT_EQ(study({"edit", path_, "--tool", "tongs"}), 0) << said_;
+    // Far from the arm.
+    ASSERT_EQ(study({"space", "140cm", "--deployment",
+                     study::StudyFolder(path_).deployment_file().string(), "--domain", domain}),
+              0)
+        << said_;
+    frames = 0;
+    ASSERT_TRUE(eventually(bus_, kStart, [&] { return (frames += composited.take().size()) > 20; }))
+        << run->said();
     run->signal(SIGINT);
     EXPECT_EQ(run->wait_for_end(kStart), 0) << run->said();
   }
@@ -132,6 +140,11 @@ TEST_F(StudyTrial, AnInterruptedTrialIsKeptAndResumed) {
   EXPECT_EQ(trial.notes[0].text, "tool: tongs");
   ASSERT_EQ(study({"report", path_, "--no-swept", "--no-pictures", "--layouts", "2"}), 0) << said_;
   EXPECT_NE(csv("trials.csv").find("tongs"), std::string::npos);
+  // The part collides until it is moved, and is far away then.
+  const std::string clearance = csv("clearance.csv");
+  EXPECT_NE(clearance.find(",0,0,10,"), std::string::npos);
+  EXPECT_NE(clearance.find(",10,,10,"), std::string::npos);
+  EXPECT_NE(csv("report.html").find("part at 140.0 cm"), std::string::npos);
 
   if (std::system("command -v chromium >/dev/null") != 0)
     FIVEPIPE_SKIP_WITHOUT_PACKAGE("chromium is not installed");
