@@ -18,6 +18,8 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 constexpr int kFormat = 1;
+// Position of the scene file in Deployment::files.
+constexpr std::size_t kSceneFile = 2;
 constexpr std::size_t kMaxPseudonym = 1000;
 constexpr std::size_t kMinBinaryBytes = 8, kBlockBytes = 1 << 20;
 const std::vector<std::string> kTextFiles{".json", ".yaml", ".csv", ".html", ".log", ".txt"};
@@ -79,6 +81,42 @@ bool mentions(const fs::path& file, const std::string& text) {
   return false;
 }
 
+// Copies the files of the deployment and returns the path of its file below the folder.
+fs::path copied(const config::Deployment& deployment, const fs::path& folder) {
+  std::vector<fs::path> files;
+  for (const fs::path& file : deployment.files)
+    files.push_back(fs::absolute(file).lexically_normal());
+  const fs::path common = common_folder(files);
+  for (const fs::path& file : files) {
+    const fs::path copy = folder / file.lexically_relative(common);
+    fs::create_directories(copy.parent_path());
+    fs::copy_file(file, copy);
+  }
+  return fs::absolute(deployment.file).lexically_normal().lexically_relative(common);
+}
+
+std::string yaml_of(const config::Spacing& spacing) {
+  const Eigen::Vector3d& axis = spacing.axis_world;
+  return fmt::format("{{axis: [{}, {}, {}], at_m: {}, range_m: [{}, {}]}}", axis.x(), axis.y(),
+                     axis.z(), spacing.at_m, spacing.low_m, spacing.high_m);
+}
+
+// Replaces the objects of the scene by meshes, which are copied to its folder.
+void write_scene(const config::Deployment& deployment, const std::vector<MeshPart>& parts) {
+  const fs::path scene = deployment.files.at(kSceneFile);
+  std::string text = "name: " + deployment.scene.name + "\nobjects:\n";
+  for (const MeshPart& part : parts) {
+    const std::string name = part.name + part.file.extension().string();
+    if (!fs::is_regular_file(part.file)) throw base::UsageError(part.file.string() + " is no file");
+    fs::copy_file(part.file, scene.parent_path() / name, fs::copy_options::overwrite_existing);
+    text += fmt::format("  - name: {}\n    mesh: {{file: {}{}}}\n", part.name, name,
+                        part.unit.empty() ? "" : ", unit: " + part.unit);
+    text += "    position_m: [0, 0, 0]\n";
+    if (part.spacing) text += "    spacing: " + yaml_of(*part.spacing) + '\n';
+  }
+  base::write_file(scene, text);
+}
+
 }  // namespace
 
 StudyFolder::StudyFolder(fs::path folder) : folder_(std::move(folder)) {
@@ -100,26 +138,28 @@ StudyFolder::StudyFolder(fs::path folder) : folder_(std::move(folder)) {
   }
 }
 
-StudyFolder StudyFolder::create(const fs::path& folder, StudySettings settings) {
-  if (fs::exists(folder) && !(fs::is_directory(folder) && fs::is_empty(folder)))
+StudyFolder StudyFolder::create(const fs::path& folder, StudySettings settings,
+                                const std::vector<MeshPart>& parts) {
+  const bool existed = fs::exists(folder);
+  if (existed && !(fs::is_directory(folder) && fs::is_empty(folder)))
     throw base::UsageError(folder.string() + " exists and is not empty; choose another folder");
   const config::Deployment deployment =
       config::load_deployment(settings.deployment, settings.settings);
-  std::vector<fs::path> files;
-  for (const fs::path& file : deployment.files)
-    files.push_back(fs::absolute(file).lexically_normal());
-  const fs::path common = common_folder(files);
-  for (const fs::path& file : files) {
-    const fs::path copy = folder / "deployment" / file.lexically_relative(common);
-    fs::create_directories(copy.parent_path());
-    fs::copy_file(file, copy);
+  try {
+    const fs::path copies = folder / "deployment";
+    settings.deployment =
+        (copies / copied(deployment, copies)).lexically_relative(folder.lexically_normal());
+    fs::create_directories(folder / "trials");
+    StudyFolder made(folder, std::move(settings));
+    if (!parts.empty()) write_scene(made.deployment(), parts);
+    made.deployment();  // throws if a part cannot be loaded
+    made.save_settings();
+    return made;
+  } catch (...) {
+    for (const auto& entry : fs::directory_iterator(folder)) fs::remove_all(entry.path());
+    if (!existed) fs::remove(folder);
+    throw;
   }
-  settings.deployment = fs::path("deployment") /
-                        fs::absolute(deployment.file).lexically_normal().lexically_relative(common);
-  fs::create_directories(folder / "trials");
-  StudyFolder made(folder, std::move(settings));
-  made.save_settings();
-  return made;
 }
 
 void StudyFolder::save_settings() const {

@@ -26,6 +26,14 @@ struct StudySettings {
   int trials_begun = 0;                         // also those that were removed
 };
 
+// A part of a new scene.
+struct MeshPart {
+  std::string name;
+  std::filesystem::path file;  // glTF (.glb), OBJ, STL or PLY
+  std::string unit;            // m, cm, mm or in; empty: glTF, in metres
+  std::optional<config::Spacing> spacing = std::nullopt;
+};
+
 struct Forgotten {
   int trials = 0;
   // Files of the study that still contain the pseudonym, such as a note of another trial.
@@ -36,10 +44,12 @@ class StudyFolder {
  public:
   // Opens a study. Throws base::UsageError if the folder has none or its file is wrong.
   explicit StudyFolder(std::filesystem::path folder);
-  // Makes a study with a copy of the deployment and of the files that it reads. Throws
-  // base::UsageError if the folder exists and is not empty, ConfigError if the deployment cannot
-  // be loaded.
-  static StudyFolder create(const std::filesystem::path& folder, StudySettings settings);
+  // Makes a study with a copy of the deployment and of the files that it reads. parts: if there are
+  // any, they replace the objects of the scene. Throws base::UsageError if the folder exists and is
+  // not empty, ConfigError if the deployment or a part cannot be loaded; the folder is then as
+  // before.
+  static StudyFolder create(const std::filesystem::path& folder, StudySettings settings,
+                            const std::vector<MeshPart>& parts = {});
 
   const std::filesystem::path& path() const { return folder_; }
   const StudySettings& settings() const { return settings_; }

@@ -417,6 +417,19 @@ TEST(Command, StudyRegisterAlignsAPartWithTouchedPoints) {
   EXPECT_TRUE(test::contains(few.text, "three or more pairs")) << few.text;
   EXPECT_EQ(fivepipe("study register " + study + " --part absent " + pairs).exit_code, 2);
   EXPECT_EQ(fivepipe("study list /no/such/study").exit_code, 2);
+  // Meshes replace the scene's objects.
+  const fs::path mesh = folder.path / "part.obj";
+  std::ofstream(mesh) << "v 0 0 0\nv 100 0 0\nv 0 200 0\nv 0 0 50\n"
+                         "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+  const std::string from_mesh = "study new " + study + "2 --deployment " + test::kSmallDeployment +
+                                " --mesh bracket=" + mesh.string() + ",mm --move bracket,z,";
+  const Answer made = fivepipe(from_mesh + "18cm,10cm,34cm");
+  EXPECT_EQ(made.exit_code, 0) << made.text;
+  EXPECT_TRUE(test::contains(made.text, "10.0 x 20.0 x 5.0 cm, moves along 0,0,1: 18.0 cm"))
+      << made.text;
+  const Answer no_unit = fivepipe(from_mesh + "18,10cm,34cm");
+  EXPECT_EQ(no_unit.exit_code, 2);
+  EXPECT_TRUE(test::contains(no_unit.text, "is not NAME,AXIS,AT,FROM,TO")) << no_unit.text;
 }
 
 TEST(Command, ExportWritesTheFilesAndPrintsTheExcess) {

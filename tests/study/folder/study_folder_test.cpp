@@ -50,6 +50,32 @@ TEST_F(StudyFolderTest, HasACopyOfTheDeployment) {
   EXPECT_TRUE(opened.trials().empty());
 }
 
+TEST_F(StudyFolderTest, IsMadeFromMeshes) {
+  const fs::path mesh = folder_.path / "tetrahedron.obj";
+  std::ofstream(mesh) << "v 0 0 0\nv 100 0 0\nv 0 200 0\nv 0 0 50\n"
+                         "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+  const auto made_of = [&](const MeshPart& part) {
+    return StudyFolder::create(
+        folder_.path / "study",
+        {"Name", FIVEPIPE_SOURCE_DIR "/launch/deployments/demo.yaml", {}, ""}, {part});
+  };
+  const config::Spacing spacing{Eigen::Vector3d::UnitZ(), 0.18, 0.1, 0.34};
+  // The folder is as before.
+  EXPECT_THROW(made_of({"part", mesh, "miles"}), config::ConfigError);
+  EXPECT_THROW(made_of({"part", mesh, ""}), config::ConfigError);
+  EXPECT_THROW(made_of({"part", mesh, "mm", config::Spacing{{0, 0, 1}, 0.5, 0.1, 0.2}}),
+               config::ConfigError);
+  EXPECT_TRUE(contains(refusal([&] { made_of({"part", "/no/such.obj", "mm"}); }), "is no file"));
+  EXPECT_FALSE(fs::exists(folder_.path / "study"));
+  const config::Scene scene = made_of({"part", mesh, "mm", spacing}).deployment().scene;
+  ASSERT_EQ(scene.objects.size(), 1u);
+  EXPECT_TRUE(geometry::bounds_m(config::mesh_of(scene.objects[0]))
+                  .sizes()
+                  .isApprox(Eigen::Vector3d(0.1, 0.2, 0.05)));
+  EXPECT_EQ(scene.objects[0].spacing->at_m, 0.18);
+  EXPECT_EQ(scene.objects[0].spacing->high_m, 0.34);
+}
+
 TEST_F(StudyFolderTest, RefusesAFolderWithFiles) {
   fs::create_directories(folder_.path / "study");
   std::ofstream(folder_.path / "study" / "mine.txt") << "text";
