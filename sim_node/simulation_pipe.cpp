@@ -103,8 +103,10 @@ class SimulationPipe {
       if (was_lossless && !replay_.lossless()) held_.reset();
       for (const auto& command : commands_.take())
         if (command.valid()) apply(*command, node_.node.name, *simulation_);
+      // The spacing of a frame arrives before its maps.
+      std::vector<frames::FrameSet> sets = sets_.take();
       spacing_.take(replay_.replaying());
-      for (frames::FrameSet& set : sets_.take()) simulate(std::move(set));
+      for (frames::FrameSet& set : sets) simulate(std::move(set));
       if (!replay_.lossless()) advance_by_wall_clock();
     }
   }
@@ -118,8 +120,8 @@ class SimulationPipe {
   // Restores the state after the start of the process, so that a replay gives the same bits again.
   void reset() {
     sets_.reset();
+    spacing_.reset();  // before the slow step, during which the replay may send the first ones
     simulation_ = new_simulation();
-    spacing_.reset();
     reported_ = {};
     held_.reset();
     first_stamp_ns_.reset();

@@ -2,6 +2,14 @@
 
 namespace fivepipe::sim {
 
+namespace {
+
+// Far more than a replay sends ahead of the frames.
+constexpr std::size_t kMaxPending = 4096;
+constexpr std::size_t kMaxCalls = 64;
+
+}  // namespace
+
 SpacingPipe::SpacingPipe(node::NodeContext& node) : node_(node), scene_(node.deployment.scene) {
   reset();
   if (!config::has_spacings(scene_)) return;
@@ -23,19 +31,36 @@ void SpacingPipe::reset() {
 
 template <class Topic>
 void SpacingPipe::take_from(bus::Reader<Topic>& reader, bool is_used) {
-  for (const auto& sample : reader.take()) {
-    if (!sample.valid() || !is_used) continue;
-    const auto change = change_from(*sample, scene_);
-    if (const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&change))
-      node_.status.drop_from(reader.process(sample), *bad);
-    else
-      pending_.push_back(std::get<SpacingChange>(change));
+  // One call returns a part of what has arrived.
+  for (std::size_t calls = 0; calls < kMaxCalls; ++calls) {
+    const auto samples = reader.take();
+    for (const auto& sample : samples) {
+      if (!sample.valid() || !is_used) continue;
+      const auto change = change_from(*sample, scene_);
+      if (const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&change))
+        node_.status.drop_from(reader.process(sample), *bad);
+      else
+        add(std::get<SpacingChange>(change));
+    }
+    if (samples.empty()) return;
   }
+}
+
+void SpacingPipe::add(const SpacingChange& change) {
+  // Of requests, only the newest of an object counts.
+  if (change.capture_stamp_ns == 0)
+    std::erase_if(pending_, [&](const SpacingChange& earlier) {
+      return earlier.object == change.object && earlier.capture_stamp_ns == 0;
+    });
+  if (pending_.size() == kMaxPending) pending_.pop_front();
+  pending_.push_back(change);
 }
 
 // Without a replay, an ObjectSpacing is that of an earlier process or of this one.
 void SpacingPipe::take(bool replaying) {
   if (!requests_) return;
+  if (was_replaying_ && !replaying) pending_.clear();
+  was_replaying_ = replaying;
   take_from(*requests_, !replaying);
   take_from(*recorded_, replaying);
 }

@@ -32,11 +32,13 @@ class SpacingPipe {
   };
   template <class Topic>
   void take_from(bus::Reader<Topic>& reader, bool is_used);
+  void add(const SpacingChange& change);
 
   node::NodeContext& node_;
   const config::Scene& scene_;
   std::vector<State> states_;          // by object
-  std::deque<SpacingChange> pending_;  // in the order of their arrival
+  std::deque<SpacingChange> pending_;  // in the order of their arrival; the newest kMaxPending
+  bool was_replaying_ = false;
   // Present if an object has a spacing.
   std::optional<bus::Reader<bus::topics::SpacingRequest>> requests_;
   std::optional<bus::Reader<bus::topics::ObjectSpacing>> recorded_;

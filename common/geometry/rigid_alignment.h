@@ -13,8 +13,8 @@ struct RigidAlignment {
 };
 
 // Least squares without scale or reflection (Umeyama 1991). Throws std::invalid_argument if there
-// are fewer than three pairs, a coordinate is not finite, or the points are nearly on a line: none
-// of them is farther from it than a hundredth of their extent.
+// are fewer than three pairs, a coordinate is not finite, or the points are nearly on a line: their
+// extent across it (second singular value) is at most a hundredth of that along it.
 RigidAlignment align_points(std::span<const Eigen::Vector3d> from,
                             std::span<const Eigen::Vector3d> to);
 

@@ -10,6 +10,13 @@ namespace fivepipe::study {
 
 using collision::CollisionVerdict;
 
+namespace {
+
+// Of sums of times and durations.
+constexpr double kTimeRounding_s = 1e-6;
+
+}  // namespace
+
 SessionTimeline::SessionTimeline(std::span<const geometry::Mesh> parts, const StudyOptions& options,
                                  base::WorkerPool& pool)
     : options_(options), pool_(pool), results_(parts.size()) {
@@ -50,7 +57,7 @@ void SessionTimeline::compute() {
 TimelinePoint SessionTimeline::point_of(FrameHull& hull, const TimelineFrame& frame,
                                         std::size_t part) const {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  TimelinePoint point{frame.time_s, CollisionVerdict::undecided, {0, kInfinity}};
+  TimelinePoint point{frame.time_s, frame.duration_s, CollisionVerdict::undecided, {0, kInfinity}};
   if (hull.is_unknown()) return point;
   const Eigen::Isometry3d& world_from_part = frame.world_from_part[part];
   const collision::DetectionObject object{&parts_[part], world_from_part};
@@ -73,9 +80,11 @@ std::vector<CollisionEvent> collision_events(std::span<const TimelinePoint> time
   std::vector<CollisionEvent> events;
   for (std::size_t i = 0; i < timeline.size(); ++i) {
     if (timeline[i].verdict != CollisionVerdict::colliding) continue;
-    const bool continues =
-        !events.empty() && (events.back().last + 1 == i ||
-                            timeline[i].time_s - timeline[events.back().last].time_s <= min_gap_s);
+    const auto end_s = [&](std::size_t frame) {
+      return timeline[frame].time_s + timeline[frame].duration_s;
+    };
+    const bool continues = !events.empty() && timeline[i].time_s - end_s(events.back().last) <=
+                                                  min_gap_s + kTimeRounding_s;
     if (continues)
       events.back().last = i;
     else

@@ -12,13 +12,13 @@ namespace fivepipe::study {
 
 struct TimelineFrame {
   std::vector<hull::Silhouette> silhouettes;
-  double time_s;
+  double time_s, duration_s;
   std::vector<Eigen::Isometry3d> world_from_part;  // of each part
 };
 
 // One frame of one part.
 struct TimelinePoint {
-  double time_s;
+  double time_s, duration_s;
   collision::CollisionVerdict verdict;
   // Minimum distance between the part's surface and the hull: {0, 0} if they collide, {cap_m,
   // infinity} if it is at least StudyOptions::clearance_cap_m, {0, infinity} if it is unknown.
@@ -52,11 +52,12 @@ class SessionTimeline {
   std::vector<std::vector<TimelinePoint>> results_;
 };
 
-// Consecutive frames in which a part collides.
+// Frames in which a part collides, and those between them.
 struct CollisionEvent {
   std::size_t first, last;  // positions in the timeline
 };
-// Frames without a collision between two events that last no longer than min_gap_s join them.
+// Two frames with a collision belong to one event if the time between the end of the first and the
+// start of the second one is at most min_gap_s.
 std::vector<CollisionEvent> collision_events(std::span<const TimelinePoint> timeline,
                                              double min_gap_s);
 

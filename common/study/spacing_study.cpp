@@ -235,6 +235,22 @@ void SpacingStudy::fold(std::size_t index, const LineFrame& found, double durati
   }
 }
 
+void add(LineResult& result, const LineResult& of_other_frames) {
+  result.free = in_both(result.free, of_other_frames.free);
+  result.incomplete_frames += of_other_frames.incomplete_frames;
+  for (std::size_t i = 0; i < result.layouts.size(); ++i) {
+    LayoutResult& layout = result.layouts[i];
+    const LayoutResult& other = of_other_frames.layouts.at(i);
+    layout.colliding_frames += other.colliding_frames;
+    layout.undecided_frames += other.undecided_frames;
+    layout.collision_s += other.collision_s;
+    layout.clearance = {std::min(layout.clearance.min_m, other.clearance.min_m),
+                        std::min(layout.clearance.max_m, other.clearance.max_m)};
+    layout.penetration = {std::max(layout.penetration.min_m, other.penetration.min_m),
+                          std::max(layout.penetration.max_m, other.penetration.max_m)};
+  }
+}
+
 double min_free_spacing_m(const LineResult& result, const SpacingInterval& range) {
   return !result.free.empty() && result.free.back().high_m >= range.high_m
              ? result.free.back().low_m

@@ -119,6 +119,9 @@ class SpacingStudy {
   double duration_s_ = 0;
 };
 
+// Adds the result of other frames of the same line, with the same layouts.
+void add(LineResult& result, const LineResult& of_other_frames);
+
 // Frames that are computed together. Their clearances are searched only below the minima of
 // earlier batches, so the size is fixed.
 inline constexpr std::size_t kFramesPerBatch = 32;

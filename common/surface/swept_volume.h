@@ -47,6 +47,7 @@ class SweptVolume {
   void add(const hull::HullQuery& query);
 
   SweptSurface surface() const;
+  double cell_m() const { return cell_m_; }
 
  private:
   class Search;

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <iostream>
 
 #include "common/base/realtime.h"
@@ -19,7 +20,7 @@ struct EditOptions {
   AnswerOptions answers;
   std::optional<std::string> tool;
   std::vector<std::string> notes;
-  std::string discard;
+  std::optional<std::string> discard;
   bool keep = false;
 };
 
@@ -29,14 +30,20 @@ int run_edit(const EditOptions& options) {
   if (trials.empty()) throw base::UsageError(options.folder.string() + " has no trial yet");
   StoredTrial trial = options.trial == 0 ? trials.back() : study.trial(options.trial);
   take_answers(options.answers, trial.answers);
+  std::vector<std::string> texts = options.notes;
+  texts.push_back(options.tool.value_or(""));
+  texts.push_back(options.discard.value_or(""));
+  if (!std::ranges::all_of(texts, is_utf8)) throw base::UsageError("a text is not UTF-8");
+  if (options.discard && options.discard->empty())
+    throw base::UsageError("--discard: state the reason");
   if (options.tool) trial.tool = *options.tool;
   const std::int64_t now_ns = base::now_realtime_ns();
   if (options.tool && trial.state == TrialState::running)
     trial.notes.push_back({now_ns, "tool: " + (options.tool->empty() ? "none" : *options.tool)});
   for (const std::string& note : options.notes) trial.notes.push_back({now_ns, note});
-  if (!options.discard.empty()) {
+  if (options.discard) {
     trial.state = TrialState::discarded;
-    trial.discarded_because = options.discard;
+    trial.discarded_because = *options.discard;
   } else if (options.keep) {
     trial.state = TrialState::kept;
     trial.discarded_because.clear();
@@ -70,7 +77,7 @@ int run_list(const std::filesystem::path& folder) {
                trial.tool.empty() ? "-" : base::printable(trial.tool),
                text_of(trial.answers.necessary_before), text_of(trial.answers.allocated_before),
                text_of(trial.answers.found), text_of(trial.answers.allocated_after)});
-  std::cout << study.settings().name << '\n' << table.text();
+  std::cout << base::printable(study.settings().name) << '\n' << table.text();
   return 0;
 }
 

@@ -38,10 +38,13 @@ void take_answers(const AnswerOptions& options, report::Answers& answers) {
 Questions::Questions(bool asks) : asks_(asks && isatty(STDIN_FILENO) == 1) {}
 
 std::string Questions::line(const std::string& question) const {
-  std::cout << question << ' ' << std::flush;
-  std::string text;
-  if (!std::getline(std::cin, text)) std::cout << '\n';
-  return text;
+  for (;;) {
+    std::cout << question << ' ' << std::flush;
+    std::string text;
+    if (!std::getline(std::cin, text)) std::cout << '\n';
+    if (is_utf8(text)) return text;
+    std::cout << "the text is not UTF-8\n";
+  }
 }
 
 void Questions::ask(const std::string& question, std::optional<report::Answer>& answer) const {
@@ -61,17 +64,21 @@ void Questions::before(report::Answers& answers) const {
   ask("How much space would you allocate?", answers.allocated_before);
 }
 
-void Questions::after(StoredTrial& trial) const {
+void Questions::after(StoredTrial& trial, const std::function<void()>& save) const {
   if (!asks_) return;
   ask("How much space was found necessary in the environment?", trial.answers.found);
+  save();
   ask("How much space would you allocate now?", trial.answers.allocated_after);
+  save();
   if (trial.tool.empty()) trial.tool = line("Which tool was in use (empty: none)?");
   if (const std::string note = line("A note (empty: none)?"); !note.empty())
     trial.notes.push_back({base::now_realtime_ns(), note});
+  save();
   const std::string reason = line("Why is the trial discarded (empty: keep it)?");
   if (reason.empty()) return;
   trial.state = TrialState::discarded;
   trial.discarded_because = reason;
+  save();
 }
 
 }  // namespace fivepipe::study

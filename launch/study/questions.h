@@ -1,6 +1,7 @@
 // The questions of a study (paper, section 5.2.3 and Table 1), and their answers as options.
 #pragma once
 #include <CLI/CLI.hpp>
+#include <functional>
 #include <string>
 
 #include "launch/study/folder/stored_trial.h"
@@ -21,8 +22,8 @@ class Questions {
   // asks: false, or no terminal: asks nothing.
   explicit Questions(bool asks);
   void before(report::Answers& answers) const;
-  // Also the tool, a note, and whether the trial is kept.
-  void after(StoredTrial& trial) const;
+  // Also the tool, a note, and whether the trial is kept. Calls `save` after each answer.
+  void after(StoredTrial& trial, const std::function<void()>& save) const;
 
  private:
   std::string line(const std::string& question) const;

@@ -1,10 +1,7 @@
 #include <fmt/format.h>
 
-#include <fstream>
 #include <iostream>
-#include <numbers>
 
-#include "common/base/result_file.h"
 #include "common/base/text_table.h"
 #include "common/base/usage_error.h"
 #include "common/geometry/rigid_alignment.h"

@@ -87,9 +87,14 @@ int run_trial(const RunOptions& options) {
   StudyFolder study(options.folder);
   if (options.resume == 0 && options.participant.empty())
     throw base::UsageError("name the participant by a pseudonym: --participant P1");
+  report::Answers answers;
+  take_answers(options.answers, answers);  // throws before there is a trial
+  if (!is_utf8(options.tool)) throw base::UsageError("--tool: the text is not UTF-8");
   StoredTrial trial = begun(study, options);
+  const StoredTrial before = trial;
   Questions questions(options.asks);
   trial.state = TrialState::running;
+  trial.discarded_because.clear();
   if (!options.tool.empty()) trial.tool = options.tool;
   take_answers(options.answers, trial.answers);
   questions.before(trial.answers);
@@ -116,20 +121,20 @@ int run_trial(const RunOptions& options) {
 
   trial = study.trial(trial.number);  // with the notes of `fivepipe study edit`
   if (!std::filesystem::exists(folder / trial.recordings.back())) {
-    trial.recordings.pop_back();
-    study.save(trial);
-    std::cerr << fmt::format(
-        "trial {}: nothing was recorded; try again by: fivepipe study run {} "
-        "--resume {}\n",
-        trial.number, study.path().string(), trial.number);
+    std::cerr << fmt::format("trial {}: nothing was recorded\n", trial.number);
+    if (before.recordings.empty())
+      study.remove(trial.number);
+    else
+      study.save(before);
     return code == 0 ? 1 : code;
   }
   if (code != 0 && code != kInterrupted)
     std::cerr << fmt::format("trial {}: `fivepipe up` ended with exit code {}, see {}\n",
                              trial.number, code, (folder / fmt::format("run_{}", part)).string());
-  questions.after(trial);
+  // Kept, if Ctrl-C ends the questions.
   if (trial.state == TrialState::running) trial.state = TrialState::kept;
   study.save(trial);
+  questions.after(trial, [&] { study.save(trial); });
   std::cout << fmt::format("trial {}: {}\nNext: fivepipe study report {}\n", trial.number,
                            trial.state == TrialState::kept ? "kept" : "discarded",
                            study.path().string());
@@ -149,7 +154,8 @@ void add_run(CLI::App& app, Command& command) {
       "  fivepipe study run spacing --participant P1\n"
       "  fivepipe study run spacing --participant P1 --tool tongs --duration 60\n"
       "  fivepipe study run spacing --resume 3\n"
-      "In a second terminal: fivepipe study space 18cm, fivepipe study edit\n\n"
+      "In a second terminal: fivepipe study space 18cm --deployment FILE, fivepipe study edit "
+      "spacing --note TEXT\n\n"
       "Exit codes: 0 done, 2 usage or configuration, otherwise that of `fivepipe up`.");
   sub->add_option("folder", options->folder, "folder of the study")->required();
   sub->add_option("--participant", options->participant,

@@ -7,7 +7,7 @@
 #include "common/collision/spacing/view_interval.h"
 #include "common/recording/replay/recorded_deployment.h"
 #include "common/recording/replay/recorded_frames.h"
-#include "launch/study/recorded/detection_eps.h"
+#include "launch/study/recorded/recorded_hull.h"
 #include "launch/study/recorded/recorded_spacings.h"
 
 namespace fivepipe::study {
@@ -25,15 +25,6 @@ const config::SceneObject& part_of(const config::Scene& scene, const std::string
   }
   throw base::UsageError("the scene " + scene.name + " has no part '" + name +
                          "'; it has: " + base::joined(names, ", "));
-}
-
-// The cameras whose images all points of the hull must be in.
-std::vector<geometry::Camera> limiting_cameras(const config::Deployment& deployment) {
-  std::vector<geometry::Camera> cameras;
-  if (deployment.hull_rule.limits == hull::Limits::all)
-    for (const std::size_t i : config::shape_cameras(deployment.rig))
-      cameras.push_back(config::published_camera(deployment.rig.cameras[i]));
-  return cameras;
 }
 
 // The scene's spacing is along its axis: with another axis, `at` and range are not those of the

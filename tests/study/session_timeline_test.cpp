@@ -27,8 +27,10 @@ std::vector<std::vector<TimelinePoint>> timeline_of(int frames, int threads) {
   const std::vector<geometry::Mesh> parts{kTimelinePart, kTimelinePart};
   SessionTimeline timeline(parts, {}, pool);
   for (int i = 0; i < frames; ++i)
-    timeline.add(
-        {timeline_hand(-0.3 + 0.01 * i), 0.1 * i, {test::at({0, 0, 0.02}), test::at({1, 0, 0})}});
+    timeline.add({timeline_hand(-0.3 + 0.01 * i),
+                  0.1 * i,
+                  0.1,
+                  {test::at({0, 0, 0.02}), test::at({1, 0, 0})}});
   return timeline.results();
 }
 
@@ -86,8 +88,8 @@ TEST(SessionTimeline, KnowsFramesWithoutAHullAndUnknownOnes) {
   std::vector<hull::Silhouette> empty = timeline_hand(0), unknown = timeline_hand(0);
   empty[1].pixels = hull::ObjectPixels(200, 200);
   unknown[1].camera.pinhole.fx_px = std::numeric_limits<double>::quiet_NaN();
-  timeline.add({empty, 0, {test::at({0, 0, 0})}});
-  timeline.add({unknown, 1, {test::at({0, 0, 0})}});
+  timeline.add({empty, 0, 0.1, {test::at({0, 0, 0})}});
+  timeline.add({unknown, 1, 0.1, {test::at({0, 0, 0})}});
   const auto& found = timeline.results()[0];
   EXPECT_EQ(found[0].verdict, CollisionVerdict::free);
   EXPECT_EQ(found[0].clearance, (Bracket{0.1, kNoLimit_m}));
@@ -98,7 +100,7 @@ TEST(SessionTimeline, KnowsFramesWithoutAHullAndUnknownOnes) {
 TEST(SessionTimeline, RefusesAnotherNumberOfPoses) {
   base::WorkerPool pool(1);
   SessionTimeline timeline(std::vector{kTimelinePart}, {}, pool);
-  EXPECT_THROW(timeline.add({timeline_hand(0), 0, {}}), std::invalid_argument);
+  EXPECT_THROW(timeline.add({timeline_hand(0), 0, 0.1, {}}), std::invalid_argument);
   EXPECT_THROW(SessionTimeline(std::vector{kTimelinePart}, {.clearance_cap_m = 0}, pool),
                std::invalid_argument);
 }
@@ -107,6 +109,7 @@ TEST(CollisionEvents, JoinAcrossShortGaps) {
   std::vector<TimelinePoint> timeline;
   for (const bool collides : {false, true, true, false, true, false, false, false, true})
     timeline.push_back({0.1 * double(timeline.size()),
+                        0.1,
                         collides ? CollisionVerdict::colliding : CollisionVerdict::free,
                         {}});
   const auto events_of = [&](double min_gap_s) {
@@ -117,9 +120,13 @@ TEST(CollisionEvents, JoinAcrossShortGaps) {
   };
   using Events = std::vector<std::pair<std::size_t, std::size_t>>;
   EXPECT_EQ(events_of(0), (Events{{1, 2}, {4, 4}, {8, 8}}));
+  EXPECT_EQ(events_of(0.1), (Events{{1, 4}, {8, 8}}));
   EXPECT_EQ(events_of(0.25), (Events{{1, 4}, {8, 8}}));
   EXPECT_EQ(events_of(1), (Events{{1, 8}}));
   EXPECT_TRUE(collision_events({}, 1).empty());
+  // The cameras stall: neighbours in the timeline are apart in time.
+  timeline[2].time_s += 30;
+  EXPECT_EQ(events_of(1).size(), 2u);
 }
 
 }  // namespace

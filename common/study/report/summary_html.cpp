@@ -66,7 +66,11 @@ std::string tiles(const Study& study) {
   const std::optional<Span> allocated = span_of(comparisons(columns)[1].differences_m);
   text += tile(allocated ? signed_cm(allocated->mean) : "–", allocated ? "cm" : "",
                "found less allocated before, mean");
-  text += span_tile(span_of(free_m), "minimum spacing above which all are free (what-if)");
+  // Certified, so rounded up.
+  const std::optional<Span> free = span_of(free_m);
+  std::string least = free ? cm_at_most(free->low) : "–";
+  if (free && cm_at_most(free->high) != least) least += "–" + cm_at_most(free->high);
+  text += tile(least, free ? "cm" : "", "minimum spacing above which all are free (what-if)");
   return text + "</dl>\n";
 }
 
@@ -137,7 +141,10 @@ std::string tests_table(const std::vector<Comparison>& found) {
 // The limit of any exact test on so few participants.
 std::string p_limit(const std::vector<Comparison>& found) {
   std::size_t n = 0;
-  for (const Comparison& comparison : found) n = std::max(n, comparison.differences_m.size());
+  for (const Comparison& comparison : found)
+    n = std::max(n, std::size_t(std::ranges::count_if(comparison.differences_m, [](double d) {
+                   return std::abs(d) > kTie_m;  // the tests drop the others
+                 })));
   std::string text =
       "<p>An exact test on four participants, as in the paper, cannot reach p &lt; 0.125 "
       "(two-sided): even if all four differ in the same direction, that has a probability of "

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <fstream>
 #include <numbers>
-#include <sstream>
+#include <optional>
 #include <vector>
 
 #include "common/base/result_file.h"

@@ -109,6 +109,15 @@ StoredTrial trial_from(const Json& json, const std::string& file) {
   }
 }
 
+bool is_utf8(const std::string& text) {
+  try {
+    Json(text).dump();
+    return true;
+  } catch (const nlohmann::json::exception&) {
+    return false;
+  }
+}
+
 Answer answer_from(const std::string& text) {
   static const base::Regex pattern(
       "^\\s*([0-9.]+)\\s*(mm|cm|m|in)?(?:\\s*(?:-|to)\\s*([0-9.]+)\\s*(mm|cm|m|in))?(?:\\s+(.*\\S))"
@@ -122,7 +131,10 @@ Answer answer_from(const std::string& text) {
     if (is_range) high_m = length_m(groups[3] + groups[4]);
     if (is_range && !high_m) low_m.reset();
   }
-  if (!low_m)
+  // "15cm - 16" is a range without the second unit, and no remark.
+  static const base::Regex half_range("^(-|to\\b)\\s*[0-9]");
+  if (match && half_range.found_in(match->groups[5])) low_m.reset();
+  if (!low_m || !is_utf8(text))
     throw base::UsageError(
         "'" + text + "' is no answer; write a length such as 15cm or 15-16cm, and any remark");
   try {

@@ -34,6 +34,9 @@ nlohmann::ordered_json json_of(const StoredTrial& trial);
 // Throws base::UsageError that names the file and the value that is wrong.
 StoredTrial trial_from(const nlohmann::ordered_json& json, const std::string& file);
 
+// Whether the text is UTF-8, so that JSON can hold it.
+bool is_utf8(const std::string& text);
+
 // Returns the answer that a person typed: a length with its unit, or two lengths, then any remark:
 // "15cm", "15-16 cm", "15cm-16cm", "16 cm adjust tool". Throws base::UsageError otherwise.
 report::Answer answer_from(const std::string& text);

@@ -3,9 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
+#include <cctype>
 #include <fstream>
-#include <sstream>
 
 #include "common/base/result_file.h"
 #include "common/base/text_table.h"
@@ -38,16 +37,6 @@ void replace_json(const fs::path& file, const Json& json) {
   const fs::path part = file.string() + ".part";
   base::write_json(part, json);
   fs::rename(part, file);
-}
-
-// Whether the text can be written as JSON.
-bool is_utf8(const std::string& text) {
-  try {
-    Json(text).dump();
-    return true;
-  } catch (const nlohmann::json::exception&) {
-    return false;
-  }
 }
 
 // The deepest folder that contains all files.
@@ -86,6 +75,8 @@ fs::path copied(const config::Deployment& deployment, const fs::path& folder) {
   std::vector<fs::path> files;
   for (const fs::path& file : deployment.files)
     files.push_back(fs::absolute(file).lexically_normal());
+  std::ranges::sort(files);
+  files.erase(std::unique(files.begin(), files.end()), files.end());
   const fs::path common = common_folder(files);
   for (const fs::path& file : files) {
     const fs::path copy = folder / file.lexically_relative(common);
@@ -95,7 +86,17 @@ fs::path copied(const config::Deployment& deployment, const fs::path& folder) {
   return fs::absolute(deployment.file).lexically_normal().lexically_relative(common);
 }
 
-std::string yaml_of(const config::Spacing& spacing) {
+// A copy that reads the original of a file would change with it.
+void check_files(const config::Deployment& deployment, const fs::path& folder) {
+  const std::string inside = fs::canonical(folder).string() + '/';
+  for (const fs::path& file : deployment.files)
+    if (!fs::canonical(file).string().starts_with(inside))
+      throw base::UsageError(deployment.file.filename().string() + " names " + file.string() +
+                             " by an absolute path or a setting; a study needs paths that are "
+                             "relative to the file that names them");
+}
+
+std::string spacing_yaml(const config::Spacing& spacing) {
   const Eigen::Vector3d& axis = spacing.axis_world;
   return fmt::format("{{axis: [{}, {}, {}], at_m: {}, range_m: [{}, {}]}}", axis.x(), axis.y(),
                      axis.z(), spacing.at_m, spacing.low_m, spacing.high_m);
@@ -112,7 +113,7 @@ void write_scene(const config::Deployment& deployment, const std::vector<MeshPar
     text += fmt::format("  - name: {}\n    mesh: {{file: {}{}}}\n", part.name, name,
                         part.unit.empty() ? "" : ", unit: " + part.unit);
     text += "    position_m: [0, 0, 0]\n";
-    if (part.spacing) text += "    spacing: " + yaml_of(*part.spacing) + '\n';
+    if (part.spacing) text += "    spacing: " + spacing_yaml(*part.spacing) + '\n';
   }
   base::write_file(scene, text);
 }
@@ -152,7 +153,7 @@ StudyFolder StudyFolder::create(const fs::path& folder, StudySettings settings,
     fs::create_directories(folder / "trials");
     StudyFolder made(folder, std::move(settings));
     if (!parts.empty()) write_scene(made.deployment(), parts);
-    made.deployment();  // throws if a part cannot be loaded
+    check_files(made.deployment(), folder);
     made.save_settings();
     return made;
   } catch (...) {
@@ -183,8 +184,12 @@ std::vector<StoredTrial> StudyFolder::trials() const {
   std::vector<StoredTrial> trials;
   if (!fs::is_directory(folder_ / "trials")) return trials;
   for (const auto& entry : fs::directory_iterator(folder_ / "trials"))
-    if (const fs::path file = entry.path() / "trial.json"; fs::is_regular_file(file))
+    if (const fs::path file = entry.path() / "trial.json"; fs::is_regular_file(file)) {
       trials.push_back(trial_from(json_from(file), file.string()));
+      if (folder_of(trials.back().number) != entry.path())
+        throw base::UsageError(fmt::format("{}: trial {} is not the number of its folder",
+                                           file.string(), trials.back().number));
+    }
   std::ranges::sort(trials, {}, &StoredTrial::number);
   return trials;
 }
@@ -215,6 +220,8 @@ StoredTrial StudyFolder::add_trial(const std::string& participant, report::Parti
   save(trial);
   return trial;
 }
+
+void StudyFolder::remove(int trial) const { fs::remove_all(folder_of(trial)); }
 
 void StudyFolder::save(const StoredTrial& trial) const {
   replace_json(folder_of(trial.number) / "trial.json", json_of(trial));

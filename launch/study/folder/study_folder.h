@@ -46,8 +46,8 @@ class StudyFolder {
   explicit StudyFolder(std::filesystem::path folder);
   // Makes a study with a copy of the deployment and of the files that it reads. parts: if there are
   // any, they replace the objects of the scene. Throws base::UsageError if the folder exists and is
-  // not empty, ConfigError if the deployment or a part cannot be loaded; the folder is then as
-  // before.
+  // not empty, or if a copy would still read an original, which an absolute path names; ConfigError
+  // if the deployment or a part cannot be loaded; the folder is then as before.
   static StudyFolder create(const std::filesystem::path& folder, StudySettings settings,
                             const std::vector<MeshPart>& parts = {});
 
@@ -62,6 +62,7 @@ class StudyFolder {
   // 1,000 bytes or not UTF-8.
   StoredTrial add_trial(const std::string& participant, report::ParticipantKind kind);
   void save(const StoredTrial& trial) const;
+  void remove(int trial) const;
   std::filesystem::path folder_of(int trial) const;
   std::filesystem::path report_folder() const { return folder_ / "report"; }
 

@@ -11,7 +11,7 @@ namespace fivepipe::study {
 namespace {
 
 constexpr std::uint32_t kMaxViewerName = 32;
-constexpr int kMaxWidth_px = 640;
+constexpr int kMaxWidth_px = 320;
 // render_node repeats a picture for missing frames in gaps up to this.
 constexpr double kMaxRepeat_s = 1.0;
 
@@ -48,12 +48,12 @@ EventPictures::EventPictures(const recording::Recording& recording,
     why_none_ = video.string() + " cannot be read";
     return;
   }
-  const double rate_hz = video_->capture.get(cv::CAP_PROP_FPS);
+  rate_hz_ = video_->capture.get(cv::CAP_PROP_FPS);
   int index = 0;
   std::uint64_t last = 0;
   for (const std::uint64_t frame : composited_frames(recording)) {
     if (!index_of_frame_.empty()) {
-      const double gap_s = double(frame - last) / rate_hz;
+      const double gap_s = double(frame - last) / rate_hz_;
       index += gap_s <= kMaxRepeat_s ? int(frame - last) : 1;
     }
     index_of_frame_[frame] = index;
@@ -67,11 +67,13 @@ EventPictures::~EventPictures() = default;
 std::string EventPictures::png_of(std::uint64_t frame) const {
   const auto after = index_of_frame_.upper_bound(frame);
   if (after == index_of_frame_.begin() || !video_->capture.isOpened()) return "";
+  if (double(frame - std::prev(after)->first) > kMaxRepeat_s * rate_hz_) return "";
   cv::Mat image;
   if (!video_->capture.set(cv::CAP_PROP_POS_FRAMES, std::prev(after)->second) ||
       !video_->capture.read(image) || image.empty())
     return "";
-  if (image.cols > kMaxWidth_px / 2) cv::resize(image, image, {}, 0.5, 0.5, cv::INTER_AREA);
+  const double scale = double(kMaxWidth_px) / image.cols;
+  if (scale < 1) cv::resize(image, image, {}, scale, scale, cv::INTER_AREA);
   std::vector<std::uint8_t> png;
   if (!cv::imencode(".png", image, png)) return "";
   return {png.begin(), png.end()};

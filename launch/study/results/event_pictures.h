@@ -20,13 +20,15 @@ class EventPictures {
 
   // Why there are no pictures; empty: there are.
   const std::string& why_none() const { return why_none_; }
-  // Returns the newest picture up to the frame as PNG file, half as wide; empty if there is none.
+  // Returns the picture of the frame as PNG file, at most 320 px wide; that of an earlier frame if
+  // it is at most a second older; else empty.
   std::string png_of(std::uint64_t frame) const;
 
  private:
   struct Video;
   std::unique_ptr<Video> video_;
   std::map<std::uint64_t, int> index_of_frame_;
+  double rate_hz_ = 0;
   std::string why_none_;
 };
 

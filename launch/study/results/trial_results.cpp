@@ -6,13 +6,15 @@
 #include <cmath>
 #include <memory>
 
+#include "common/collision/spacing/view_interval.h"
 #include "common/recording/replay/recorded_deployment.h"
 #include "common/recording/replay/recorded_frames.h"
 #include "common/study/session_timeline.h"
 #include "common/surface/swept_volume.h"
-#include "launch/study/recorded/detection_eps.h"
+#include "launch/study/recorded/recorded_hull.h"
 #include "launch/study/recorded/recorded_spacings.h"
 #include "launch/study/results/event_pictures.h"
+#include "launch/units/length.h"
 
 namespace fivepipe::study {
 namespace {
@@ -23,6 +25,10 @@ using config::SceneObject;
 constexpr double kSameEvent_s = 0.25;
 // The chart of the clearance shows this many times at most.
 constexpr std::size_t kMaxTimes = 2000;
+// Pictures of each part. The page contains them.
+constexpr std::size_t kMaxPictures = 50;
+// The swept volume has larger cells than requested in a rig whose box would need more than this.
+constexpr double kMaxCells = 1e8;
 
 bool is_rigid(const SceneObject& object) { return object.motion == config::Motion::fixed; }
 
@@ -80,18 +86,18 @@ class Session {
       spacings_.push_back(recorded_spacings(recording_, object.name));
       if (!object.spacing) continue;
       const config::Spacing& spacing = *object.spacing;
-      Eigen::Isometry3d at_zero = object.world_from_object;
-      at_zero.translation() += spacing.move_world_m(0);
       movable_.push_back(&object);
-      lines.push_back({collision::MovablePart(meshes.back(), at_zero, spacing.axis_world),
+      lines.push_back({movable_part(object),
                        {spacing.low_m, spacing.high_m},
                        equally_spaced_m({spacing.low_m, spacing.high_m}, request.layouts)});
     }
     timeline_ = std::make_unique<SessionTimeline>(meshes, options_, pool);
     study_ = std::make_unique<SpacingStudy>(std::move(lines), options_, pool);
-    if (request.swept && !swept_)
-      swept_ = std::make_unique<surface::SweptVolume>(
-          surface::SweptVolumeOptions{recorded_.deployment().rig.volume_m, request.swept_cell_m});
+    if (request.swept && !swept_) {
+      const Eigen::AlignedBox3d& box = recorded_.deployment().rig.volume_m;
+      swept_ = std::make_unique<surface::SweptVolume>(surface::SweptVolumeOptions{
+          box, std::max(request.swept_cell_m, std::cbrt(box.volume() / kMaxCells))});
+    }
   }
 
   void compute(const std::function<void(double done)>& progress) {
@@ -102,7 +108,7 @@ class Session {
       frames_.push_back(frame->set.frame);
       times_s_.push_back(time_s);
       durations_s_.push_back(frame->duration_s);
-      TimelineFrame of_parts{frame->set.silhouettes, time_s, {}};
+      TimelineFrame of_parts{frame->set.silhouettes, time_s, frame->duration_s, {}};
       for (std::size_t i = 0; i < reported_.size(); ++i) {
         Eigen::Isometry3d pose = reported_[i]->world_from_object;
         if (const auto& spacing = reported_[i]->spacing)
@@ -131,6 +137,24 @@ class Session {
     if (study_->empty_frames() > 0)
       remarks.push_back(fmt::format("{}: frames without a hull: {} of {}.", of,
                                     study_->empty_frames(), study_->frames()));
+    const std::vector<LineResult> lines = study_->results();
+    for (std::size_t i = 0; i < movable_.size(); ++i) {
+      if (lines[i].incomplete_frames > 0)
+        remarks.push_back(fmt::format("{}: {}: in {} frames the search reached its limit.", of,
+                                      movable_[i]->name, lines[i].incomplete_frames));
+      const auto view = in_view(*movable_[i]);
+      if (!view)
+        remarks.push_back(fmt::format(
+            "{}: nowhere in its range is the whole of {} in view of the cameras; what is outside "
+            "counts as free because no hull can be there.",
+            of, movable_[i]->name));
+      else if (view->low_m > movable_[i]->spacing->low_m ||
+               view->high_m < movable_[i]->spacing->high_m)
+        remarks.push_back(fmt::format(
+            "{}: the whole of {} is in view of the cameras from {} to {}; elsewhere, what is "
+            "outside counts as free because no hull can be there.",
+            of, movable_[i]->name, text_of_length(view->low_m), text_of_length(view->high_m)));
+    }
   }
 
   // Adds what was found to the trial, `offset_s` after its start.
@@ -142,17 +166,31 @@ class Session {
       add_spacings(i, offset_s, trial);
     }
     const std::vector<LineResult> lines = study_->results();
-    for (std::size_t i = 0; i < movable_.size(); ++i) {
-      const config::Spacing& spacing = *movable_[i]->spacing;
-      trial.what_if.push_back({movable_[i]->name, {spacing.low_m, spacing.high_m}, lines[i], true});
-    }
+    for (std::size_t i = 0; i < movable_.size(); ++i) add_curve(*movable_[i], lines[i], trial);
     trial.duration_s = offset_s + duration_s();
   }
 
+  // CLOCK_REALTIME of the first frame: the time 0 of the recording's results.
+  std::int64_t start_ns() const {
+    return recording_.start_ns() + std::int64_t(1e9 * times_s_.front());
+  }
   double duration_s() const { return times_s_.back() + durations_s_.back() - times_s_.front(); }
   const recording::Recording& recording() const { return recording_; }
 
  private:
+  static collision::MovablePart movable_part(const SceneObject& object) {
+    Eigen::Isometry3d at_zero = object.world_from_object;
+    at_zero.translation() += object.spacing->move_world_m(0);
+    return {config::mesh_of(object), at_zero, object.spacing->axis_world};
+  }
+
+  // The spacings at which the whole part is where the hull can be.
+  std::optional<collision::SpacingInterval> in_view(const SceneObject& object) const {
+    return collision::interval_in_view(
+        movable_part(object), {object.spacing->low_m, object.spacing->high_m},
+        limiting_cameras(recorded_.deployment()), options_.rule.within_world_m);
+  }
+
   void sweep(std::vector<std::vector<hull::Silhouette>>& waiting) {
     run_frames(pool_, waiting.size(), [&](std::size_t frame, std::size_t) {
       FrameHull hull(options_.rule, options_.eps_m);
@@ -160,6 +198,19 @@ class Session {
       if (!hull.is_unknown() && !hull.is_empty()) swept_->add(*hull.query);
     });
     waiting.clear();
+  }
+
+  // The curves of several recordings are one, because all of them belong to the trial.
+  static void add_curve(const SceneObject& object, const LineResult& line, report::Trial& trial) {
+    const collision::SpacingInterval range{object.spacing->low_m, object.spacing->high_m};
+    const auto known = std::ranges::find(trial.what_if, object.name, &report::WhatIfCurve::part);
+    if (known == trial.what_if.end())
+      trial.what_if.push_back({object.name, range, line, true});
+    else if (known->range == range)
+      add(known->result, line);
+    else
+      throw recording::RecordingError(object.name +
+                                      " has another range than in the recording before");
   }
 
   static report::PartResult& part_of(report::Trial& trial, const std::string& name) {
@@ -177,11 +228,14 @@ class Session {
     for (const CollisionEvent& found : collision_events(timeline, kSameEvent_s)) {
       report::Event event{times_s_[found.first] - start_s,
                           times_s_[found.last] + durations_s_[found.last] - start_s};
-      const std::size_t middle = (found.first + found.last) / 2;
-      if (pictures) event.picture_png = pictures->png_of(frames_[middle]);
+      // Of the colliding frame next to the center of the event.
+      std::size_t shown = (found.first + found.last) / 2;
+      while (timeline[shown].verdict != collision::CollisionVerdict::colliding) ++shown;
+      if (pictures && part.events.size() < kMaxPictures)
+        event.picture_png = pictures->png_of(frames_[shown]);
       if (!event.picture_png.empty())
         event.picture_shows = fmt::format("the viewer's picture at {:.1f} s: {} collides",
-                                          times_s_[middle] - start_s, object.name);
+                                          times_s_[shown] - start_s, object.name);
       part.events.push_back(std::move(event));
     }
     if (!part.clearance) {
@@ -271,10 +325,9 @@ report::Trial trial_results(const StudyFolder& study, const StoredTrial& stored,
   const std::string of = fmt::format("Trial {}", stored.number);
   std::vector<StoredNote> notes = stored.notes;
   double offset_s = 0;
-  for (std::size_t part = 0; part < stored.recordings.size(); ++part) {
+  const auto add_recording = [&](std::size_t part, const std::function<void(double)>& of_part) {
     Session session(folder / stored.recordings[part], request, pool, swept);
-    const double parts = double(stored.recordings.size());
-    session.compute([&](double done) { progress((double(part) + done) / parts); });
+    session.compute(of_part);
     session.add_remarks(of, remarks);
     std::optional<EventPictures> pictures;
     if (request.pictures)
@@ -283,17 +336,28 @@ report::Trial trial_results(const StudyFolder& study, const StoredTrial& stored,
     if (pictures && !pictures->why_none().empty())
       remarks.push_back(fmt::format("{}: no pictures: {}.", of, pictures->why_none()));
     session.add_to(trial, offset_s, pictures ? &*pictures : nullptr);
-    const std::int64_t start_ns = session.recording().start_ns();
     std::erase_if(notes, [&](const StoredNote& note) {
-      const bool is_last = part + 1 == stored.recordings.size();
-      if (!is_last && note.stamp_ns > session.recording().end_ns()) return false;
-      trial.notes.push_back(
-          {std::clamp(offset_s + 1e-9 * double(note.stamp_ns - start_ns), 0.0, trial.duration_s),
-           note.text});
+      if (note.stamp_ns > session.recording().end_ns()) return false;
+      const double time_s = offset_s + base::difference_s(note.stamp_ns, session.start_ns());
+      trial.notes.push_back({std::clamp(time_s, offset_s, trial.duration_s), note.text});
       return true;
     });
     offset_s = trial.duration_s;
+  };
+  for (std::size_t part = 0; part < stored.recordings.size(); ++part) {
+    const double parts = double(stored.recordings.size());
+    const auto of_part = [&](double done) { progress((double(part) + done) / parts); };
+    try {
+      add_recording(part, of_part);
+    } catch (const recording::RecordingError& error) {
+      remarks.push_back(fmt::format("{}: not used: {}.", of, error.what()));
+    } catch (const mcap::McapError& error) {
+      remarks.push_back(fmt::format("{}: not used: {}.", of, error.what()));
+    } catch (const std::system_error& error) {
+      remarks.push_back(fmt::format("{}: not used: {}.", of, error.what()));
+    }
   }
+  for (const StoredNote& note : notes) trial.notes.push_back({trial.duration_s, note.text});
   std::ranges::stable_sort(trial.layout_changes, {}, &report::LayoutChange::time_s);
   if (swept) {
     const surface::SweptSurface surface = swept->surface();
@@ -301,7 +365,7 @@ report::Trial trial_results(const StudyFolder& study, const StoredTrial& stored,
         "{}: the swept volume is {:.0f} cm3, larger by {:.0f} cm3 (standard error {:.0f}) than "
         "what the hulls sweep, because it consists of whole cells of {:g} mm.",
         of, 1e6 * surface.volume_m3, 1e6 * (surface.volume_m3 - surface.hull_volume_m3),
-        1e6 * surface.hull_volume_error_m3, 1e3 * request.swept_cell_m));
+        1e6 * surface.hull_volume_error_m3, 1e3 * swept->cell_m()));
     trial.swept.push_back({"real objects", surface.mesh});
   }
   return trial;

@@ -76,6 +76,16 @@ TEST_F(StudyFolderTest, IsMadeFromMeshes) {
   EXPECT_EQ(scene.objects[0].spacing->high_m, 0.34);
 }
 
+// The copy would change with the original.
+TEST_F(StudyFolderTest, RefusesADeploymentThatNamesAnAbsolutePath) {
+  const std::string file = test::changed_deployment(folder_.path / "files", "nodes:\n", "nodes:\n");
+  EXPECT_TRUE(contains(refusal([&] {
+                         StudyFolder::create(folder_.path / "study", {"Name", file, {}, ""});
+                       }),
+                       "a study needs paths that are relative"));
+  EXPECT_FALSE(fs::exists(folder_.path / "study"));
+}
+
 TEST_F(StudyFolderTest, RefusesAFolderWithFiles) {
   fs::create_directories(folder_.path / "study");
   std::ofstream(folder_.path / "study" / "mine.txt") << "text";
@@ -138,6 +148,7 @@ TEST_F(StudyFolderTest, NamesWhatIsWrongInATrial) {
       {"state", "lost"},
       {"kind", "robot"},
       {"trial", "one"},
+      {"trial", 2},
       {"recordings", {"../../secret.mcap"}},
       {"recordings", {".."}},
       {"answers", {{"found", {{"low_m", -1}, {"remark", ""}}}}},
@@ -232,8 +243,8 @@ TEST(AnswerFrom, ReadsWhatPeopleWrite) {
   equals("15 to 16 cm", {0.15, 0.16});
   equals("16.0cm  adjust the tool", {0.16, std::nullopt, "adjust the tool"});
   equals("15-16cm (tight)", {0.15, 0.16, "(tight)"});
-  for (const char* text :
-       {"", "15", "cm", "about 15cm", "16-15cm", "-3cm", "1e9m", "15cm-", "1.2.3cm"})
+  for (const char* text : {"", "15", "cm", "about 15cm", "16-15cm", "-3cm", "1e9m", "15cm-",
+                           "1.2.3cm", "15cm - 16", "15cm to 16", "15cm \xff"})
     EXPECT_THROW(answer_from(text), base::UsageError) << text;
 }
 

@@ -29,10 +29,11 @@ objects:
 class StudyTrial : public ReplayedNodesTest {
  protected:
   std::string deployment_file() {
-    std::ofstream(folder_ / "layout.yaml") << kStudyScene;
-    return changed_deployment(folder_ / "layout",
-                              "scene: " FIVEPIPE_SOURCE_DIR "/scenes/demo/scene.yaml",
-                              "scene: " + (folder_ / "layout.yaml").string());
+    const std::string file = changed_deployment(
+        folder_ / "layout", "scene: " FIVEPIPE_SOURCE_DIR "/scenes/demo/scene.yaml",
+        "scene: scene.yaml");
+    std::ofstream(folder_ / "layout" / "scene.yaml") << kStudyScene;
+    return file;
   }
   // Runs `fivepipe study WORDS`. Returns its exit code and sets said_.
   std::optional<int> study(std::vector<std::string> words) {
@@ -146,6 +147,13 @@ TEST_F(StudyTrial, AnInterruptedTrialIsKeptAndResumed) {
   EXPECT_NE(clearance.find(",10,,10,"), std::string::npos);
   EXPECT_NE(csv("report.html").find("part at 140.0 cm"), std::string::npos);
 
+  // One curve for both recordings, and the tool's note while the first one ran.
+  EXPECT_EQ(std::ranges::count(csv("what-if.csv"), '\n'), 1 + 2);
+  // A recording that cannot be used does not stop the report.
+  std::filesystem::resize_file(std::filesystem::path(path_) / "trials/0001/recording_2.mcap", 100);
+  ASSERT_EQ(study({"report", path_, "--no-swept", "--no-pictures", "--layouts", "2"}), 0) << said_;
+  EXPECT_NE(csv("report.html").find("Trial 1: not used: "), std::string::npos);
+
   if (std::system("command -v chromium >/dev/null") != 0)
     FIVEPIPE_SKIP_WITHOUT_PACKAGE("chromium is not installed");
   const json seen = visit(std::filesystem::path(path_) / "report" / "report.html");
@@ -158,12 +166,18 @@ TEST_F(StudyTrial, AnInterruptedTrialIsKeptAndResumed) {
   EXPECT_EQ(seen["value"]["table"][0].size(), 2u);
 }
 
-TEST_F(StudyTrial, ATrialThatRecordsNothingSaysSo) {
+TEST_F(StudyTrial, ATrialThatRecordsNothingIsRemoved) {
   ASSERT_EQ(study({"new", path_, "--deployment", deployment_file()}), 0) << said_;
+  // The disk is full, or the folder is not writable: `up` refuses to begin.
+  std::filesystem::create_directories(std::filesystem::path(path_) / "trials/0001");
+  std::ofstream(std::filesystem::path(path_) / "trials/0001/run_1") << "a file, not a folder";
+  EXPECT_NE(study({"run", path_, "--participant", "P1", "--domain", std::to_string(domain_)}), 0);
+  EXPECT_NE(said_.find("trial 1: nothing was recorded"), std::string::npos) << said_;
   EXPECT_EQ(study({"run", path_}), 2) << said_;
   EXPECT_EQ(study({"run", path_, "--resume", "3"}), 2) << said_;
   EXPECT_EQ(study({"run", path_, "--participant", "P1", "--found", "wide"}), 2) << said_;
   EXPECT_NE(said_.find("--found: 'wide' is no answer"), std::string::npos) << said_;
+  EXPECT_TRUE(study::StudyFolder(path_).trials().empty());
 }
 
 }  // namespace
