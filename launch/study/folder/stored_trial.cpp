@@ -59,6 +59,15 @@ Answer checked(const Answer& answer) {
   return answer;
 }
 
+Answer checked_answer(double low_m, std::optional<double> high_m, const std::string& text,
+                      const std::string& remark) {
+  try {
+    return checked({low_m, high_m, remark});
+  } catch (const std::exception& error) {
+    throw base::UsageError("'" + text + "': " + error.what());
+  }
+}
+
 }  // namespace
 
 Json json_of(const StoredTrial& trial) {
@@ -123,25 +132,19 @@ Answer answer_from(const std::string& text) {
       "^\\s*([0-9.]+)\\s*(mm|cm|m|in)?(?:\\s*(?:-|to)\\s*([0-9.]+)\\s*(mm|cm|m|in))?(?:\\s+(.*\\S))"
       "?\\s*$");
   const auto match = pattern.search(text);
-  std::optional<double> low_m, high_m;
-  if (match) {
-    const std::vector<std::string>& groups = match->groups;
-    const bool is_range = !groups[3].empty();
-    low_m = length_m(groups[1] + (groups[2].empty() && is_range ? groups[4] : groups[2]));
-    if (is_range) high_m = length_m(groups[3] + groups[4]);
-    if (is_range && !high_m) low_m.reset();
-  }
   // "15cm - 16" is a range without the second unit, and no remark.
   static const base::Regex half_range("^(-|to\\b)\\s*[0-9]");
-  if (match && half_range.found_in(match->groups[5])) low_m.reset();
-  if (!low_m || !is_utf8(text))
-    throw base::UsageError(
-        "'" + text + "' is no answer; write a length such as 15cm or 15-16cm, and any remark");
-  try {
-    return checked({*low_m, high_m, match->groups[5]});
-  } catch (const std::exception& error) {
-    throw base::UsageError("'" + text + "': " + error.what());
+  if (match && is_utf8(text) && !half_range.found_in(match->groups[5])) {
+    const std::vector<std::string>& groups = match->groups;
+    const bool is_range = !groups[3].empty();
+    const auto low_m =
+        length_m(groups[1] + (groups[2].empty() && is_range ? groups[4] : groups[2]));
+    const auto high_m = is_range ? length_m(groups[3] + groups[4]) : low_m;
+    if (low_m && high_m)
+      return checked_answer(*low_m, is_range ? high_m : std::nullopt, text, groups[5]);
   }
+  throw base::UsageError("'" + text +
+                         "' is no answer; write a length such as 15cm or 15-16cm, and any remark");
 }
 
 }  // namespace fivepipe::study
