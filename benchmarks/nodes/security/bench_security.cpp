@@ -6,13 +6,13 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
-#include "benchmarks/nodes/free_domain.h"
 #include "benchmarks/nodes/security/message_cost.h"
 #include "benchmarks/support/suite.h"
 #include "common/base/result_file.h"
 #include "common/base/text_table.h"
 #include "common/base/timing.h"
 #include "launch/keys/make_keys.h"
+#include "launch/supervise/hosts/free_domain.h"
 
 namespace fivepipe::security_bench {
 namespace {
@@ -79,7 +79,7 @@ constexpr bench::Suite kSuite{
 void run(const bench::Args& args) {
   std::cout << base::machine_line("") << std::endl;
   const KeyFolder folder;
-  const std::uint32_t domain = node_bench::free_domain();
+  const std::uint32_t domain = launch::free_domain();
   const std::vector<Method> methods = methods_in(folder.path(), domain);
   const int rounds = args.quick ? 1 : 5, messages = args.quick ? 60 : 240;
   std::map<std::string, Cost> cost_of;
