@@ -70,7 +70,7 @@ int run_register(const RegisterOptions& options) {
     std::cout
         << "Three points leave the residual small even if one is wrong: touch a fourth one.\n";
   if (options.only_shows) return 0;
-  std::cout << write_pose(study, options.part, found.to_from) << " is changed\n";
+  std::cout << write_pose(study, options.part, found.to_from).string() << " is changed\n";
   return 0;
 }
 

@@ -128,11 +128,12 @@ TEST_F(RecordingConformance, ReferenceReaderDecodesEveryTopicIdentically) {
   for (const bus::topics::Topic& topic : bus::topics::all()) {
     const std::string name = topic.name;
     // This run has one host, no commands, no replay and no sub-pixel silhouettes, and its scene has
-    // no history and no particles.
+    // no history, no particles and no spacing.
     const bool is_written =
         name != bus::topics::Command::name && name != bus::topics::ObjectCoverage::name &&
         name != bus::topics::ReplaySession::name && name != bus::topics::HostStatus::name &&
-        name != bus::topics::HullComponents::name && name != bus::topics::Particles::name;
+        name != bus::topics::HullComponents::name && name != bus::topics::Particles::name &&
+        name != bus::topics::SpacingRequest::name && name != bus::topics::ObjectSpacing::name;
     EXPECT_EQ(compared.contains(name), is_written) << name;
   }
   EXPECT_GT(compared[std::string(bus::topics::ObjectPixelMap::name) + recording::kKeyStateSuffix],
