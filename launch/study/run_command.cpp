@@ -11,10 +11,10 @@
 
 #include "common/base/realtime.h"
 #include "common/base/usage_error.h"
-#include "launch/cli/program.h"
 #include "launch/study/commands.h"
 #include "launch/study/folder/study_folder.h"
 #include "launch/study/questions.h"
+#include "launch/supervise/own_files.h"
 
 namespace fivepipe::study {
 namespace {
