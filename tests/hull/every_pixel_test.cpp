@@ -3,7 +3,9 @@
 // of `fivepipe bench hull --full` at every size.
 #include "benchmarks/hull/every_pixel.h"
 
+#include <algorithm>
 #include <cstdlib>
+#include <thread>
 
 #include "tests/support/hull/backends.h"
 
@@ -28,7 +30,7 @@ std::vector<Views> small_views() {
 }
 
 TEST(EveryPixel, CpuAndGlEqualTheReference) {
-  base::WorkerPool pool(2);
+  base::WorkerPool pool(std::max(2u, std::thread::hardware_concurrency()));
   std::vector<PixelRow> rows;
   for (const Views& views : std::getenv("FIVEPIPE_LONG") ? all_views() : small_views())
     for (const HullScene& scene : views.scenes)
