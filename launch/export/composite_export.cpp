@@ -76,20 +76,30 @@ class Renderer {
   std::string output_;
 };
 
-}  // namespace
-
-std::size_t export_composites(const recording::Recording& recording,
-                              const replay::RecordedDeployment& recorded,
-                              const std::filesystem::path& folder, double start_s,
-                              std::optional<double> end_s) {
-  const config::Node& node = renderer_of(recorded.deployment());
+replay::ReplayRequest request_for(const replay::RecordedDeployment& recorded,
+                                  const config::Node& node, const CompositeRange& range) {
   replay::ReplayRequest request;
   request.nodes = {node.name};
   request.settings = recorded.settings();
-  request.start_s = start_s;
-  request.end_s = end_s;
+  request.start_s = range.start_s;
+  request.end_s = range.end_s;
   request.lossless = true;
   request.deployment = recorded.deployment().name;
+  return request;
+}
+
+}  // namespace
+
+void check_composites(const recording::Recording& recording,
+                      const replay::RecordedDeployment& recorded, const CompositeRange& range) {
+  replay::plan_for(recording, request_for(recorded, renderer_of(recorded.deployment()), range));
+}
+
+std::size_t export_composites(const recording::Recording& recording,
+                              const replay::RecordedDeployment& recorded,
+                              const std::filesystem::path& folder, const CompositeRange& range) {
+  const config::Node& node = renderer_of(recorded.deployment());
+  replay::ReplayRequest request = request_for(recorded, node, range);
   replay::plan_for(recording, request);  // throws before a node starts
   request.domain = launch::free_domain();
   std::filesystem::create_directories(folder);

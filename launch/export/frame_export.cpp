@@ -80,24 +80,32 @@ FrameExporter::FrameExporter(const ExportRequest& request, const config::Deploym
                              surface::SweptVolume* swept)
     : request_(request), deployment_(deployment), swept_(swept) {}
 
-FrameFigures FrameExporter::operator()(const replay::RecordedFrame& frame, std::size_t index) {
+FrameFigures FrameExporter::exported(const replay::RecordedFrame& frame, std::size_t index) {
   hull_.assign(frame.set.silhouettes, deployment_.hull_rule);
   const hull::HullQuery query(hull_);
   const std::string name = name_of_frame(index, frame.set.frame);
   FrameFigures figures;
   if (request_.meshes || request_.points || request_.volumes)
     write_meshes(frame, name, query, figures);
-  if (request_.components) {
-    const config::HistoryRequests history =
-        deployment_.scene.history.value_or(config::HistoryRequests{});
-    figures.components =
-        collision::hull_components(query, {.within_world_m = deployment_.hull_rule.within_world_m,
-                                           .cell_m = history.cell_m,
-                                           .outlines = true});
-  }
+  if (request_.components) figures.components = components_of(query);
   if (request_.depth) write_depth_of(frame, name, figures);
   if (swept_) swept_->add(query);
   return figures;
+}
+
+std::vector<collision::HullComponent> FrameExporter::components(
+    const replay::RecordedFrame& frame) {
+  hull_.assign(frame.set.silhouettes, deployment_.hull_rule);
+  return components_of(hull::HullQuery(hull_));
+}
+
+std::vector<collision::HullComponent> FrameExporter::components_of(
+    const hull::HullQuery& query) const {
+  const config::HistoryRequests history =
+      deployment_.scene.history.value_or(config::HistoryRequests{});
+  return collision::hull_components(query, {.within_world_m = deployment_.hull_rule.within_world_m,
+                                            .cell_m = history.cell_m,
+                                            .outlines = true});
 }
 
 void FrameExporter::write_meshes(const replay::RecordedFrame& frame, const std::string& name,

@@ -34,10 +34,13 @@ class FrameExporter {
   FrameExporter(const ExportRequest& request, const config::Deployment& deployment,
                 surface::SweptVolume* swept);
 
-  // Throws std::runtime_error if a file cannot be written.
-  FrameFigures operator()(const replay::RecordedFrame& frame, std::size_t index);
+  // Writes the files of the frame. Throws std::runtime_error if one cannot be written.
+  FrameFigures exported(const replay::RecordedFrame& frame, std::size_t index);
+  // The connected parts of the hull, for the tracker. Writes nothing.
+  std::vector<collision::HullComponent> components(const replay::RecordedFrame& frame);
 
  private:
+  std::vector<collision::HullComponent> components_of(const hull::HullQuery& query) const;
   void write_meshes(const replay::RecordedFrame& frame, const std::string& name,
                     const hull::HullQuery& query, FrameFigures& figures);
   void write_depth_of(const replay::RecordedFrame& frame, const std::string& name,

@@ -28,10 +28,12 @@ constexpr std::size_t kFramesPerThread = 2;
 // Of the normals of the swept volume, whose faces are those of cells: shading over some 4 cells.
 constexpr int kNormalSteps = 8;
 
+bool needs_surfaces(const ExportRequest& request) {
+  return request.meshes || request.points || request.volumes;
+}
 // Whether the hulls of frames are needed.
 bool needs_hulls(const ExportRequest& request) {
-  return request.meshes || request.points || request.swept || request.depth || request.volumes ||
-         request.components;
+  return needs_surfaces(request) || request.swept || request.depth || request.components;
 }
 
 void check(const ExportRequest& request, const config::Deployment& deployment) {
@@ -58,14 +60,15 @@ void check(const ExportRequest& request, const config::Deployment& deployment) {
 
 // Whether the volume has at most as many cells as the surfaces accept.
 void check_cells(const ExportRequest& request, const Eigen::AlignedBox3d& volume_m) {
-  base::WorkerPool pool(1);
-  hull::CpuHull empty(pool);
-  const hull::HullQuery query(empty);
   const auto refuse = [](const char* option, const std::invalid_argument& error) {
     throw UsageError(std::string(option) + ": " + error.what());
   };
   try {
-    surface::hull_mesh(query, {.within_world_m = volume_m, .cell_m = request.cell_m});
+    base::WorkerPool pool(1);
+    hull::CpuHull empty(pool);
+    if (needs_surfaces(request))
+      surface::hull_mesh(hull::HullQuery(empty),
+                         {.within_world_m = volume_m, .cell_m = request.cell_m});
   } catch (const std::invalid_argument& error) {
     refuse("--cell", error);
   }
@@ -133,6 +136,8 @@ class SessionExport {
   struct Job {
     replay::RecordedFrame frame;
     FrameTime time;
+    // The tracker also needs the frames between those that are exported.
+    bool is_exported = true;
     FrameFigures figures = {};
   };
 
@@ -149,9 +154,10 @@ class SessionExport {
       const double time_s = 1e-9 * double(stamp_ns - first_stamp_ns_);
       if (time_s > request_.end_s) is_after_end_ = true;
       if (time_s < request_.start_s || time_s > request_.end_s) continue;
-      if (in_range_++ % std::size_t(request_.every) != 0) continue;
+      const bool is_exported = in_range_++ % std::size_t(request_.every) == 0;
+      if (!is_exported && !request_.components) continue;
       const FrameTime time{index, frame->set.frame, stamp_ns, time_s, frame->duration_s};
-      batch_.push_back({std::move(*frame), time});
+      batch_.push_back({std::move(*frame), time, is_exported});
     }
     return !batch_.empty();
   }
@@ -163,7 +169,11 @@ class SessionExport {
     pool_.run(int(batch_.size()), [&](int i, int thread) {
       Job& job = batch_[std::size_t(i)];
       try {
-        job.figures = (*exporters_[std::size_t(thread)])(job.frame, job.time.index);
+        FrameExporter& exporter = *exporters_[std::size_t(thread)];
+        if (job.is_exported)
+          job.figures = exporter.exported(job.frame, job.time.index);
+        else
+          job.figures.components = exporter.components(job.frame);
       } catch (...) {
         const std::lock_guard lock(mutex);
         if (!failure) failure = std::current_exception();
@@ -175,7 +185,7 @@ class SessionExport {
 
   void make_folders() {
     fs::create_directories(request_.folder);
-    if (request_.meshes || request_.points || request_.volumes)
+    if (needs_surfaces(request_))
       frames_table_ =
           std::make_unique<Table>(request_.folder / "frames.csv", frames_head(), summary_.files);
     if (request_.components)
@@ -188,15 +198,16 @@ class SessionExport {
   }
 
   void fold(const Job& job) {
+    std::vector<collision::TrackedComponent> tracked;
+    if (components_table_) tracked = tracker_->add(job.time.time_s, job.figures.components);
+    if (!job.is_exported) return;
     ++summary_.frames;
     summary_.files += job.figures.files;
     summary_.without_mesh += job.figures.triangles == 0;
     summary_.without_colour += !job.figures.has_colour;
     summary_.without_pose += request_.depth && !job.figures.view;
     if (frames_table_) frames_table_->write(frame_line(job.time, job.figures));
-    if (components_table_)
-      components_table_->write(
-          component_lines(job.time, tracker_->add(job.time.time_s, job.figures.components)));
+    if (components_table_) components_table_->write(component_lines(job.time, tracked));
     if (job.figures.view) views_table_->write(view_line(job.time, *job.figures.view));
   }
 
@@ -239,18 +250,16 @@ class SessionExport {
 
 constexpr std::size_t kCompositeFiles = 2;
 
-// Returns the number of frames.
-std::size_t composites(const ExportRequest& request, const recording::Recording& recording,
-                       const replay::RecordedDeployment& recorded) {
+CompositeRange composite_range(const ExportRequest& request, const recording::Recording& recording,
+                               const replay::RecordedDeployment& recorded) {
   // Of the first complete frame, since the start of the recording.
   double first_s = 0;
   if (const auto frame = replay::RecordedFrames(recording, recorded.deployment()).next())
     first_s = std::max(0.0, 1e-9 * double(frame->set.capture_stamp_ns - recording.start_ns()));
-  launch::catch_signals();
-  return export_composites(
-      recording, recorded, request.folder / "composites",
-      request.start_s > 0 ? first_s + request.start_s : 0,
-      std::isfinite(request.end_s) ? std::optional(first_s + request.end_s) : std::nullopt);
+  CompositeRange range;
+  if (request.start_s > 0) range.start_s = first_s + request.start_s;
+  if (std::isfinite(request.end_s)) range.end_s = first_s + request.end_s;
+  return range;
 }
 
 }  // namespace
@@ -259,6 +268,11 @@ ExportSummary export_session(const ExportRequest& request, const Progress& progr
   const recording::Recording recording(request.recording);
   const replay::RecordedDeployment recorded(recording, request.settings);
   check(request, recorded.deployment());
+  CompositeRange range;
+  if (request.composites) {
+    range = composite_range(request, recording, recorded);
+    check_composites(recording, recorded, range);
+  }
   ExportSummary summary;
   if (needs_hulls(request)) {
     check_cells(request, recorded.deployment().hull_rule.within_world_m);
@@ -266,7 +280,9 @@ ExportSummary export_session(const ExportRequest& request, const Progress& progr
     summary = SessionExport(request, recorded.deployment(), recording).run(progress);
   }
   if (request.composites) {
-    summary.composited = composites(request, recording, recorded);
+    launch::catch_signals();
+    summary.composited =
+        export_composites(recording, recorded, request.folder / "composites", range);
     summary.files += kCompositeFiles;
   }
   return summary;

@@ -193,6 +193,20 @@ TEST_F(Export, ComponentsAreThoseOfTheSimulation) {
   }
 }
 
+// The tracker needs all frames; a gap would give each component a new id.
+TEST_F(Export, EveryNthFrameHasTheComponentsOfAllFrames) {
+  request_.components = true;
+  run();
+  std::vector<Row> expected;
+  for (Row& row : rows_of(request_.folder / "components.csv"))
+    if (std::stoi(row.at("index")) % 8 == 0) expected.push_back(std::move(row));
+  ASSERT_GT(expected.size(), 4u);
+  request_.folder = folder_.path / "every";
+  request_.every = 8;
+  EXPECT_EQ(run().frames, 5u);
+  EXPECT_EQ(rows_of(request_.folder / "components.csv"), expected);
+}
+
 hull::View recorded_view(const Kept& kept, std::size_t frame) {
   const config::Viewer& viewer = kept.deployment.viewer;
   return {{config::render_pinhole(viewer), *kept.frames[frame].eye_from_world},
@@ -315,12 +329,12 @@ TEST_F(Export, FramesWithoutHullOrPoseAreCounted) {
   FrameExporter exporter(request_, kept.deployment, nullptr);
   replay::RecordedFrame frame = kept.frames[0];
   frame.eye_from_world.reset();
-  EXPECT_FALSE(exporter(frame, 0).view);
+  EXPECT_FALSE(exporter.exported(frame, 0).view);
   EXPECT_EQ(files_in(request_.folder / "depth").size(), 0u);
   for (hull::Silhouette& silhouette : frame.set.silhouettes)
     silhouette.pixels = {silhouette.pixels.width_px(), silhouette.pixels.height_px()};
   frame.eye_from_world = kept.frames[0].eye_from_world;
-  const FrameFigures figures = exporter(frame, 1);
+  const FrameFigures figures = exporter.exported(frame, 1);
   EXPECT_EQ(figures.triangles, 0u);
   EXPECT_EQ(figures.volume_m3, 0);
   EXPECT_TRUE(figures.view);
@@ -355,6 +369,7 @@ TEST_F(Export, RefusesWrongRequests) {
   request_.start_s = request_.end_s = std::nan("");
   EXPECT_NE(usage_error().find("--start is after --end"), std::string::npos);
   request_.start_s = 0, request_.end_s = 1;
+  request_.volumes = true;
   request_.cell_m = 1e-5;
   EXPECT_NE(usage_error().find("--cell: hull mesh: too many cells"), std::string::npos);
   request_.cell_m = 0.01;
@@ -365,6 +380,21 @@ TEST_F(Export, RefusesWrongRequests) {
   fs::create_directories(request_.folder / "mine");
   request_.swept_cell_m = 0.01;
   EXPECT_NE(usage_error().find("is not empty; choose another folder"), std::string::npos);
+}
+
+TEST_F(Export, ChecksOnlyTheCellsThatItUses) {
+  request_.depth = DepthFormat::png;
+  request_.every = 32;
+  request_.cell_m = request_.swept_cell_m = 1e-5;
+  EXPECT_EQ(run().frames, 2u);
+}
+
+// After the hulls, the error would be that of a recording without a frame in the range.
+TEST_F(Export, ChecksTheCompositesFirst) {
+  request_.volumes = request_.composites = true;
+  request_.start_s = 1e6;
+  EXPECT_NE(usage_error(), "none");
+  EXPECT_FALSE(fs::exists(request_.folder));
 }
 
 TEST_F(Export, ReportsWhatARecordingLacks) {
