@@ -22,8 +22,11 @@ using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 using Counts = std::map<std::string, recording::TopicCounts>;
 
-// Time for messages in transit to arrive after a request to end the recording.
-constexpr auto kDrainTime = 200ms;
+// Time for messages in transit to arrive after a request to end the recording: at least the first,
+// and up to the second while messages are missing that the nodes have counted as sent. A status can
+// arrive before messages that were sent earlier.
+constexpr auto kMinDrainTime = 200ms, kMaxDrainTime = 800ms;
+static_assert(kMaxDrainTime < kWriteTime);
 
 // Reports the totals of each topic in the recorder's NodeStatus.
 void publish_counts(node::NodeStatusReporter& status, const Counts& counts) {
@@ -101,8 +104,15 @@ RecordResult record(const RecordRequest& request, const std::function<int()>& si
 
   const auto started = Clock::now();
   auto next_progress = started + kProgressPeriod;
-  std::optional<Clock::time_point> end, signalled;
-  while (!end || Clock::now() < *end) {
+  std::optional<Clock::time_point> end_requested, signalled;
+  const auto has_drained = [&] {
+    const auto since = Clock::now() - *end_requested;
+    return since >= kMaxDrainTime ||
+           (since >= kMinDrainTime &&
+            std::ranges::all_of(recorder.compared(),
+                                [](const SentByNode& sent) { return sent.missing() == 0; }));
+  };
+  while (!end_requested || !has_drained()) {
     bus.wait(50ms);
     recorder.take();
     const std::string failure = recording.failure();
@@ -110,8 +120,8 @@ RecordResult record(const RecordRequest& request, const std::function<int()>& si
     const bool is_over =
         signals_received() > 0 || !failure.empty() ||
         (request.duration_s > 0 && base::seconds_since(started) >= request.duration_s);
-    if (is_over && !end) {
-      end = Clock::now() + kDrainTime;
+    if (is_over && !end_requested) {
+      end_requested = Clock::now();
       if (!failure.empty()) spdlog::error("the recording ends: {}", failure);
     }
     if (Clock::now() < next_progress) continue;

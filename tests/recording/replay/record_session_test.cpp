@@ -161,6 +161,39 @@ TEST_F(RecordSessionTest, EndsAtItsDuration) {
   EXPECT_TRUE(result.synced) << "not requested";
 }
 
+// A status that counts a message may arrive before it.
+TEST_F(RecordSessionTest, WaitsAtTheEndForMessagesThatNodesHaveSent) {
+  using Clock = std::chrono::steady_clock;
+  auto statuses = peer_.writer<topics::NodeStatus>();
+  std::int64_t start_ns = 0;  // of the node, after that of the recorder
+  std::optional<Clock::time_point> matched, signalled;
+  const RecordResult result = record(request(0), [&] {
+    if (start_ns == 0) start_ns = base::now_realtime_ns();
+    if (writer_.readers() == 0 || statuses.readers() == 0) return 0;
+    if (!matched) matched = Clock::now();
+    if (sent_ < 2) send();
+    fivepipe_v1_TopicCounts topic{};
+    messages::set_text(topic.topic, topics::FrameComposited::name);
+    topic.sent = 3;
+    std::vector<fivepipe_v1_TopicCounts> all{topic};
+    fivepipe_v1_NodeStatus status{};
+    messages::set_text(status.node, "peer");
+    status.start_stamp_ns = start_ns;
+    messages::borrow(status.topics, all);
+    statuses.write(status);
+    // The recorder lists the participants twice per second.
+    if (Clock::now() - *matched < 700ms) return 0;
+    if (!signalled) signalled = Clock::now();
+    if (sent_ < 3 && Clock::now() - *signalled > 300ms) send();
+    return 1;
+  });
+  ASSERT_EQ(result.sent.size(), 1u);
+  EXPECT_EQ(result.sent[0].sent, 3u);
+  EXPECT_EQ(result.sent[0].received, 3u);
+  EXPECT_TRUE(result.complete());
+  EXPECT_EQ(recorded(), 3u);
+}
+
 TEST_F(RecordSessionTest, ComparesTheSentCountsOfNodes) {
   using Clock = std::chrono::steady_clock;
   auto statuses = peer_.writer<topics::NodeStatus>();
