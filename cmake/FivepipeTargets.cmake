@@ -113,12 +113,30 @@ function(fivepipe_test_precompiled_headers)
     ${CMAKE_SOURCE_DIR}/cmake/precompiled.h <gtest/gtest.h>)
 endfunction()
 
-# fivepipe_test(NAME [ALONE | ALWAYS_ALONE] [NUMERIC] source... LINK library...): a GoogleTest
-# program. ctest runs each of its tests. ALONE is for programs whose tests measure times or rates,
-# or need all cores for a whole pipeline: ctest then runs no other test at the same time. Under the
-# sanitizers, which slow the tests too much to measure, ALONE has no effect, and a test may take
-# longer.
+# fivepipe_discover_tests(NAME FILTER PROPERTY value...): ctest runs each test of the program NAME
+# that the GoogleTest filter matches, with these properties.
+function(fivepipe_discover_tests name filter)
+  set(timeout_s 120)
+  if(CMAKE_CXX_FLAGS MATCHES "-fsanitize")
+    set(timeout_s 400)
+  endif()
+  # A program that is built for a sanitizer takes seconds to start on a busy machine.
+  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 120
+    TEST_FILTER "${filter}" PROPERTIES TIMEOUT ${timeout_s} ${ARGN})
+endfunction()
+
+# fivepipe_test(NAME [ALONE | ALWAYS_ALONE] [WAITS lock] [NUMERIC] source...
+# [ALONE_TESTS pattern...] LINK library...): a GoogleTest program. ctest runs each of its tests.
+# ALONE is for programs whose tests measure times or rates, or need all cores for a whole pipeline:
+# ctest then runs no other test at the same time. Under the sanitizers, which slow the tests too
+# much to measure, ALONE has no effect, and a test may take longer.
 # ALWAYS_ALONE has its effect there, too: it is for programs that load the machine for seconds.
+# WAITS is for programs whose tests wait for most of their time and hold on a busy machine, too.
+# ctest runs them beside all tests that are not alone, but at most one per lock at a time:
+# `pipeline` for whole pipelines, `node` for single nodes, commands, cameras and checks of hosts.
+# The tests of ALONE_TESTS (patterns of GoogleTest) run alone, because they assert a time that is
+# less than three times what they need on an idle machine. Under the sanitizers, WAITS has no effect
+# either; a program that is ALWAYS_ALONE, too, is so only there.
 # NUMERIC is for programs that compute for long: they are optimised under the sanitizers, too. The
 # build with the thread sanitizer has none of them, because their only threads are those of
 # base::WorkerPool, which tests of tests/base and tests/system run there.
@@ -126,7 +144,16 @@ function(fivepipe_test name)
   if(NOT FIVEPIPE_TESTS)
     return()
   endif()
-  cmake_parse_arguments(ARG "ALONE;ALWAYS_ALONE;NUMERIC" "" "LINK" ${ARGN})
+  cmake_parse_arguments(ARG "ALONE;ALWAYS_ALONE;NUMERIC" "WAITS" "ALONE_TESTS;LINK" ${ARGN})
+  if(ARG_WAITS AND NOT ARG_WAITS MATCHES "^(pipeline|node)$")
+    message(FATAL_ERROR "${name}: WAITS must be pipeline or node, not ${ARG_WAITS}")
+  endif()
+  if(ARG_ALONE_TESTS AND NOT ARG_WAITS)
+    message(FATAL_ERROR "${name}: ALONE_TESTS needs WAITS; without it, the program is ALONE or not")
+  endif()
+  if(NOT ARG_UNPARSED_ARGUMENTS)
+    message(FATAL_ERROR "${name}: no sources; they must precede ALONE_TESTS and LINK")
+  endif()
   if(ARG_NUMERIC AND CMAKE_CXX_FLAGS MATCHES "-fsanitize=thread")
     return()
   endif()
@@ -141,11 +168,8 @@ function(fivepipe_test name)
   target_compile_definitions(${name} PRIVATE FIVEPIPE_SOURCE_DIR="${CMAKE_SOURCE_DIR}"
     FIVEPIPE_BINARY_DIR="${CMAKE_RUNTIME_OUTPUT_DIRECTORY}")
   set(has_sanitizer FALSE)
-  set(timeout_s 120)
   if(CMAKE_CXX_FLAGS MATCHES "-fsanitize")
     set(has_sanitizer TRUE)
-    set(ARG_ALONE FALSE)
-    set(timeout_s 400)
   endif()
   if(ARG_NUMERIC AND has_sanitizer)
     fivepipe_program_precompiled_headers(${name})
@@ -153,18 +177,31 @@ function(fivepipe_test name)
     target_compile_options(${name} PRIVATE ${fivepipe_test_optimisation})
     target_precompile_headers(${name} REUSE_FROM fivepipe_test_precompiled)
   endif()
-  if(ARG_ALWAYS_ALONE)
-    set(ARG_ALONE TRUE)
+  if(has_sanitizer)
+    set(alone ${ARG_ALWAYS_ALONE})
+  elseif(ARG_ALONE OR ARG_ALWAYS_ALONE OR ARG_WAITS)
+    set(alone TRUE)
+  else()
+    set(alone FALSE)
   endif()
-  set_target_properties(${name} PROPERTIES FIVEPIPE_ALONE "${ARG_ALONE}")
-  # A program that is built for a sanitizer takes seconds to start on a busy machine.
-  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 120
-    PROPERTIES TIMEOUT ${timeout_s} RUN_SERIAL ${ARG_ALONE})
+  set_target_properties(${name} PROPERTIES FIVEPIPE_LONG_ALONE "${alone}")
+  if(ARG_WAITS AND NOT has_sanitizer)
+    set(others *)
+    if(ARG_ALONE_TESTS)
+      list(JOIN ARG_ALONE_TESTS ":" patterns)
+      fivepipe_discover_tests(${name} "${patterns}" RUN_SERIAL TRUE)
+      set(others "-${patterns}")
+    endif()
+    # Their cost lets ctest start them first: one at a time, they would else be the last.
+    fivepipe_discover_tests(${name} "${others}" RESOURCE_LOCK ${ARG_WAITS} COST 1000)
+  else()
+    fivepipe_discover_tests(${name} "*" RUN_SERIAL ${alone})
+  endif()
 endfunction()
 
 # fivepipe_long_test(NAME TIMEOUT [PROGRAM]): the test program PROGRAM (default: NAME_test) as the
 # long test Long_NAME, which runs for at most TIMEOUT seconds, with FIVEPIPE_LONG=1: the program's
-# full numbers. It runs alone if the program's other tests do.
+# full numbers. It runs alone if the program is ALONE or WAITS: its checks may be stricter.
 function(fivepipe_long_test name timeout_s)
   set(program ${name}_test)
   if(ARGC GREATER 2)
@@ -173,7 +210,7 @@ function(fivepipe_long_test name timeout_s)
   if(NOT TARGET ${program})
     return()
   endif()
-  get_target_property(alone ${program} FIVEPIPE_ALONE)
+  get_target_property(alone ${program} FIVEPIPE_LONG_ALONE)
   add_test(NAME Long_${name} COMMAND ${program})
   set_tests_properties(Long_${name} PROPERTIES
     LABELS long TIMEOUT ${timeout_s} ENVIRONMENT FIVEPIPE_LONG=1 RUN_SERIAL ${alone})

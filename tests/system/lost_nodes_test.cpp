@@ -125,7 +125,7 @@ class LostNodes : public testing::Test {
   void inflict(const Fault& fault, Result& result) {
     const auto started = starts_.find(fault.node);
     if (started != starts_.end()) watch_for(started->second + kHealthyAfter + 500ms - Clock::now());
-    ASSERT_TRUE(frames_go_on(30, 20s * kSlowdown)) << fault.node << deployed_.said();
+    ASSERT_TRUE(frames_go_on(10, 20s * kSlowdown)) << fault.node << deployed_.said();
     const std::optional<pid_t> process = deployed_.pid_of(fault.node);
     ASSERT_TRUE(process) << fault.node << deployed_.said();
     const auto at = Clock::now();

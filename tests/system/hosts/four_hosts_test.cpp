@@ -123,7 +123,7 @@ class FourHosts : public testing::Test {
       for (int host = 0; host < kHosts - 1; ++host)
         others.push_back(up(host, kNames[std::size_t(host)], {}));
     const std::string name = local ? "local" : "delta";
-    std::vector<std::string> more{"--duration", "8"};
+    std::vector<std::string> more{"--duration", is_long() || kHasSanitizer ? "8" : "4"};
     if (local) more.push_back("--local");
     const auto last = up(local ? -1 : kHosts - 1, name, more);
     EXPECT_EQ(last->wait_for_end(120s * kSlowdown), 0) << last->said();
@@ -191,22 +191,30 @@ TEST_F(FourHosts, TheNetworkCostsLittleOfTheRate) {
 TEST_F(FourHosts, AMapIsSentOnceForAllReaders) {
   const std::string file = deployment(60);
   const auto mbit_per_s = [&](const std::vector<int>& readers_on) {
-    std::vector<std::unique_ptr<Program>> programs;
+    std::vector<std::unique_ptr<Program>> programs, readers;
     for (const int host : {0, 1})
       programs.push_back(run(host,
                              {FIVEPIPE_BINARY_DIR "/capture_node", "--deployment", file, "--node",
                               host == 0 ? "capture_a" : "capture_b"},
                              "capture" + std::to_string(host)));
     for (std::size_t i = 0; i < readers_on.size(); ++i)
-      programs.push_back(run(readers_on[i],
-                             {"/usr/bin/env", "CYCLONEDDS_URI=" + configuration(readers_on[i]),
-                              FIVEPIPE_MAP_READER, "0"},
-                             "reader" + std::to_string(i)));
-    std::this_thread::sleep_for(6s * kSlowdown);
+      readers.push_back(run(readers_on[i],
+                            {"/usr/bin/env", "CYCLONEDDS_URI=" + configuration(readers_on[i]),
+                             FIVEPIPE_MAP_READER, "0"},
+                            "reader" + std::to_string(i)));
+    const auto end = std::chrono::steady_clock::now() + 60s * kSlowdown;
+    for (const auto& reader : readers) {
+      while (!contains(reader->said(), "reads") && std::chrono::steady_clock::now() < end)
+        std::this_thread::sleep_for(20ms);
+      EXPECT_TRUE(contains(reader->said(), "reads")) << programs[0]->said() << programs[1]->said();
+    }
+    // The packets of discovery are no maps.
+    std::this_thread::sleep_for(2s * kSlowdown);
     const TestHosts::Traffic before = total();
     std::this_thread::sleep_for(5s);
     const TestHosts::Traffic after = total();
     for (const auto& program : programs) program->signal(SIGKILL);
+    for (const auto& reader : readers) reader->signal(SIGKILL);
     const double sent = 8e-6 * double(after.sent_bytes - before.sent_bytes) / 5,
                  received = 8e-6 * double(after.received_bytes - before.received_bytes) / 5;
     EXPECT_LT(sent, 15);

@@ -17,12 +17,14 @@ using nlohmann::json;
 
 class HostClocks : public TwoHosts {
  protected:
+  // The clocks are compared before the first frame.
+  static constexpr int kDuration_s = kHasSanitizer ? 6 : 4;
   // Runs both hosts with the clock of alpha, which captures, ahead by clock_ms. Returns the report
   // of beta.
   json run(int clock_ms, const std::vector<std::string>& more) {
     const std::string file = deployment();
     std::vector<std::string> of_beta = more;
-    of_beta.insert(of_beta.end(), {"--duration", "6"});
+    of_beta.insert(of_beta.end(), {"--duration", std::to_string(kDuration_s)});
     const auto alpha = up(0, file, more, clock_ms), beta = up(1, file, of_beta);
     EXPECT_EQ(beta->wait_for_end(90s * kSlowdown), 0) << beta->said() << alpha->said();
     alpha->signal(SIGINT);
@@ -53,9 +55,9 @@ class HostClocks : public TwoHosts {
     // The deployment has 20 Hz.
     EXPECT_GT(rate_hz, kHasSanitizer ? 2 : 15);
     EXPECT_LT(rate_hz, 22);
-    // The 6 s of the run begin with the first composited frame, by the clock of beta.
+    // The time of the run begins with the first composited frame, by the clock of beta.
     const double frames = report["frames"]["composited"];
-    EXPECT_NEAR((frames - 1) / rate_hz, 6, kHasSanitizer ? 3 : 0.5);
+    EXPECT_NEAR((frames - 1) / rate_hz, kDuration_s, kHasSanitizer ? 3 : 0.5);
     for (const auto& [name, node] : report["nodes"].items())
       EXPECT_LT(node.value("cpu_percent", 0.0), kHasSanitizer ? 150 : 110) << name;
   }

@@ -19,7 +19,7 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-constexpr double kShort_s = 15, kMinute_s = 60;
+constexpr double kShort_s = 8, kMinute_s = 60;
 // The first minutes warm up caches and pools.
 constexpr double kWarm_s = 5 * kMinute_s;
 constexpr double kMaxGrowth_mb = 1, kMaxSlowdown = 0.1;

@@ -85,9 +85,9 @@ class TwoHosts : public testing::Test {
     return true;
   }
 
-  // Runs the deployment for ten seconds; returns the report of the host that composites.
-  nlohmann::json report_of_run(const std::string& file) {
-    const auto alpha = up(0, file), beta = up(1, file, {"--duration", "10"});
+  // Runs the deployment for this time; returns the report of the host that composites.
+  nlohmann::json report_of_run(const std::string& file, int duration_s) {
+    const auto alpha = up(0, file), beta = up(1, file, {"--duration", std::to_string(duration_s)});
     EXPECT_EQ(beta->wait_for_end(std::chrono::seconds(90) * kSlowdown), 0)
         << beta->said() << alpha->said();
     alpha->signal(SIGINT);

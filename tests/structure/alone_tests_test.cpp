@@ -1,0 +1,69 @@
+// Each pattern of ALONE_TESTS matches a test: a test that was renamed must not lose the machine
+// that it needs for itself.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <regex>
+#include <string>
+#include <vector>
+
+#include "tests/support/source_text.h"
+
+namespace fivepipe::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The patterns of a CMakeLists.txt. `Suite.Name`, where `*` is any text.
+std::vector<std::string> alone_patterns(const std::string& cmake) {
+  static const std::regex kList(R"(ALONE_TESTS\s+([^()]*?)\s+LINK)"), kPattern(R"(\S+)");
+  std::vector<std::string> patterns;
+  for (auto list = std::sregex_iterator(cmake.begin(), cmake.end(), kList);
+       list != std::sregex_iterator(); ++list) {
+    const std::string text = (*list)[1];
+    for (auto it = std::sregex_iterator(text.begin(), text.end(), kPattern);
+         it != std::sregex_iterator(); ++it)
+      patterns.push_back(it->str());
+  }
+  return patterns;
+}
+
+std::regex regex_of(const std::string& pattern) {
+  std::string text;
+  for (const char c : pattern) text += c == '.' ? "\\." : c == '*' ? ".*" : std::string(1, c);
+  return std::regex(text);
+}
+
+// The tests of the sources in a folder, as GoogleTest names them.
+std::vector<std::string> tests_in(const fs::path& folder) {
+  static const std::regex kTest(R"(\nTEST(?:_F)?\(\s*(\w+),\s*(\w+)\))");
+  std::vector<std::string> names;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    if (entry.path().extension() != ".cpp") continue;
+    const std::string text = text_of(entry.path());
+    for (auto it = std::sregex_iterator(text.begin(), text.end(), kTest);
+         it != std::sregex_iterator(); ++it)
+      names.push_back((*it)[1].str() + "." + (*it)[2].str());
+  }
+  return names;
+}
+
+TEST(AloneTests, EachPatternMatchesATestOfItsFolder) {
+  std::size_t patterns = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(kRoot / "tests")) {
+    if (entry.path().filename() != "CMakeLists.txt") continue;
+    const std::vector<std::string> tests = tests_in(entry.path().parent_path());
+    for (const std::string& pattern : alone_patterns(text_of(entry.path()))) {
+      ++patterns;
+      EXPECT_TRUE(std::ranges::any_of(
+          tests,
+          [regex = regex_of(pattern)](const auto& test) { return regex_match(test, regex); }))
+          << entry.path() << ": ALONE_TESTS " << pattern << " matches no test of this folder";
+    }
+  }
+  EXPECT_GE(patterns, 10u);
+}
+
+}  // namespace
+}  // namespace fivepipe::test
