@@ -26,30 +26,31 @@ struct EditOptions {
 
 int run_edit(const EditOptions& options) {
   const StudyFolder study(options.folder);
-  const std::vector<StoredTrial> trials = study.trials();
-  if (trials.empty()) throw base::UsageError(options.folder.string() + " has no trial yet");
-  StoredTrial trial = options.trial == 0 ? trials.back() : study.trial(options.trial);
-  take_answers(options.answers, trial.answers);
   std::vector<std::string> texts = options.notes;
   texts.push_back(options.tool.value_or(""));
   texts.push_back(options.discard.value_or(""));
   if (!std::ranges::all_of(texts, is_utf8)) throw base::UsageError("a text is not UTF-8");
   if (options.discard && options.discard->empty())
     throw base::UsageError("--discard: state the reason");
-  if (options.tool) trial.tool = *options.tool;
-  const std::int64_t now_ns = base::now_realtime_ns();
-  if (options.tool && trial.state == TrialState::running)
-    trial.notes.push_back({now_ns, "tool: " + (options.tool->empty() ? "none" : *options.tool)});
-  for (const std::string& note : options.notes) trial.notes.push_back({now_ns, note});
-  if (options.discard) {
-    trial.state = TrialState::discarded;
-    trial.discarded_because = *options.discard;
-  } else if (options.keep) {
-    trial.state = TrialState::kept;
-    trial.discarded_because.clear();
-  }
-  study.save(trial);
-  std::cout << fmt::format("trial {} is changed\n", trial.number);
+  const std::vector<StoredTrial> trials = study.trials();
+  if (trials.empty()) throw base::UsageError(options.folder.string() + " has no trial yet");
+  const int number = options.trial == 0 ? trials.back().number : options.trial;
+  study.change(number, "edit", [&](StoredTrial& trial) {
+    take_answers(options.answers, trial.answers);
+    if (options.tool) trial.tool = *options.tool;
+    const std::int64_t now_ns = base::now_realtime_ns();
+    if (options.tool && trial.state == TrialState::running)
+      trial.notes.push_back({now_ns, "tool: " + (options.tool->empty() ? "none" : *options.tool)});
+    for (const std::string& note : options.notes) trial.notes.push_back({now_ns, note});
+    if (options.discard) {
+      trial.state = TrialState::discarded;
+      trial.discarded_because = *options.discard;
+    } else if (options.keep) {
+      trial.state = TrialState::kept;
+      trial.discarded_because.clear();
+    }
+  });
+  std::cout << fmt::format("trial {} is changed\n", number);
   return 0;
 }
 

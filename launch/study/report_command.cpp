@@ -10,6 +10,7 @@
 #include "common/base/version.h"
 #include "common/study/report/page.h"
 #include "launch/study/commands.h"
+#include "launch/study/folder/study_lock.h"
 #include "launch/study/results/trial_results.h"
 #include "launch/units/length.h"
 
@@ -35,9 +36,16 @@ report::Participant& participant_of(report::Study& shown, const StoredTrial& tri
   return shown.participants.emplace_back(report::Participant{trial.participant, trial.kind});
 }
 
+// The trials as they are now. A trial that runs, and edits, go on meanwhile.
+std::vector<StoredTrial> trials_of(const StudyFolder& study) {
+  const StudyLock lock(study.path(), "report", {StudyPart::trials});
+  return study.trials();
+}
+
 int run_report(ReportOptions options) {
   const StudyFolder study(options.folder);
-  const std::vector<StoredTrial> trials = study.trials();
+  const StudyLock lock(study.path(), "report", {StudyPart::report});
+  const std::vector<StoredTrial> trials = trials_of(study);
   if (trials.empty())
     throw base::UsageError(
         fmt::format("{} has no trial yet; run one by: fivepipe study run {} "

@@ -9,6 +9,7 @@
 #include "common/base/result_file.h"
 #include "common/base/text_table.h"
 #include "common/base/usage_error.h"
+#include "launch/study/folder/study_lock.h"
 
 namespace fivepipe::study {
 namespace {
@@ -86,6 +87,18 @@ fs::path copied(const config::Deployment& deployment, const fs::path& folder) {
   return fs::absolute(deployment.file).lexically_normal().lexically_relative(common);
 }
 
+// Another `new` may hold the locks of a folder that is still empty.
+void check_is_free(const fs::path& folder) {
+  if (!fs::exists(folder)) return;
+  bool is_free = fs::is_directory(folder);
+  if (is_free)
+    for (const auto& entry : fs::directory_iterator(folder))
+      is_free &= std::ranges::any_of(
+          kWholeStudy, [&](StudyPart part) { return entry.path() == lock_file(folder, part); });
+  if (!is_free)
+    throw base::UsageError(folder.string() + " exists and is not empty; choose another folder");
+}
+
 // A copy that reads the original of a file would change with it.
 void check_files(const config::Deployment& deployment, const fs::path& folder) {
   const std::string inside = fs::canonical(folder).string() + '/';
@@ -120,7 +133,9 @@ void write_scene(const config::Deployment& deployment, const std::vector<MeshPar
 
 }  // namespace
 
-StudyFolder::StudyFolder(fs::path folder) : folder_(std::move(folder)) {
+StudyFolder::StudyFolder(fs::path folder) : folder_(std::move(folder)) { load_settings(); }
+
+void StudyFolder::load_settings() {
   const fs::path file = folder_ / "study.json";
   if (!fs::is_regular_file(file))
     throw base::UsageError(folder_.string() + " is no study; make one by: fivepipe study new " +
@@ -142,10 +157,12 @@ StudyFolder::StudyFolder(fs::path folder) : folder_(std::move(folder)) {
 StudyFolder StudyFolder::create(const fs::path& folder, StudySettings settings,
                                 const std::vector<MeshPart>& parts) {
   const bool existed = fs::exists(folder);
-  if (existed && !(fs::is_directory(folder) && fs::is_empty(folder)))
-    throw base::UsageError(folder.string() + " exists and is not empty; choose another folder");
+  check_is_free(folder);
   const config::Deployment deployment =
       config::load_deployment(settings.deployment, settings.settings);
+  fs::create_directories(folder);
+  const StudyLock lock(folder, "new", kWholeStudy);
+  check_is_free(folder);  // of what another `new` has made meanwhile
   try {
     const fs::path copies = folder / "deployment";
     settings.deployment =
@@ -205,6 +222,8 @@ StoredTrial StudyFolder::trial(int number) const {
 StoredTrial StudyFolder::add_trial(const std::string& participant, report::ParticipantKind kind) {
   if (participant.empty() || participant.size() > kMaxPseudonym || !is_utf8(participant))
     throw base::UsageError("--participant: a pseudonym is 1 to 1000 bytes of UTF-8");
+  const StudyLock lock(folder_, "run", {StudyPart::trials});
+  load_settings();
   for (const StoredTrial& trial : trials())
     if (trial.participant == participant && trial.kind != kind)
       throw base::UsageError(base::printable(participant) +
@@ -217,17 +236,35 @@ StoredTrial StudyFolder::add_trial(const std::string& participant, report::Parti
   trial.number = number;
   trial.participant = participant;
   trial.kind = kind;
-  save(trial);
+  store(trial);
   return trial;
 }
 
-void StudyFolder::remove(int trial) const { fs::remove_all(folder_of(trial)); }
+StoredTrial StudyFolder::change(int number, const std::string& command,
+                                const std::function<void(StoredTrial&)>& change) const {
+  const StudyLock lock(folder_, command, {StudyPart::trials});
+  StoredTrial changed = trial(number);
+  change(changed);
+  store(changed);
+  return changed;
+}
 
 void StudyFolder::save(const StoredTrial& trial) const {
+  const StudyLock lock(folder_, "run", {StudyPart::trials});
+  store(trial);
+}
+
+void StudyFolder::remove(int trial) const {
+  const StudyLock lock(folder_, "run", {StudyPart::trials});
+  fs::remove_all(folder_of(trial));
+}
+
+void StudyFolder::store(const StoredTrial& trial) const {
   replace_json(folder_of(trial.number) / "trial.json", json_of(trial));
 }
 
 Forgotten StudyFolder::forget(const std::string& participant) {
+  const StudyLock lock(folder_, "forget", kWholeStudy);
   Forgotten forgotten;
   for (const StoredTrial& trial : trials()) {
     if (trial.participant != participant) continue;

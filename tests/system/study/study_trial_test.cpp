@@ -124,6 +124,13 @@ TEST_F(StudyTrial, AnInterruptedTrialIsKeptAndResumed) {
     ASSERT_TRUE(eventually(bus_, kStart, [&] { return (frames += composited.take().size()) > 20; }))
         << run->said();
     ASSERT_EQ(study({"edit", path_, "--tool", "tongs"}), 0) << said_;
+    for (const std::vector<std::string>& refused :
+         {std::vector<std::string>{"forget", path_, "--participant", "P1"},
+          {"run", path_, "--participant", "P2", "--duration", "1"}}) {
+      EXPECT_EQ(study(refused), 2) << said_;
+      EXPECT_NE(said_.find("is in use by `fivepipe study run` (process "), std::string::npos)
+          << said_;
+    }
     // Far from the arm.
     ASSERT_EQ(study({"space", "140cm", "--deployment",
                      study::StudyFolder(path_).deployment_file().string()}),
