@@ -248,5 +248,22 @@ TEST(AnswerFrom, ReadsWhatPeopleWrite) {
     EXPECT_THROW(answer_from(text), base::UsageError) << text;
 }
 
+// Unlike a spacing, which is where a part is, a space is an amount.
+TEST(AnswerFrom, StatesThatANegativeOneIsNone) {
+  for (const char* text : {"-3cm", " - 0.5 cm",
+                           "\xe2\x88\x92"
+                           "3cm",
+                           "-3 to 4cm"})
+    try {
+      answer_from(text);
+      FAIL() << text;
+    } catch (const base::UsageError& error) {
+      EXPECT_EQ(std::string(error.what()),
+                "'" + std::string(text) +
+                    "' is negative; an answer is how much space there is, at least 0 cm");
+    }
+  EXPECT_EQ(answer_from("0cm").low_m, 0);
+}
+
 }  // namespace
 }  // namespace fivepipe::study
