@@ -11,6 +11,7 @@
 #include "common/study/report/page.h"
 #include "launch/study/commands.h"
 #include "launch/study/folder/study_lock.h"
+#include "launch/study/results/scene_parts.h"
 #include "launch/study/results/trial_results.h"
 #include "launch/units/length.h"
 
@@ -62,7 +63,6 @@ int run_report(ReportOptions options) {
   shown.rig = deployment.rig.name;
   shown.scene = deployment.scene.name;
   shown.spacing_of = study.settings().spacing_of;
-  shown.parts = report_parts(deployment.scene);
   {
     base::ProgressLine progress("report");
     for (std::size_t i = 0; i < trials.size(); ++i) {
@@ -71,8 +71,13 @@ int run_report(ReportOptions options) {
       const auto of_all = [&](double done) {
         progress((double(i) + done) / double(trials.size()));
       };
-      participant.trials.push_back(
-          trial_results(study, trial, options.request, of_all, shown.remarks));
+      const report::Trial& found = participant.trials.emplace_back(
+          trial_results(study, trial, options.request, of_all, shown));
+      if (found.scene && !are_equal(shown.scenes[*found.scene], report_parts(deployment.scene)))
+        shown.remarks.push_back(
+            fmt::format("Trial {}: the study's scene was changed after the trial was recorded. All "
+                        "that is shown of the trial is of the recorded scene.",
+                        trial.number));
     }
   }
   report::write_report(shown, study.report_folder());

@@ -76,7 +76,8 @@ class View {
     light.position.set(0.4, 0.7, 1);
     this.camera.add(light);
     this.items = [
-      ...data.parts.filter((part) => part.mesh.triangles > 0).map((part) => this.partItem(part)),
+      ...data.scenes[this.trial.scene].filter((part) => part.mesh.triangles > 0)
+        .map((part) => this.partItem(part)),
       ...this.trial.swept.map((swept, i) => this.sweptItem(swept, i)),
     ];
     this.selected = null;
