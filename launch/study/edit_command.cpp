@@ -85,14 +85,20 @@ int run_list(const std::filesystem::path& folder) {
 int run_forget(const std::filesystem::path& folder, const std::string& participant) {
   StudyFolder study(folder);
   const Forgotten forgotten = study.forget(participant);
-  std::cout << fmt::format(
-      "removed: {} trials with their recordings, and the report; make it again by: fivepipe study "
-      "report {}\n",
-      forgotten.trials, folder.string());
+  std::cout << (forgotten.trials == 0
+                    ? fmt::format("{} has no trial of the participant\n", folder.string())
+                    : fmt::format("removed: {} trials with their recordings, and the report; make "
+                                  "it again by: fivepipe study report {}\n",
+                                  forgotten.trials, folder.string()));
   for (const std::filesystem::path& file : forgotten.mentioned_in)
-    std::cerr << fmt::format("{} still contains the text {}\n", file.string(),
+    std::cerr << fmt::format("{} still has the text {} in its name or content\n", file.string(),
                              base::printable(participant));
-  return forgotten.mentioned_in.empty() ? 0 : 1;
+  for (const std::filesystem::path& file : forgotten.unknown)
+    std::cerr << fmt::format(
+        "{} is not of the study and may hold frames of the participant: look at it, and remove "
+        "it\n",
+        file.string());
+  return forgotten.mentioned_in.empty() && forgotten.unknown.empty() ? 0 : 1;
 }
 
 }  // namespace
@@ -136,7 +142,8 @@ void add_forget(CLI::App& app, Command& command) {
       "forget", "Removes a participant's trials and recordings from the study, and the report");
   sub->footer(
       "Example:\n  fivepipe study forget spacing --participant P1\n\n"
-      "Exit codes: 0 done, 1 another file of the study still contains the pseudonym, 2 usage.");
+      "Exit codes: 0 done, 1 another file still has the pseudonym or may hold the participant's "
+      "frames, 2 usage.");
   sub->add_option("folder", *folder, "folder of the study")->required();
   sub->add_option("--participant", *participant, "pseudonym")->required();
   sub->callback([=, &command] { command = [=] { return run_forget(*folder, *participant); }; });

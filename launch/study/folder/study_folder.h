@@ -38,8 +38,12 @@ struct MeshPart {
 
 struct Forgotten {
   int trials = 0;
-  // Files of the study that still contain the pseudonym, such as a note of another trial.
+  // Files and folders whose name or content has the pseudonym (PseudonymSearch), such as a note of
+  // another trial.
   std::vector<std::filesystem::path> mentioned_in;
+  // What is in the folder, but not of the study, such as an export of a recording: it may hold the
+  // participant's frames. Also what cannot be read.
+  std::vector<std::filesystem::path> unknown;
 };
 
 class StudyFolder {
@@ -75,8 +79,10 @@ class StudyFolder {
   std::filesystem::path folder_of(int trial) const;
   std::filesystem::path report_folder() const { return folder_ / "report"; }
 
-  // Removes the trials of the participant, and the report, which may show them. Throws
-  // base::UsageError if there is none, or if another command uses the study.
+  // Removes the trials of the participant, and the report, which may show them. It can be repeated
+  // if it was interrupted, and to search again. Throws base::UsageError if nothing is left of the
+  // participant, or if another command uses the study; launch::ClaimRefused if a deployment still
+  // writes to a trial.
   Forgotten forget(const std::string& participant);
 
  private:
@@ -85,6 +91,7 @@ class StudyFolder {
   void load_settings();
   void save_settings() const;
   void store(const StoredTrial& trial) const;  // without the lock
+  void search(const std::string& participant, Forgotten& found) const;
 
   std::filesystem::path folder_;
   StudySettings settings_;
