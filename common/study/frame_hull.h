@@ -11,8 +11,10 @@
 namespace fivepipe::study {
 
 struct FrameHull {
-  FrameHull(const hull::HullRule& hull_rule, double eps_m)
-      : rule(hull_rule), detector(collision::cpu_detector({.eps_m = eps_m, .spacing_m = 0})) {}
+  FrameHull(const hull::HullRule& hull_rule, double detector_eps_m)
+      : rule(hull_rule),
+        eps_m(detector_eps_m),
+        detector(collision::cpu_detector({.eps_m = eps_m, .spacing_m = 0})) {}
 
   // The silhouettes must outlive the next call.
   void set(std::span<const hull::Silhouette> silhouettes) {
@@ -25,6 +27,7 @@ struct FrameHull {
   bool is_empty() const { return hull.empty() && !hull.unusable(); }
 
   hull::HullRule rule;
+  double eps_m;
   base::WorkerPool pool{1};
   hull::CpuHull hull{pool};
   std::optional<hull::HullQuery> query;

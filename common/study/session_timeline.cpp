@@ -17,11 +17,11 @@ constexpr double kTimeRounding_s = 1e-6;
 
 }  // namespace
 
-SessionTimeline::SessionTimeline(std::span<const geometry::Mesh> parts, const StudyOptions& options,
+SessionTimeline::SessionTimeline(std::vector<TimelinePart> parts, const StudyOptions& options,
                                  base::WorkerPool& pool)
-    : options_(options), pool_(pool), results_(parts.size()) {
+    : parts_(std::move(parts)), options_(options), pool_(pool), results_(parts_.size()) {
   check(options);
-  for (const geometry::Mesh& part : parts) parts_.emplace_back(part);
+  for (const TimelinePart& part : parts_) trees_.emplace_back(part.mesh);
   for (int i = 0; i < pool.threads(); ++i)
     hulls_.push_back(std::make_unique<FrameHull>(options.rule, options.eps_m));
 }
@@ -31,6 +31,9 @@ SessionTimeline::~SessionTimeline() = default;
 void SessionTimeline::add(TimelineFrame frame) {
   if (frame.world_from_part.size() != parts_.size())
     throw std::invalid_argument("session timeline: one pose per part");
+  if (frame.spacings_m.empty()) frame.spacings_m.resize(parts_.size());
+  if (frame.spacings_m.size() != parts_.size())
+    throw std::invalid_argument("session timeline: one spacing per part");
   waiting_.push_back(std::move(frame));
   if (waiting_.size() == kFramesPerBatch) compute();
 }
@@ -60,16 +63,18 @@ TimelinePoint SessionTimeline::point_of(FrameHull& hull, const TimelineFrame& fr
   TimelinePoint point{frame.time_s, frame.duration_s, CollisionVerdict::undecided, {0, kInfinity}};
   if (hull.is_unknown()) return point;
   const Eigen::Isometry3d& world_from_part = frame.world_from_part[part];
-  const collision::DetectionObject object{&parts_[part], world_from_part};
+  const collision::DetectionObject object{&trees_[part], world_from_part};
   point.verdict = hull.detector->detect({&object, 1})[0].verdict;
   if (point.verdict == CollisionVerdict::colliding) {
     point.clearance = {0, 0};
+    if (const auto& depth = parts_[part].depth)
+      point.penetration = (*depth)(hull, frame.spacings_m[part]);
   } else if (hull.is_empty()) {
     point.clearance = {options_.clearance_cap_m, kInfinity};
   } else {
     collision::HullProximity proximity(*hull.query,
                                        {options_.clearance_cap_m, options_.tolerance_m});
-    const collision::Proximity found = proximity.of_part(parts_[part], world_from_part);
+    const collision::Proximity found = proximity.of_part(trees_[part], world_from_part);
     point.clearance = {std::min(found.min_m, options_.clearance_cap_m), found.max_m};
   }
   return point;
@@ -91,6 +96,14 @@ std::vector<CollisionEvent> collision_events(std::span<const TimelinePoint> time
       events.push_back({i, i});
   }
   return events;
+}
+
+Bracket max_penetration(std::span<const TimelinePoint> timeline, const CollisionEvent& event) {
+  Bracket largest{0, 0};
+  for (std::size_t i = event.first; i <= event.last; ++i)
+    largest = {std::max(largest.min_m, timeline[i].penetration.min_m),
+               std::max(largest.max_m, timeline[i].penetration.max_m)};
+  return largest;
 }
 
 }  // namespace fivepipe::study

@@ -26,30 +26,31 @@ struct EditOptions {
 
 int run_edit(const EditOptions& options) {
   const StudyFolder study(options.folder);
-  const std::vector<StoredTrial> trials = study.trials();
-  if (trials.empty()) throw base::UsageError(options.folder.string() + " has no trial yet");
-  StoredTrial trial = options.trial == 0 ? trials.back() : study.trial(options.trial);
-  take_answers(options.answers, trial.answers);
   std::vector<std::string> texts = options.notes;
   texts.push_back(options.tool.value_or(""));
   texts.push_back(options.discard.value_or(""));
   if (!std::ranges::all_of(texts, is_utf8)) throw base::UsageError("a text is not UTF-8");
   if (options.discard && options.discard->empty())
     throw base::UsageError("--discard: state the reason");
-  if (options.tool) trial.tool = *options.tool;
-  const std::int64_t now_ns = base::now_realtime_ns();
-  if (options.tool && trial.state == TrialState::running)
-    trial.notes.push_back({now_ns, "tool: " + (options.tool->empty() ? "none" : *options.tool)});
-  for (const std::string& note : options.notes) trial.notes.push_back({now_ns, note});
-  if (options.discard) {
-    trial.state = TrialState::discarded;
-    trial.discarded_because = *options.discard;
-  } else if (options.keep) {
-    trial.state = TrialState::kept;
-    trial.discarded_because.clear();
-  }
-  study.save(trial);
-  std::cout << fmt::format("trial {} is changed\n", trial.number);
+  const std::vector<StoredTrial> trials = study.trials();
+  if (trials.empty()) throw base::UsageError(options.folder.string() + " has no trial yet");
+  const int number = options.trial == 0 ? trials.back().number : options.trial;
+  study.change(number, "edit", [&](StoredTrial& trial) {
+    take_answers(options.answers, trial.answers);
+    if (options.tool) trial.tool = *options.tool;
+    const std::int64_t now_ns = base::now_realtime_ns();
+    if (options.tool && trial.state == TrialState::running)
+      trial.notes.push_back({now_ns, "tool: " + (options.tool->empty() ? "none" : *options.tool)});
+    for (const std::string& note : options.notes) trial.notes.push_back({now_ns, note});
+    if (options.discard) {
+      trial.state = TrialState::discarded;
+      trial.discarded_because = *options.discard;
+    } else if (options.keep) {
+      trial.state = TrialState::kept;
+      trial.discarded_because.clear();
+    }
+  });
+  std::cout << fmt::format("trial {} is changed\n", number);
   return 0;
 }
 
@@ -84,14 +85,20 @@ int run_list(const std::filesystem::path& folder) {
 int run_forget(const std::filesystem::path& folder, const std::string& participant) {
   StudyFolder study(folder);
   const Forgotten forgotten = study.forget(participant);
-  std::cout << fmt::format(
-      "removed: {} trials with their recordings, and the report; make it again by: fivepipe study "
-      "report {}\n",
-      forgotten.trials, folder.string());
+  std::cout << (forgotten.trials == 0
+                    ? fmt::format("{} has no trial of the participant\n", folder.string())
+                    : fmt::format("removed: {} trials with their recordings, and the report; make "
+                                  "it again by: fivepipe study report {}\n",
+                                  forgotten.trials, folder.string()));
   for (const std::filesystem::path& file : forgotten.mentioned_in)
-    std::cerr << fmt::format("{} still contains the text {}\n", file.string(),
+    std::cerr << fmt::format("{} still has the text {} in its name or content\n", file.string(),
                              base::printable(participant));
-  return forgotten.mentioned_in.empty() ? 0 : 1;
+  for (const std::filesystem::path& file : forgotten.unknown)
+    std::cerr << fmt::format(
+        "{} is not of the study and may hold frames of the participant: look at it, and remove "
+        "it\n",
+        file.string());
+  return forgotten.mentioned_in.empty() && forgotten.unknown.empty() ? 0 : 1;
 }
 
 }  // namespace
@@ -135,7 +142,8 @@ void add_forget(CLI::App& app, Command& command) {
       "forget", "Removes a participant's trials and recordings from the study, and the report");
   sub->footer(
       "Example:\n  fivepipe study forget spacing --participant P1\n\n"
-      "Exit codes: 0 done, 1 another file of the study still contains the pseudonym, 2 usage.");
+      "Exit codes: 0 done, 1 another file still has the pseudonym or may hold the participant's "
+      "frames, 2 usage.");
   sub->add_option("folder", *folder, "folder of the study")->required();
   sub->add_option("--participant", *participant, "pseudonym")->required();
   sub->callback([=, &command] { command = [=] { return run_forget(*folder, *participant); }; });

@@ -64,21 +64,31 @@ void Questions::before(report::Answers& answers) const {
   ask("How much space would you allocate?", answers.allocated_before);
 }
 
-void Questions::after(StoredTrial& trial, const std::function<void()>& save) const {
+void Questions::after(const StoredTrial& trial, const Change& change) const {
   if (!asks_) return;
-  ask("How much space was found necessary in the environment?", trial.answers.found);
-  save();
-  ask("How much space would you allocate now?", trial.answers.allocated_after);
-  save();
-  if (trial.tool.empty()) trial.tool = line("Which tool was in use (empty: none)?");
+  report::Answers answers = trial.answers;
+  ask("How much space was found necessary in the environment?", answers.found);
+  change([&](StoredTrial& stored) {
+    if (answers.found) stored.answers.found = answers.found;
+  });
+  ask("How much space would you allocate now?", answers.allocated_after);
+  change([&](StoredTrial& stored) {
+    if (answers.allocated_after) stored.answers.allocated_after = answers.allocated_after;
+  });
+  if (trial.tool.empty()) {
+    const std::string tool = line("Which tool was in use (empty: none)?");
+    change([&](StoredTrial& stored) {
+      if (!tool.empty()) stored.tool = tool;
+    });
+  }
   if (const std::string note = line("A note (empty: none)?"); !note.empty())
-    trial.notes.push_back({base::now_realtime_ns(), note});
-  save();
+    change([&](StoredTrial& stored) { stored.notes.push_back({base::now_realtime_ns(), note}); });
   const std::string reason = line("Why is the trial discarded (empty: keep it)?");
   if (reason.empty()) return;
-  trial.state = TrialState::discarded;
-  trial.discarded_because = reason;
-  save();
+  change([&](StoredTrial& stored) {
+    stored.state = TrialState::discarded;
+    stored.discarded_because = reason;
+  });
 }
 
 }  // namespace fivepipe::study

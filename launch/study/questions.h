@@ -22,8 +22,10 @@ class Questions {
   // asks: false, or no terminal: asks nothing.
   explicit Questions(bool asks);
   void before(report::Answers& answers) const;
-  // Also the tool, a note, and whether the trial is kept. Calls `save` after each answer.
-  void after(StoredTrial& trial, const std::function<void()>& save) const;
+  // Also the tool, a note, and whether the trial is kept. After each answer, `change` applies it to
+  // the stored trial, which another command may have changed meanwhile.
+  using Change = std::function<void(const std::function<void(StoredTrial&)>&)>;
+  void after(const StoredTrial& trial, const Change& change) const;
 
  private:
   std::string line(const std::string& question) const;

@@ -8,6 +8,7 @@
 #include "launch/study/commands.h"
 #include "launch/study/folder/scene_pose.h"
 #include "launch/study/folder/study_folder.h"
+#include "launch/study/folder/study_lock.h"
 #include "launch/units/length.h"
 
 namespace fivepipe::study {
@@ -39,6 +40,8 @@ Eigen::Vector3d point_from(const std::string& text, const std::string& pair) {
 
 int run_register(const RegisterOptions& options) {
   const StudyFolder study(options.folder);
+  std::optional<StudyLock> lock;
+  if (!options.only_shows) lock.emplace(study.path(), "register", kWholeStudy);
   const config::Deployment deployment = study.deployment();
   if (std::ranges::none_of(deployment.scene.objects,
                            [&](const auto& object) { return object.name == options.part; }))

@@ -10,6 +10,8 @@
 #include "common/base/version.h"
 #include "common/study/report/page.h"
 #include "launch/study/commands.h"
+#include "launch/study/folder/study_lock.h"
+#include "launch/study/results/scene_parts.h"
 #include "launch/study/results/trial_results.h"
 #include "launch/units/length.h"
 
@@ -35,9 +37,16 @@ report::Participant& participant_of(report::Study& shown, const StoredTrial& tri
   return shown.participants.emplace_back(report::Participant{trial.participant, trial.kind});
 }
 
+// The trials as they are now. A trial that runs, and edits, go on meanwhile.
+std::vector<StoredTrial> trials_of(const StudyFolder& study) {
+  const StudyLock lock(study.path(), "report", {StudyPart::trials});
+  return study.trials();
+}
+
 int run_report(ReportOptions options) {
   const StudyFolder study(options.folder);
-  const std::vector<StoredTrial> trials = study.trials();
+  const StudyLock lock(study.path(), "report", {StudyPart::report});
+  const std::vector<StoredTrial> trials = trials_of(study);
   if (trials.empty())
     throw base::UsageError(
         fmt::format("{} has no trial yet; run one by: fivepipe study run {} "
@@ -54,7 +63,6 @@ int run_report(ReportOptions options) {
   shown.rig = deployment.rig.name;
   shown.scene = deployment.scene.name;
   shown.spacing_of = study.settings().spacing_of;
-  shown.parts = report_parts(deployment.scene);
   {
     base::ProgressLine progress("report");
     for (std::size_t i = 0; i < trials.size(); ++i) {
@@ -63,8 +71,13 @@ int run_report(ReportOptions options) {
       const auto of_all = [&](double done) {
         progress((double(i) + done) / double(trials.size()));
       };
-      participant.trials.push_back(
-          trial_results(study, trial, options.request, of_all, shown.remarks));
+      const report::Trial& found = participant.trials.emplace_back(
+          trial_results(study, trial, options.request, of_all, shown));
+      if (found.scene && !are_equal(shown.scenes[*found.scene], report_parts(deployment.scene)))
+        shown.remarks.push_back(
+            fmt::format("Trial {}: the study's scene was changed after the trial was recorded. All "
+                        "that is shown of the trial is of the recorded scene.",
+                        trial.number));
     }
   }
   report::write_report(shown, study.report_folder());

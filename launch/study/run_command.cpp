@@ -13,6 +13,7 @@
 #include "common/base/usage_error.h"
 #include "launch/study/commands.h"
 #include "launch/study/folder/study_folder.h"
+#include "launch/study/folder/study_lock.h"
 #include "launch/study/questions.h"
 #include "launch/supervise/own_files.h"
 
@@ -90,26 +91,37 @@ int run_trial(const RunOptions& options) {
   report::Answers answers;
   take_answers(options.answers, answers);  // throws before there is a trial
   if (!is_utf8(options.tool)) throw base::UsageError("--tool: the text is not UTF-8");
+  const StudyLock lock(study.path(), "run", {StudyPart::run});
   StoredTrial trial = begun(study, options);
   const StoredTrial before = trial;
-  Questions questions(options.asks);
-  trial.state = TrialState::running;
-  trial.discarded_because.clear();
-  if (!options.tool.empty()) trial.tool = options.tool;
-  take_answers(options.answers, trial.answers);
-  questions.before(trial.answers);
+  const int number = trial.number;
+  const auto change = [&](const std::function<void(StoredTrial&)>& what) {
+    trial = study.change(number, "run", what);
+  };
+  const Questions questions(options.asks);
   const int part = int(trial.recordings.size()) + 1;
-  const std::filesystem::path folder = study.folder_of(trial.number);
-  trial.recordings.push_back(fmt::format("recording_{}.mcap", part));
-  study.save(trial);
-  std::cout << fmt::format("trial {}: the participant may begin; Ctrl-C ends it\n", trial.number)
+  const std::string recording = fmt::format("recording_{}.mcap", part);
+  const std::filesystem::path folder = study.folder_of(number);
+  answers = trial.answers;
+  take_answers(options.answers, answers);
+  questions.before(answers);
+  change([&](StoredTrial& stored) {
+    stored.state = TrialState::running;
+    stored.discarded_because.clear();
+    if (!options.tool.empty()) stored.tool = options.tool;
+    take_answers(options.answers, stored.answers);
+    if (answers.necessary_before) stored.answers.necessary_before = answers.necessary_before;
+    if (answers.allocated_before) stored.answers.allocated_before = answers.allocated_before;
+    stored.recordings.push_back(recording);
+  });
+  std::cout << fmt::format("trial {}: the participant may begin; Ctrl-C ends it\n", number)
             << std::flush;
 
   std::vector<std::string> words{launch::program_folder() / "fivepipe",
                                  "up",
                                  study.deployment_file(),
                                  "--record",
-                                 folder / trial.recordings.back(),
+                                 folder / recording,
                                  "--out",
                                  folder / fmt::format("run_{}", part)};
   for (const auto& [key, value] : study.settings().settings)
@@ -119,23 +131,27 @@ int run_trial(const RunOptions& options) {
   constexpr int kInterrupted = 130;
   const int code = run_program(words);
 
-  trial = study.trial(trial.number);  // with the notes of `fivepipe study edit`
-  if (!std::filesystem::exists(folder / trial.recordings.back())) {
-    std::cerr << fmt::format("trial {}: nothing was recorded\n", trial.number);
+  if (!std::filesystem::exists(folder / recording)) {
+    std::cerr << fmt::format("trial {}: nothing was recorded\n", number);
     if (before.recordings.empty())
-      study.remove(trial.number);
+      study.remove(number);
     else
-      study.save(before);
+      change([&](StoredTrial& stored) {
+        stored.state = before.state;
+        stored.discarded_because = before.discarded_because;
+        stored.recordings = before.recordings;
+      });
     return code == 0 ? 1 : code;
   }
   if (code != 0 && code != kInterrupted)
-    std::cerr << fmt::format("trial {}: `fivepipe up` ended with exit code {}, see {}\n",
-                             trial.number, code, (folder / fmt::format("run_{}", part)).string());
+    std::cerr << fmt::format("trial {}: `fivepipe up` ended with exit code {}, see {}\n", number,
+                             code, (folder / fmt::format("run_{}", part)).string());
   // Kept, if Ctrl-C ends the questions.
-  if (trial.state == TrialState::running) trial.state = TrialState::kept;
-  study.save(trial);
-  questions.after(trial, [&] { study.save(trial); });
-  std::cout << fmt::format("trial {}: {}\nNext: fivepipe study report {}\n", trial.number,
+  change([](StoredTrial& stored) {
+    if (stored.state == TrialState::running) stored.state = TrialState::kept;
+  });
+  questions.after(trial, change);
+  std::cout << fmt::format("trial {}: {}\nNext: fivepipe study report {}\n", number,
                            trial.state == TrialState::kept ? "kept" : "discarded",
                            study.path().string());
   return code == kInterrupted ? 0 : code;

@@ -85,10 +85,14 @@ ordered_json curve_json(const WhatIfCurve& curve) {
 }
 
 ordered_json trial_json(const Participant& participant, const Trial& trial) {
-  ordered_json json{{"participant", participant.pseudonym},    {"number", trial.number},
-                    {"duration_s", rounded(trial.duration_s)}, {"parts", ordered_json::array()},
-                    {"what_if", ordered_json::array()},        {"swept", ordered_json::array()},
-                    {"changes", ordered_json::array()}};
+  ordered_json json{{"participant", participant.pseudonym},
+                    {"number", trial.number},
+                    {"duration_s", rounded(trial.duration_s)},
+                    {"parts", ordered_json::array()},
+                    {"what_if", ordered_json::array()},
+                    {"swept", ordered_json::array()},
+                    {"changes", ordered_json::array()},
+                    {"scene", trial.scene ? ordered_json(*trial.scene) : ordered_json()}};
   for (const PartResult& result : trial.parts) json["parts"].push_back(part_result_json(result));
   for (const WhatIfCurve& curve : trial.what_if) json["what_if"].push_back(curve_json(curve));
   for (const SweptVolume& swept : trial.swept)
@@ -163,10 +167,13 @@ ordered_json packed_mesh(const geometry::Mesh& mesh) {
 }
 
 ordered_json page_data(const Study& study) {
-  ordered_json json{{"parts", ordered_json::array()},
+  ordered_json json{{"scenes", ordered_json::array()},
                     {"trials", ordered_json::array()},
                     {"answers", answers_json(study)}};
-  for (const Part& part : study.parts) json["parts"].push_back(part_json(part));
+  for (const std::vector<Part>& scene : study.scenes) {
+    ordered_json& parts = json["scenes"].emplace_back(ordered_json::array());
+    for (const Part& part : scene) parts.push_back(part_json(part));
+  }
   for (const Participant& participant : study.participants)
     for (const Trial& trial : participant.trials)
       json["trials"].push_back(trial_json(participant, trial));

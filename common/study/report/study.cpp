@@ -143,6 +143,20 @@ void check_trial(const Trial& trial, const std::string& place, Problems& problem
     problems.mesh(swept.mesh, place + ", swept volume of " + swept.of);
 }
 
+void check_parts(const std::vector<Part>& scene, Problems& problems) {
+  std::set<std::string> names;
+  for (const Part& part : scene) {
+    const std::string place = "part " + part.name;
+    problems.require(names.insert(part.name).second, place, "two parts have this name");
+    problems.mesh(part.mesh, place);
+    if (!part.axis) continue;
+    problems.require(std::abs(part.axis->direction.norm() - 1) < kUnitTolerance, place,
+                     "the direction of its axis is no unit vector");
+    problems.finite(part.axis->mesh_spacing_m, place + ", spacing of the mesh");
+    problems.interval(part.axis->range, place + ", range");
+  }
+}
+
 }  // namespace
 
 double Clearance::error_m() const {
@@ -158,17 +172,8 @@ std::optional<double> WhatIfCurve::min_free_m() const {
 
 void check(const Study& study) {
   Problems problems;
-  std::set<std::string> parts, pseudonyms;
-  for (const Part& part : study.parts) {
-    const std::string place = "part " + part.name;
-    problems.require(parts.insert(part.name).second, place, "two parts have this name");
-    problems.mesh(part.mesh, place);
-    if (!part.axis) continue;
-    problems.require(std::abs(part.axis->direction.norm() - 1) < kUnitTolerance, place,
-                     "the direction of its axis is no unit vector");
-    problems.finite(part.axis->mesh_spacing_m, place + ", spacing of the mesh");
-    problems.interval(part.axis->range, place + ", range");
-  }
+  std::set<std::string> pseudonyms;
+  for (const std::vector<Part>& scene : study.scenes) check_parts(scene, problems);
   for (const Participant& participant : study.participants) {
     problems.require(pseudonyms.insert(participant.pseudonym).second,
                      "participant " + participant.pseudonym, "two participants have this name");
@@ -179,6 +184,8 @@ void check(const Study& study) {
       problems.require(trial.number > last, place, "the numbers of the trials do not ascend");
       last = trial.number;
       check_trial(trial, place, problems);
+      problems.require(!trial.scene || *trial.scene < study.scenes.size(), place,
+                       "the study does not have its scene");
     }
   }
   problems.end();

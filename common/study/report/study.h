@@ -105,6 +105,9 @@ struct Trial {
   std::vector<PartResult> parts = {};
   std::vector<WhatIfCurve> what_if = {};
   std::vector<SweptVolume> swept = {};
+  // Position in Study::scenes; nullopt: no recording of the trial can be used, so that its parts
+  // are not known.
+  std::optional<std::size_t> scene = std::nullopt;
 };
 
 enum class ParticipantKind { human, scripted };
@@ -123,7 +126,7 @@ struct MovableAxis {
 
 // A virtual part. A mesh that is not drawn may be empty.
 struct Part {
-  std::string name;  // unique
+  std::string name;  // unique in its scene
   geometry::Mesh mesh;
   std::array<std::uint8_t, 3> colour_rgb = {128, 128, 128};  // sRGB
   std::optional<MovableAxis> axis = std::nullopt;
@@ -135,7 +138,8 @@ struct Study {
   std::string rig, scene;
   std::string spacing_of;                 // the two parts of the table's head: "A and PMT"
   std::vector<std::string> remarks = {};  // further limits of the results, one sentence each
-  std::vector<Part> parts = {};
+  // The parts of each scene that was recorded. Trials differ if the scene was changed between them.
+  std::vector<std::vector<Part>> scenes = {};
   std::vector<Participant> participants = {};  // unique pseudonyms
 };
 

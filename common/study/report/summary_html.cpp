@@ -225,6 +225,9 @@ std::string limits_section(const Study& study) {
       "<li>A certified free interval holds for the recorded hull at every spacing between its "
       "ends, "
       "not only at samples. Lengths are rounded so that the statement stays true.</li>\n"
+      "<li>The depth of a collision, or penetration, is how far the part must be moved until it is "
+      "free in the worst frame, between certified bounds: a part with a spacing along its axis, in "
+      "its range; another one along x, y or z, whichever is shortest.</li>\n"
       "<li>At another spacing, a person would have moved differently.</li>\n"
       "<li>The error band of a clearance adds the bounds of all its sources. It does not hold the "
       "excess of the hull.</li>\n";

@@ -51,9 +51,12 @@ std::string timeline(const Trial& trial) {
 
 std::string deepest_text(const PartResult& result) {
   std::optional<Bracket> deepest;
-  for (const Event& event : result.events)
-    if (event.penetration && (!deepest || event.penetration->min_m > deepest->min_m))
-      deepest = event.penetration;
+  for (const Event& event : result.events) {
+    if (!event.penetration) continue;
+    if (!deepest) deepest = event.penetration;
+    deepest = {std::max(deepest->min_m, event.penetration->min_m),
+               std::max(deepest->max_m, event.penetration->max_m)};
+  }
   return deepest ? bracket_text(*deepest) : "–";
 }
 
@@ -199,10 +202,14 @@ std::string trial_section(const Participant& participant, const Trial& trial, st
           "</div>\n<div>\n" + timeline(trial) + "</div>\n</div>\n";
   text += parts_table(trial) + events(trial) + clearance_charts(trial, index) +
           what_if_charts(trial, index);
-  text += fmt::format(
-      "<h4>Parts and swept volume</h4>\n<figure class=\"view3d\" data-trial=\"{}\">"
-      "<noscript><p>The 3D view needs JavaScript.</p></noscript></figure>\n",
-      index);
+  text += "<h4>Parts and swept volume</h4>\n";
+  if (trial.scene)
+    text += fmt::format(
+        "<figure class=\"view3d\" data-trial=\"{}\">"
+        "<noscript><p>The 3D view needs JavaScript.</p></noscript></figure>\n",
+        index);
+  else
+    text += "<p>No recording of this trial can be used, so its parts are not known.</p>\n";
   return text + "</article>\n";
 }
 

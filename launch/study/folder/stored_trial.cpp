@@ -131,6 +131,10 @@ Answer answer_from(const std::string& text) {
   static const base::Regex pattern(
       "^\\s*([0-9.]+)\\s*(mm|cm|m|in)?(?:\\s*(?:-|to)\\s*([0-9.]+)\\s*(mm|cm|m|in))?(?:\\s+(.*\\S))"
       "?\\s*$");
+  static const base::Regex negative("^\\s*(?:-|\xe2\x88\x92)\\s*[0-9.]");
+  if (negative.found_in(text))
+    throw base::UsageError("'" + text +
+                           "' is negative; an answer is how much space there is, at least 0 cm");
   const auto match = pattern.search(text);
   // "15cm - 16" is a range without the second unit, and no remark.
   static const base::Regex half_range("^(-|to\\b)\\s*[0-9]");

@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <fstream>
 
 #include "common/base/result_file.h"
 #include "common/base/text_table.h"
 #include "common/base/usage_error.h"
+#include "launch/study/folder/pseudonym_search.h"
+#include "launch/study/folder/study_lock.h"
+#include "launch/supervise/claims.h"
 
 namespace fivepipe::study {
 namespace {
@@ -20,8 +22,6 @@ constexpr int kFormat = 1;
 // Position of the scene file in Deployment::files.
 constexpr std::size_t kSceneFile = 2;
 constexpr std::size_t kMaxPseudonym = 1000;
-constexpr std::size_t kMinBinaryBytes = 8, kBlockBytes = 1 << 20;
-const std::vector<std::string> kTextFiles{".json", ".yaml", ".csv", ".html", ".log", ".txt"};
 
 Json json_from(const fs::path& file) {
   std::ifstream in(file, std::ios::binary);
@@ -47,29 +47,6 @@ fs::path common_folder(const std::vector<fs::path>& files) {
   return common;
 }
 
-// Whether the text occurs in the file as a word of its own. A recording holds any bytes, so that
-// only a long text is found there by more than chance.
-bool mentions(const fs::path& file, const std::string& text) {
-  const bool is_text = std::ranges::count(kTextFiles, file.extension().string()) > 0;
-  if (!is_text && text.size() < kMinBinaryBytes) return false;
-  const auto is_letter = [](char c) { return std::isalnum(std::uint8_t(c)) != 0 || c == '_'; };
-  std::ifstream in(file, std::ios::binary);
-  // In blocks, each after the end of the one before, because a recording may be large.
-  std::string window(1, ' '), block(kBlockBytes, '\0');
-  while (in) {
-    in.read(block.data(), std::streamsize(block.size()));
-    window.append(block, 0, std::size_t(in.gcount()));
-    if (!in) window += ' ';
-    for (std::size_t at = window.find(text, 1);
-         at != std::string::npos && at + text.size() < window.size();
-         at = window.find(text, at + 1))
-      if (!is_text || !(is_letter(window[at - 1]) || is_letter(window[at + text.size()])))
-        return true;
-    window.erase(0, window.size() - std::min(window.size(), text.size() + 1));
-  }
-  return false;
-}
-
 // Copies the files of the deployment and returns the path of its file below the folder.
 fs::path copied(const config::Deployment& deployment, const fs::path& folder) {
   std::vector<fs::path> files;
@@ -84,6 +61,18 @@ fs::path copied(const config::Deployment& deployment, const fs::path& folder) {
     fs::copy_file(file, copy);
   }
   return fs::absolute(deployment.file).lexically_normal().lexically_relative(common);
+}
+
+// Another `new` may hold the locks of a folder that is still empty.
+void check_is_free(const fs::path& folder) {
+  if (!fs::exists(folder)) return;
+  bool is_free = fs::is_directory(folder);
+  if (is_free)
+    for (const auto& entry : fs::directory_iterator(folder))
+      is_free &= std::ranges::any_of(
+          kWholeStudy, [&](StudyPart part) { return entry.path() == lock_file(folder, part); });
+  if (!is_free)
+    throw base::UsageError(folder.string() + " exists and is not empty; choose another folder");
 }
 
 // A copy that reads the original of a file would change with it.
@@ -118,9 +107,26 @@ void write_scene(const config::Deployment& deployment, const std::vector<MeshPar
   base::write_file(scene, text);
 }
 
+// After `run` was killed, its deployment still writes for a moment. Throws launch::ClaimRefused.
+void check_is_over(const fs::path& trial_folder) {
+  for (const auto& entry : fs::directory_iterator(trial_folder))
+    if (entry.is_directory()) {
+      const launch::FolderClaim claim(entry.path());
+    }
+}
+
+// In the study's folder.
+bool is_name_of_a_study(const fs::path& name) {
+  return name == "study.json" || name == "deployment" || name == "trials" || name == "report" ||
+         std::ranges::any_of(kWholeStudy,
+                             [&](StudyPart part) { return name == lock_file("", part); });
+}
+
 }  // namespace
 
-StudyFolder::StudyFolder(fs::path folder) : folder_(std::move(folder)) {
+StudyFolder::StudyFolder(fs::path folder) : folder_(std::move(folder)) { load_settings(); }
+
+void StudyFolder::load_settings() {
   const fs::path file = folder_ / "study.json";
   if (!fs::is_regular_file(file))
     throw base::UsageError(folder_.string() + " is no study; make one by: fivepipe study new " +
@@ -142,10 +148,12 @@ StudyFolder::StudyFolder(fs::path folder) : folder_(std::move(folder)) {
 StudyFolder StudyFolder::create(const fs::path& folder, StudySettings settings,
                                 const std::vector<MeshPart>& parts) {
   const bool existed = fs::exists(folder);
-  if (existed && !(fs::is_directory(folder) && fs::is_empty(folder)))
-    throw base::UsageError(folder.string() + " exists and is not empty; choose another folder");
+  check_is_free(folder);
   const config::Deployment deployment =
       config::load_deployment(settings.deployment, settings.settings);
+  fs::create_directories(folder);
+  const StudyLock lock(folder, "new", kWholeStudy);
+  check_is_free(folder);  // of what another `new` has made meanwhile
   try {
     const fs::path copies = folder / "deployment";
     settings.deployment =
@@ -205,6 +213,8 @@ StoredTrial StudyFolder::trial(int number) const {
 StoredTrial StudyFolder::add_trial(const std::string& participant, report::ParticipantKind kind) {
   if (participant.empty() || participant.size() > kMaxPseudonym || !is_utf8(participant))
     throw base::UsageError("--participant: a pseudonym is 1 to 1000 bytes of UTF-8");
+  const StudyLock lock(folder_, "run", {StudyPart::trials});
+  load_settings();
   for (const StoredTrial& trial : trials())
     if (trial.participant == participant && trial.kind != kind)
       throw base::UsageError(base::printable(participant) +
@@ -217,33 +227,79 @@ StoredTrial StudyFolder::add_trial(const std::string& participant, report::Parti
   trial.number = number;
   trial.participant = participant;
   trial.kind = kind;
-  save(trial);
+  store(trial);
   return trial;
 }
 
-void StudyFolder::remove(int trial) const { fs::remove_all(folder_of(trial)); }
+StoredTrial StudyFolder::change(int number, const std::string& command,
+                                const std::function<void(StoredTrial&)>& change) const {
+  const StudyLock lock(folder_, command, {StudyPart::trials});
+  StoredTrial changed = trial(number);
+  change(changed);
+  store(changed);
+  return changed;
+}
 
 void StudyFolder::save(const StoredTrial& trial) const {
+  const StudyLock lock(folder_, "run", {StudyPart::trials});
+  store(trial);
+}
+
+void StudyFolder::remove(int trial) const {
+  const StudyLock lock(folder_, "run", {StudyPart::trials});
+  fs::remove_all(folder_of(trial));
+}
+
+void StudyFolder::store(const StoredTrial& trial) const {
   replace_json(folder_of(trial.number) / "trial.json", json_of(trial));
 }
 
 Forgotten StudyFolder::forget(const std::string& participant) {
-  Forgotten forgotten;
-  for (const StoredTrial& trial : trials()) {
-    if (trial.participant != participant) continue;
-    fs::remove_all(folder_of(trial.number));
-    ++forgotten.trials;
+  const StudyLock lock(folder_, "forget", kWholeStudy);
+  if (!is_utf8(participant)) throw base::UsageError("--participant: the text is not UTF-8");
+  std::vector<int> removed;
+  std::string similar;
+  for (const StoredTrial& trial : trials())
+    if (trial.participant == participant)
+      removed.push_back(trial.number);
+    else if (lower_case(trial.participant) == lower_case(participant))
+      similar = trial.participant;
+  for (const int number : removed) check_is_over(folder_of(number));
+  // A report and a trial's file are left if this is interrupted, so that it can be repeated.
+  if (!removed.empty()) fs::remove_all(report_folder());
+  for (const int number : removed) {
+    for (const auto& entry : fs::directory_iterator(folder_of(number)))
+      if (entry.path().filename() != "trial.json") fs::remove_all(entry.path());
+    fs::remove_all(folder_of(number));
   }
-  if (forgotten.trials == 0)
-    throw base::UsageError(folder_.string() + " has no trial of " + base::printable(participant));
-  fs::remove_all(report_folder());
-  const std::string as_json = Json(participant).dump();
-  for (const auto& entry : fs::recursive_directory_iterator(folder_))
-    if (entry.is_regular_file() && (mentions(entry.path(), participant) ||
-                                    mentions(entry.path(), as_json.substr(1, as_json.size() - 2))))
-      forgotten.mentioned_in.push_back(entry.path());
-  std::ranges::sort(forgotten.mentioned_in);
+  Forgotten forgotten{int(removed.size()), {}, {}};
+  if (!removed.empty() || similar.empty()) search(participant, forgotten);
+  if (removed.empty() && forgotten.mentioned_in.empty())
+    throw base::UsageError(folder_.string() + " has no trial of " + base::printable(participant) +
+                           (similar.empty() ? "" : ", but of " + base::printable(similar)));
   return forgotten;
+}
+
+// Lists what else is in the folder, and what still names the participant.
+void StudyFolder::search(const std::string& participant, Forgotten& found) const {
+  const PseudonymSearch pseudonym(participant);
+  for (const auto& entry : fs::recursive_directory_iterator(folder_)) {
+    const fs::path path = entry.path(), name = path.filename(),
+                   parent = path.lexically_relative(folder_).parent_path();
+    const bool is_trial = parent == "trials" && fs::is_regular_file(path / "trial.json"),
+               is_own = is_trial || (parent.empty() && is_name_of_a_study(name));
+    if (!is_own && (parent.empty() || parent == "trials")) found.unknown.push_back(path);
+    bool mentions = !is_own && pseudonym.is_in(name.string());
+    if (entry.is_regular_file() && !(is_own && name.extension() == ".lock")) try {
+        mentions |= pseudonym.is_in_content(path);
+      } catch (const std::system_error&) {
+        found.unknown.push_back(path);
+      }
+    if (mentions) found.mentioned_in.push_back(path);
+  }
+  std::ranges::sort(found.mentioned_in);
+  std::ranges::sort(found.unknown);
+  found.unknown.erase(std::unique(found.unknown.begin(), found.unknown.end()), found.unknown.end());
 }
 
 }  // namespace fivepipe::study

@@ -3,316 +3,32 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <memory>
 
-#include "common/collision/spacing/view_interval.h"
-#include "common/recording/replay/recorded_deployment.h"
-#include "common/recording/replay/recorded_frames.h"
-#include "common/study/session_timeline.h"
-#include "common/surface/swept_volume.h"
-#include "launch/study/recorded/recorded_hull.h"
-#include "launch/study/recorded/recorded_spacings.h"
-#include "launch/study/results/event_pictures.h"
-#include "launch/units/length.h"
+#include "common/base/realtime.h"
+#include "launch/study/results/scene_parts.h"
+#include "launch/study/results/session_results.h"
 
 namespace fivepipe::study {
 namespace {
 
-using config::SceneObject;
-
-// Collisions that are apart by no more are one event: a hand that slides along a part.
-constexpr double kSameEvent_s = 0.25;
-// The chart of the clearance shows this many times at most.
-constexpr std::size_t kMaxTimes = 2000;
-// Pictures of each part. The page contains them.
-constexpr std::size_t kMaxPictures = 50;
-// The swept volume has larger cells than requested in a rig whose box would need more than this.
-constexpr double kMaxCells = 1e8;
-
-bool is_rigid(const SceneObject& object) { return object.motion == config::Motion::fixed; }
-
-std::array<std::uint8_t, 3> rgb_of(const SceneObject& object) {
-  std::array<std::uint8_t, 3> rgb{};
-  for (std::size_t i = 0; i < 3; ++i)
-    rgb[i] = std::uint8_t(std::lround(255 * std::clamp(object.colour_rgb[i], 0.0, 1.0)));
-  return rgb;
+// Adds the parts to the scenes unless one of these has equal parts, and returns their position.
+std::size_t position_of(std::vector<report::Part> parts,
+                        std::vector<std::vector<report::Part>>& scenes) {
+  const auto known = std::ranges::find_if(
+      scenes, [&](const std::vector<report::Part>& scene) { return are_equal(scene, parts); });
+  const auto position = std::size_t(known - scenes.begin());
+  if (known == scenes.end()) scenes.push_back(std::move(parts));
+  return position;
 }
-
-geometry::Mesh in_world(const SceneObject& object) {
-  geometry::Mesh mesh = config::mesh_of(object);
-  for (Eigen::Vector3d& v : mesh.vertices_m) v = object.world_from_object * v;
-  return mesh;
-}
-
-// The spacing that the recording states for a time.
-double spacing_at(const std::vector<RecordedSpacing>& spacings, double time_s, double before_m) {
-  for (const RecordedSpacing& changed : spacings)
-    if (changed.time_s <= time_s) before_m = changed.spacing_m;
-  return before_m;
-}
-
-// How large a pixel of the maps is at the place, in the camera that sees it worst.
-double footprint_mm(const config::Deployment& deployment, const Eigen::Vector3d& p_world_m) {
-  double footprint_m = 0;
-  for (const std::size_t i : config::shape_cameras(deployment.rig)) {
-    const geometry::Camera camera = config::published_camera(deployment.rig.cameras[i]);
-    const double depth_m = (camera.camera_from_world * p_world_m).z();
-    if (depth_m > 0)
-      footprint_m =
-          std::max(footprint_m, depth_m / std::min(camera.pinhole.fx_px, camera.pinhole.fy_px));
-  }
-  return 1e3 * footprint_m;
-}
-
-// The computations of one recording, and what they found.
-class Session {
- public:
-  Session(const std::filesystem::path& file, const TrialRequest& request, base::WorkerPool& pool,
-          std::unique_ptr<surface::SweptVolume>& swept)
-      : recording_(file),
-        recorded_(recording_, {}),
-        scene_(recorded_.deployment().scene),
-        pool_(pool),
-        swept_(swept),
-        options_{.rule = recorded_.deployment().hull_rule,
-                 .eps_m = detection_eps_m(recorded_.deployment())} {
-    std::vector<geometry::Mesh> meshes;
-    std::vector<Line> lines;
-    for (const SceneObject& object : scene_.objects) {
-      if (!is_rigid(object) || object.reaction == config::Reaction::none) continue;
-      reported_.push_back(&object);
-      meshes.push_back(config::mesh_of(object));
-      spacings_.push_back(recorded_spacings(recording_, object.name));
-      if (!object.spacing) continue;
-      const config::Spacing& spacing = *object.spacing;
-      movable_.push_back(&object);
-      lines.push_back({movable_part(object),
-                       {spacing.low_m, spacing.high_m},
-                       equally_spaced_m({spacing.low_m, spacing.high_m}, request.layouts)});
-    }
-    timeline_ = std::make_unique<SessionTimeline>(meshes, options_, pool);
-    study_ = std::make_unique<SpacingStudy>(std::move(lines), options_, pool);
-    if (request.swept && !swept_) {
-      const Eigen::AlignedBox3d& box = recorded_.deployment().rig.volume_m;
-      swept_ = std::make_unique<surface::SweptVolume>(surface::SweptVolumeOptions{
-          box, std::max(request.swept_cell_m, std::cbrt(box.volume() / kMaxCells))});
-    }
-  }
-
-  void compute(const std::function<void(double done)>& progress) {
-    replay::RecordedFrames frames(recording_, recorded_.deployment());
-    std::vector<std::vector<hull::Silhouette>> waiting;
-    while (auto frame = frames.next()) {
-      const double time_s = 1e-9 * double(frame->set.capture_stamp_ns - recording_.start_ns());
-      frames_.push_back(frame->set.frame);
-      times_s_.push_back(time_s);
-      durations_s_.push_back(frame->duration_s);
-      TimelineFrame of_parts{frame->set.silhouettes, time_s, frame->duration_s, {}};
-      for (std::size_t i = 0; i < reported_.size(); ++i) {
-        Eigen::Isometry3d pose = reported_[i]->world_from_object;
-        if (const auto& spacing = reported_[i]->spacing)
-          pose.translation() +=
-              spacing->move_world_m(spacing_at(spacings_[i], time_s, spacing->at_m));
-        of_parts.world_from_part.push_back(pose);
-      }
-      timeline_->add(std::move(of_parts));
-      if (swept_) waiting.push_back(frame->set.silhouettes);
-      if (waiting.size() == kFramesPerBatch) sweep(waiting);
-      study_->add({std::move(frame->set.silhouettes), frame->duration_s});
-      progress(frame->done);
-    }
-    if (swept_) sweep(waiting);
-    if (frames_.empty())
-      throw recording::RecordingError(recording_.file().string() + " contains no complete frame");
-    drops_ = frames.drops();
-    study_->results();
-  }
-
-  void add_remarks(const std::string& of, std::vector<std::string>& remarks) const {
-    for (const auto& [reason, count] : drops_)
-      remarks.push_back(fmt::format("{}: dropped of the recording: {} ({}).", of, reason, count));
-    if (const std::string damage = recording_.mcap().damage().summary; !damage.empty())
-      remarks.push_back(fmt::format("{}: the recording is incomplete: {}.", of, damage));
-    if (study_->empty_frames() > 0)
-      remarks.push_back(fmt::format("{}: frames without a hull: {} of {}.", of,
-                                    study_->empty_frames(), study_->frames()));
-    const std::vector<LineResult> lines = study_->results();
-    for (std::size_t i = 0; i < movable_.size(); ++i) {
-      if (lines[i].incomplete_frames > 0)
-        remarks.push_back(fmt::format("{}: {}: in {} frames the search reached its limit.", of,
-                                      movable_[i]->name, lines[i].incomplete_frames));
-      const auto view = in_view(*movable_[i]);
-      if (!view)
-        remarks.push_back(fmt::format(
-            "{}: nowhere in its range is the whole of {} in view of the cameras; what is outside "
-            "counts as free because no hull can be there.",
-            of, movable_[i]->name));
-      else if (view->low_m > movable_[i]->spacing->low_m ||
-               view->high_m < movable_[i]->spacing->high_m)
-        remarks.push_back(fmt::format(
-            "{}: the whole of {} is in view of the cameras from {} to {}; elsewhere, what is "
-            "outside counts as free because no hull can be there.",
-            of, movable_[i]->name, text_of_length(view->low_m), text_of_length(view->high_m)));
-    }
-  }
-
-  // Adds what was found to the trial, `offset_s` after its start.
-  void add_to(report::Trial& trial, double offset_s, const EventPictures* pictures) {
-    const auto& timelines = timeline_->results();
-    for (std::size_t i = 0; i < reported_.size(); ++i) {
-      report::PartResult& part = part_of(trial, reported_[i]->name);
-      add_timeline(timelines[i], *reported_[i], offset_s, pictures, part);
-      add_spacings(i, offset_s, trial);
-    }
-    const std::vector<LineResult> lines = study_->results();
-    for (std::size_t i = 0; i < movable_.size(); ++i) add_curve(*movable_[i], lines[i], trial);
-    trial.duration_s = offset_s + duration_s();
-  }
-
-  // CLOCK_REALTIME of the first frame: the time 0 of the recording's results.
-  std::int64_t start_ns() const {
-    return recording_.start_ns() + std::int64_t(1e9 * times_s_.front());
-  }
-  double duration_s() const { return times_s_.back() + durations_s_.back() - times_s_.front(); }
-  const recording::Recording& recording() const { return recording_; }
-
- private:
-  static collision::MovablePart movable_part(const SceneObject& object) {
-    Eigen::Isometry3d at_zero = object.world_from_object;
-    at_zero.translation() += object.spacing->move_world_m(0);
-    return {config::mesh_of(object), at_zero, object.spacing->axis_world};
-  }
-
-  // The spacings at which the whole part is where the hull can be.
-  std::optional<collision::SpacingInterval> in_view(const SceneObject& object) const {
-    return collision::interval_in_view(
-        movable_part(object), {object.spacing->low_m, object.spacing->high_m},
-        limiting_cameras(recorded_.deployment()), options_.rule.within_world_m);
-  }
-
-  void sweep(std::vector<std::vector<hull::Silhouette>>& waiting) {
-    run_frames(pool_, waiting.size(), [&](std::size_t frame, std::size_t) {
-      FrameHull hull(options_.rule, options_.eps_m);
-      hull.set(waiting[frame]);
-      if (!hull.is_unknown() && !hull.is_empty()) swept_->add(*hull.query);
-    });
-    waiting.clear();
-  }
-
-  // The curves of several recordings are one, because all of them belong to the trial.
-  static void add_curve(const SceneObject& object, const LineResult& line, report::Trial& trial) {
-    const collision::SpacingInterval range{object.spacing->low_m, object.spacing->high_m};
-    const auto known = std::ranges::find(trial.what_if, object.name, &report::WhatIfCurve::part);
-    if (known == trial.what_if.end())
-      trial.what_if.push_back({object.name, range, line, true});
-    else if (known->range == range)
-      add(known->result, line);
-    else
-      throw recording::RecordingError(object.name +
-                                      " has another range than in the recording before");
-  }
-
-  static report::PartResult& part_of(report::Trial& trial, const std::string& name) {
-    for (report::PartResult& part : trial.parts)
-      if (part.part == name) return part;
-    return trial.parts.emplace_back(report::PartResult{.part = name, .events = {}});
-  }
-
-  void add_timeline(const std::vector<TimelinePoint>& timeline, const SceneObject& object,
-                    double offset_s, const EventPictures* pictures, report::PartResult& part) {
-    const double start_s = times_s_.front() - offset_s;
-    for (std::size_t i = 0; i < timeline.size(); ++i)
-      if (timeline[i].verdict == collision::CollisionVerdict::colliding)
-        part.collision_s += durations_s_[i];
-    for (const CollisionEvent& found : collision_events(timeline, kSameEvent_s)) {
-      report::Event event{times_s_[found.first] - start_s,
-                          times_s_[found.last] + durations_s_[found.last] - start_s};
-      // Of the colliding frame next to the center of the event.
-      std::size_t shown = (found.first + found.last) / 2;
-      while (timeline[shown].verdict != collision::CollisionVerdict::colliding) ++shown;
-      if (pictures && part.events.size() < kMaxPictures)
-        event.picture_png = pictures->png_of(frames_[shown]);
-      if (!event.picture_png.empty())
-        event.picture_shows = fmt::format("the viewer's picture at {:.1f} s: {} collides",
-                                          times_s_[shown] - start_s, object.name);
-      part.events.push_back(std::move(event));
-    }
-    if (!part.clearance) {
-      part.clearance.emplace();
-      part.clearance->cap_m = options_.clearance_cap_m;
-      part.clearance->errors = {
-          {"map resolution: one pixel at the part",
-           footprint_mm(
-               recorded_.deployment(),
-               object.world_from_object * geometry::bounds_m(config::mesh_of(object)).center())},
-          {"eps of the detection", 1e3 * options_.eps_m}};
-    }
-    // At each time of the chart, the smallest clearance of the frames that it stands for.
-    const std::size_t per_time = (timeline.size() + kMaxTimes - 1) / kMaxTimes;
-    for (std::size_t i = 0; i < timeline.size(); i += per_time) {
-      Bracket smallest = timeline[i].clearance;
-      for (std::size_t k = i; k < std::min(timeline.size(), i + per_time); ++k)
-        smallest = {std::min(smallest.min_m, timeline[k].clearance.min_m),
-                    std::min(smallest.max_m, timeline[k].clearance.max_m)};
-      const double time_s = times_s_[i] - start_s;
-      if (!part.clearance->times_s.empty() && time_s <= part.clearance->times_s.back()) continue;
-      part.clearance->times_s.push_back(time_s);
-      part.clearance->distances.push_back(smallest);
-    }
-  }
-
-  void add_spacings(std::size_t reported, double offset_s, report::Trial& trial) const {
-    const auto& spacing = reported_[reported]->spacing;
-    if (!spacing) return;
-    const double start_s = times_s_.front() - offset_s;
-    const auto add = [&](double time_s, double spacing_m) {
-      const auto last = std::ranges::find_if(
-          trial.layout_changes.rbegin(), trial.layout_changes.rend(),
-          [&](const report::LayoutChange& c) { return c.part == reported_[reported]->name; });
-      if (last != trial.layout_changes.rend() && last->spacing_m == spacing_m) return;
-      trial.layout_changes.push_back({time_s, reported_[reported]->name, spacing_m});
-    };
-    add(offset_s, spacing_at(spacings_[reported], times_s_.front(), spacing->at_m));
-    for (const RecordedSpacing& changed : spacings_[reported])
-      if (changed.time_s > times_s_.front()) add(changed.time_s - start_s, changed.spacing_m);
-  }
-
-  recording::Recording recording_;
-  replay::RecordedDeployment recorded_;
-  const config::Scene& scene_;
-  base::WorkerPool& pool_;
-  std::unique_ptr<surface::SweptVolume>& swept_;
-  StudyOptions options_;
-  std::vector<const SceneObject*> reported_, movable_;
-  std::vector<std::vector<RecordedSpacing>> spacings_;  // by reported part
-  std::unique_ptr<SessionTimeline> timeline_;
-  std::unique_ptr<SpacingStudy> study_;
-  std::vector<std::uint64_t> frames_;
-  std::vector<double> times_s_, durations_s_;  // since the start of the recording
-  std::map<std::string, std::uint64_t> drops_;
-};
 
 }  // namespace
-
-std::vector<report::Part> report_parts(const config::Scene& scene) {
-  std::vector<report::Part> parts;
-  for (const SceneObject& object : scene.objects) {
-    if (!is_rigid(object)) continue;
-    report::Part part{object.name, in_world(object), rgb_of(object)};
-    if (object.spacing)
-      part.axis = report::MovableAxis{object.spacing->axis_world,
-                                      object.spacing->at_m,
-                                      {object.spacing->low_m, object.spacing->high_m}};
-    parts.push_back(std::move(part));
-  }
-  return parts;
-}
 
 report::Trial trial_results(const StudyFolder& study, const StoredTrial& stored,
                             const TrialRequest& request,
                             const std::function<void(double done)>& progress,
-                            std::vector<std::string>& remarks) {
+                            report::Study& shown) {
+  std::vector<std::string>& remarks = shown.remarks;
   report::Trial trial;
   trial.number = stored.number;
   trial.is_kept = stored.state == TrialState::kept;
@@ -326,9 +42,15 @@ report::Trial trial_results(const StudyFolder& study, const StoredTrial& stored,
   std::vector<StoredNote> notes = stored.notes;
   double offset_s = 0;
   const auto add_recording = [&](std::size_t part, const std::function<void(double)>& of_part) {
-    Session session(folder / stored.recordings[part], request, pool, swept);
+    SessionResults session(folder / stored.recordings[part], request, pool, swept);
     session.compute(of_part);
     session.add_remarks(of, remarks);
+    const std::size_t scene = position_of(report_parts(session.scene()), shown.scenes);
+    if (trial.scene.value_or(scene) != scene)
+      remarks.push_back(of +
+                        ": the scene was changed between its recordings. The results of each are "
+                        "those of its own scene, the 3D view shows that of the first one.");
+    if (!trial.scene) trial.scene = scene;
     std::optional<EventPictures> pictures;
     if (request.pictures)
       pictures.emplace(session.recording(),

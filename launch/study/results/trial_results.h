@@ -15,16 +15,11 @@ struct TrialRequest {
   int threads = 2;
 };
 
-// The virtual parts that the report shows: all objects of the scene that keep their shape. A part
-// with a `spacing` has an axis.
-std::vector<report::Part> report_parts(const config::Scene& scene);
-
-// Adds a sentence to `remarks` for each thing that limits the results: dropped or damaged
-// messages, frames without a hull, a video that is missing. Throws recording::RecordingError if a
-// recording cannot be used.
+// Adds to `shown` the scene of the trial as it was recorded, unless it has the same one, and a
+// sentence to its remarks for each thing that limits the results: dropped or damaged messages,
+// frames without a hull, a video that is missing, a recording that cannot be used.
 report::Trial trial_results(const StudyFolder& study, const StoredTrial& trial,
                             const TrialRequest& request,
-                            const std::function<void(double done)>& progress,
-                            std::vector<std::string>& remarks);
+                            const std::function<void(double done)>& progress, report::Study& shown);
 
 }  // namespace fivepipe::study

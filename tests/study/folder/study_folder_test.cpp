@@ -5,7 +5,9 @@
 #include <fstream>
 
 #include "common/base/usage_error.h"
+#include "launch/study/folder/pseudonym_search.h"
 #include "launch/study/folder/scene_pose.h"
+#include "launch/supervise/claims.h"
 #include "tests/support/deployments.h"
 #include "tests/support/test_folder.h"
 #include "tests/support/text.h"
@@ -200,14 +202,99 @@ TEST_F(StudyFolderTest, NamesFilesThatStillMentionTheParticipant) {
 // At the start, at the end, and across the blocks in which files are read.
 TEST_F(StudyFolderTest, FindsThePseudonymAnywhereInAFile) {
   StudyFolder made = study();
+  made.add_trial("Rosalind", ParticipantKind::human);
   for (const std::size_t before : {0, 1, 5, (1 << 20) - 3, 1 << 20, (1 << 20) + 1})
     for (const bool is_word : {true, false}) {
-      made.add_trial("Rosalind", ParticipantKind::human);
       std::string text(before, '-');
       text += is_word ? "Rosalind" : "Rosalinde";
-      std::ofstream(made.path() / "mine.csv") << text;
-      EXPECT_EQ(made.forget("Rosalind").mentioned_in.size(), is_word ? 1u : 0u) << before;
+      const fs::path file = folder_.path / "file.csv";
+      std::ofstream(file) << text;
+      EXPECT_EQ(PseudonymSearch("Rosalind").is_in_content(file), is_word) << before;
+      // Not a text: the pseudonym need not be a word.
+      std::ofstream(file, std::ios::binary) << '\0' << text;
+      EXPECT_TRUE(PseudonymSearch("Rosalind").is_in_content(file)) << before;
+      EXPECT_FALSE(PseudonymSearch("Rosal").is_in_content(file)) << "by chance";
     }
+}
+
+TEST_F(StudyFolderTest, FindsOtherFormsOfThePseudonym) {
+  const fs::path file = folder_.path / "file.md";
+  const auto finds = [&](const std::string& pseudonym, const std::string& text) {
+    std::ofstream(file) << text;
+    return PseudonymSearch(pseudonym).is_in_content(file);
+  };
+  EXPECT_TRUE(finds("Rosa", "as ROSA did"));
+  EXPECT_TRUE(finds("ROSA", "rosa's"));
+  EXPECT_TRUE(finds("Zo\u00c9", "ZO\u00c9"));
+  EXPECT_TRUE(finds("Zo\u00c9", "zo\u00e9"));
+  EXPECT_TRUE(finds("\u0394\u03a9", "\u03b4\u03c9"));           // Greek
+  EXPECT_TRUE(finds("Zo\u00e9", "{\"name\": \"zo\\u00e9\"}"));  // JSON in ASCII
+  EXPECT_TRUE(finds("a\"b", R"({"name": "a\"b"})"));
+  EXPECT_TRUE(finds("A <1>", "<b>A &lt;1&gt;</b>"));
+  EXPECT_TRUE(finds("A <1>", R"({"name":"A \u003c1\u003e"})"));
+  EXPECT_TRUE(finds("a\"b", "\"a\"\"b\",1\r\n"));
+  EXPECT_TRUE(finds("P1", "video_P1_left"));
+  EXPECT_FALSE(finds("P1", "P10, XP1"));
+  EXPECT_FALSE(finds("Rosa", ""));
+  EXPECT_THROW(PseudonymSearch("Rosa").is_in_content(folder_.path / "absent"), std::system_error);
+}
+
+// Whatever a person has put there, and what an interrupted command left.
+TEST_F(StudyFolderTest, NamesAllFilesAndFoldersThatHaveThePseudonym) {
+  StudyFolder made = study();
+  made.add_trial("Quentin", ParticipantKind::human);
+  made.add_trial("Rosa", ParticipantKind::human);
+  const fs::path root = made.path(), other = made.folder_of(2);
+  fs::create_directories(root / "export QUENTIN" / "meshes");
+  fs::create_directories(other / "run_1");
+  std::ofstream(root / "export QUENTIN" / "meshes" / "000001.ply") << "ply";
+  for (const fs::path& file : {root / "notes.md", other / "trial.json.part",
+                               other / "run_1" / "log", root / "deployment" / "scene.yaml.before"})
+    std::ofstream(file) << "of quentin";
+  std::ofstream(other / "quentin_left.mp4") << "video";
+  fs::create_symlink(made.folder_of(1) / "recording_1.mcap", other / "Quentin.mcap");
+  const Forgotten forgotten = made.forget("Quentin");
+  std::vector<fs::path> expected{root / "export QUENTIN",
+                                 root / "notes.md",
+                                 other / "trial.json.part",
+                                 other / "run_1" / "log",
+                                 root / "deployment" / "scene.yaml.before",
+                                 other / "quentin_left.mp4",
+                                 other / "Quentin.mcap"};
+  std::ranges::sort(expected);
+  EXPECT_EQ(forgotten.mentioned_in, expected);
+  EXPECT_EQ(forgotten.unknown, (std::vector<fs::path>{root / "export QUENTIN", root / "notes.md"}));
+  // It searches again, until nothing is left.
+  for (const fs::path& file : expected) fs::remove_all(file);
+  EXPECT_TRUE(contains(refusal([&] { made.forget("Quentin"); }), "has no trial of Quentin"));
+}
+
+// An export of a recording has no pseudonym in it, and is of no trial.
+TEST_F(StudyFolderTest, NamesWhatMayHoldFramesOfTheParticipant) {
+  StudyFolder made = study();
+  made.add_trial("Quentin", ParticipantKind::human);
+  made.add_trial("Rosa", ParticipantKind::human);
+  fs::create_directories(made.path() / "export" / "meshes");
+  std::ofstream(made.path() / "export" / "meshes" / "000001.ply") << "ply";
+  fs::create_directories(made.path() / "trials" / "0009");  // without a trial.json
+  const Forgotten forgotten = made.forget("Quentin");
+  EXPECT_TRUE(forgotten.mentioned_in.empty());
+  EXPECT_EQ(forgotten.unknown,
+            (std::vector<fs::path>{made.path() / "export", made.path() / "trials" / "0009"}));
+}
+
+TEST_F(StudyFolderTest, ForgetsNoOneElse) {
+  StudyFolder made = study();
+  made.add_trial("Rosa", ParticipantKind::human);
+  EXPECT_TRUE(contains(refusal([&] { made.forget("rosa"); }), "has no trial of rosa, but of Rosa"));
+  // After `run` was killed, its deployment still writes.
+  fs::create_directories(made.folder_of(1) / "run_1");
+  {
+    const launch::FolderClaim deployment(made.folder_of(1) / "run_1");
+    EXPECT_THROW(made.forget("Rosa"), launch::ClaimRefused);
+  }
+  EXPECT_EQ(made.trials().size(), 1u);
+  EXPECT_EQ(made.forget("Rosa").trials, 1);
 }
 
 TEST_F(StudyFolderTest, WritesThePoseOfAPart) {
@@ -246,6 +333,23 @@ TEST(AnswerFrom, ReadsWhatPeopleWrite) {
   for (const char* text : {"", "15", "cm", "about 15cm", "16-15cm", "-3cm", "1e9m", "15cm-",
                            "1.2.3cm", "15cm - 16", "15cm to 16", "15cm \xff"})
     EXPECT_THROW(answer_from(text), base::UsageError) << text;
+}
+
+// Unlike a spacing, which is where a part is, a space is an amount.
+TEST(AnswerFrom, StatesThatANegativeOneIsNone) {
+  for (const char* text : {"-3cm", " - 0.5 cm",
+                           "\xe2\x88\x92"
+                           "3cm",
+                           "-3 to 4cm"})
+    try {
+      answer_from(text);
+      FAIL() << text;
+    } catch (const base::UsageError& error) {
+      EXPECT_EQ(std::string(error.what()),
+                "'" + std::string(text) +
+                    "' is negative; an answer is how much space there is, at least 0 cm");
+    }
+  EXPECT_EQ(answer_from("0cm").low_m, 0);
 }
 
 }  // namespace

@@ -64,11 +64,13 @@ std::vector<json> visits(const std::vector<std::string>& pages, const std::strin
 Study hostile_study() {
   Study study = test::example_study();
   study.participants.resize(1);
+  study.scenes.push_back({{"recorded crate", geometry::box_mesh({0.2, 0.2, 0.2})}});
   for (const std::size_t i : kHostileIndices) {
     const std::string& text = test::hostile_texts()[i];
     Participant participant{text, ParticipantKind::human, {Trial{}}};
     participant.trials[0].notes = {{0, text}};
     participant.trials[0].tool = text;
+    participant.trials[0].scene = 1;
     participant.trials[0].answers.found = Answer{0.2, std::nullopt, text};
     study.participants.push_back(participant);
   }
@@ -131,6 +133,7 @@ TEST(ReportInBrowser, ShowsTableChartsPicturesAndViewWithoutErrorOrRequest) {
   expect_no_request(found[0]);
   expect_full_page(found[0]["value"]);
   expect_view(found[0]["value"]["views"][0]);
+  EXPECT_EQ(found[0]["value"]["views"][1]["label"], "3D view of recorded crate");
   EXPECT_EQ(found[0]["value"]["names"].size(), 4u);
   EXPECT_EQ(found[0]["value"]["names"][1], test::hostile_texts()[3]);
   const json theme = found[0]["value"]["theme"];

@@ -148,6 +148,7 @@ Trial example_trial(int number, double duration_s, const std::string& tool, doub
                  example_result("payload A", -0.006, duration_s),
                  example_result("payload B", 0.05, duration_s)};
   trial.what_if = {example_curve(found_m - 0.004)};
+  trial.scene = 0;
   trial.swept = {{"right hand", swept_hand({0.16, 0.01, 0.34}, {0.09, 0.08, 0.14}, 4)}};
   if (!tool.empty())
     trial.swept.push_back({tool, swept_hand({0.02, 0, 0.24}, {0.02, 0.02, 0.12}, 3)});
@@ -179,7 +180,7 @@ Study example_study() {
               "payload",
               "A and PMT"};
   study.remarks = {"Example: the answers are those of the paper, all other numbers are invented."};
-  study.parts = example_parts();
+  study.scenes = {example_parts()};
   const auto answers = [](Answer necessary, Answer allocated, Answer found, Answer after) {
     return Answers{necessary, allocated, found, after};
   };
@@ -191,6 +192,7 @@ Study example_study() {
     Participant participant{"P" + std::to_string(i + 1), ParticipantKind::human, {}};
     if (i == 1) {
       Trial aborted{1, false, "the cord came off its plug", 12.5, ""};
+      aborted.scene = 0;
       aborted.answers.necessary_before = table[i].necessary_before;
       participant.trials.push_back(aborted);
     }

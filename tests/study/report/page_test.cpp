@@ -159,10 +159,11 @@ TEST(ReportPage, HostileTextsAddNoElement) {
     study.name = study.date = study.version = study.machine = study.rig = study.scene =
         study.spacing_of = text;
     study.remarks = {text};
-    study.parts = {{text, geometry::box_mesh({0.1, 0.1, 0.1})}};
+    study.scenes = {{{text, geometry::box_mesh({0.1, 0.1, 0.1})}}};
     Participant& participant = study.participants[0];
     participant.pseudonym = text;
     Trial& trial = participant.trials[0];
+    trial.scene = 0;
     trial.tool = trial.discarded_because = trial.answers.found->remark = text;
     trial.notes = {{1, text}};
     trial.layout_changes = {{0, text, 0.1}};
@@ -192,6 +193,34 @@ TEST(ReportPage, LengthsAreRoundedSoThatTheStatementStaysTrue) {
   EXPECT_EQ(bracket_text({0, 0}), "0");
 }
 
+// A trial shows the scene that was recorded, and none if no recording can be used.
+TEST(ReportPage, ShowsTheSceneOfEachTrial) {
+  Study study = test::study_of(3, ParticipantKind::human);
+  study.scenes = {{{"first part", geometry::box_mesh({0.1, 0.1, 0.1})}},
+                  {{"second part", geometry::box_mesh({0.1, 0.1, 0.1})}}};
+  study.participants[0].trials[0].scene = 1;
+  study.participants[1].trials[0].scene = 0;
+  const nlohmann::ordered_json data = page_data(study);
+  ASSERT_EQ(data["scenes"].size(), 2u);
+  EXPECT_EQ(data["scenes"][1][0]["name"], "second part");
+  EXPECT_EQ(data["trials"][0]["scene"], 1);
+  EXPECT_EQ(data["trials"][1]["scene"], 0);
+  EXPECT_EQ(data["trials"][2]["scene"], nullptr);
+  const std::string page = report_page(study);
+  EXPECT_EQ(count_of(page, "<figure class=\"view3d\""), 2u);
+  EXPECT_EQ(count_of(page, "so its parts are not known"), 1u);
+}
+
+TEST(ReportPage, StatesTheDepthOfEachEventAndTheLargestOne) {
+  Study study = test::study_of(1, ParticipantKind::human);
+  study.participants[0].trials[0].parts = {
+      {"part", 2, {{0, 1, Bracket{0.01, 0.0125}}, {2, 3, Bracket{0.002, 0.02}}, {4, 5}}}};
+  const std::string page = report_page(study);
+  EXPECT_THAT(page, HasSubstr("0.00 to 1.00 s, depth 1.00–1.25 cm"));
+  EXPECT_THAT(page, HasSubstr("<td>1.00–2.00 cm</td>"));
+  EXPECT_THAT(page, HasSubstr("4.00 to 5.00 s</figcaption>"));
+}
+
 TEST(ReportPage, ListsEachBadValue) {
   Study study = test::example_study();
   EXPECT_EQ(error_of(study), "");
@@ -201,14 +230,15 @@ TEST(ReportPage, ListsEachBadValue) {
   trial.parts[0].clearance->distances[3].max_m = test::kNaN;
   trial.parts[1].events[0].picture_png = "GIF89a";
   trial.swept[0].mesh.triangles[5][1] = 1 << 30;
-  study.parts[1].axis->direction *= 2;
-  study.parts[0].mesh.vertices_m[2].y() = test::kNaN;
+  study.scenes[0][1].axis->direction *= 2;
+  study.scenes[0][0].mesh.vertices_m[2].y() = test::kNaN;
   study.participants[3].pseudonym = "P1";
+  study.participants[3].trials[0].scene = 1;
   const std::string error = error_of(study);
   for (const char* text :
        {"trial 1, duration: nan", "an answer: inf", "part PMT, clearance: no bracket",
         "a picture is no PNG", "has vertex 1073741824", "no unit vector", "is not finite",
-        "participant P1: two participants"})
+        "participant P1: two participants", "the study does not have its scene"})
     EXPECT_THAT(error, HasSubstr(text));
   EXPECT_THROW(report_page(study), std::invalid_argument);
 }

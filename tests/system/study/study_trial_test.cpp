@@ -8,6 +8,7 @@
 #include "launch/study/folder/study_folder.h"
 #include "tests/support/optional_package.h"
 #include "tests/support/recording/replayed_nodes.h"
+#include "tests/support/text.h"
 
 namespace fivepipe::test {
 namespace {
@@ -97,12 +98,24 @@ TEST_F(StudyTrial, ThreeCommandsLeadToTheReportAndForgetRemovesAParticipant) {
   EXPECT_EQ(trials.find(",=tongs"), std::string::npos) << "a formula of a spreadsheet";
   EXPECT_NE(events.find(",part,"), std::string::npos) << events;
   EXPECT_EQ(events.find(",shelf,"), std::string::npos) << events;
+  EXPECT_EQ(events.find(",,"), std::string::npos) << "an event without its depth: " << events;
   EXPECT_GT(std::ranges::count(csv("clearance.csv"), '\n'), 20);
   EXPECT_GE(std::ranges::count(csv("what-if.csv"), '\n'), 5);
   const std::string page = csv("report.html");
   EXPECT_NE(page.find("Actor &lt;1&gt;"), std::string::npos);
   EXPECT_EQ(page.find("Actor <1>"), std::string::npos);
   EXPECT_NE(page.find("data:image/png"), std::string::npos) << "the picture of a collision";
+
+  // The report shows the recorded scene, not that of a later trial.
+  EXPECT_EQ(page.find("scene was changed"), std::string::npos);
+  const std::filesystem::path scene = study::StudyFolder(path_).deployment().files.at(2);
+  const std::string changed = test::replaced(test::text_of(scene), "position_m: [0, 0.05, 0.25]",
+                                             "position_m: [0, 2.05, 0.25]");
+  std::ofstream(scene) << changed;
+  ASSERT_EQ(study({"report", path_, "--layouts", "1", "--no-swept", "--no-pictures"}), 0) << said_;
+  EXPECT_EQ(csv("events.csv"), events);
+  EXPECT_NE(csv("report.html").find("scene was changed after the trial was recorded"),
+            std::string::npos);
 
   ASSERT_EQ(study({"list", path_}), 0) << said_;
   EXPECT_NE(said_.find("14.0 cm to 16.0 cm"), std::string::npos) << said_;
@@ -124,6 +137,13 @@ TEST_F(StudyTrial, AnInterruptedTrialIsKeptAndResumed) {
     ASSERT_TRUE(eventually(bus_, kStart, [&] { return (frames += composited.take().size()) > 20; }))
         << run->said();
     ASSERT_EQ(study({"edit", path_, "--tool", "tongs"}), 0) << said_;
+    for (const std::vector<std::string>& refused :
+         {std::vector<std::string>{"forget", path_, "--participant", "P1"},
+          {"run", path_, "--participant", "P2", "--duration", "1"}}) {
+      EXPECT_EQ(study(refused), 2) << said_;
+      EXPECT_NE(said_.find("is in use by `fivepipe study run` (process "), std::string::npos)
+          << said_;
+    }
     // Far from the arm.
     ASSERT_EQ(study({"space", "140cm", "--deployment",
                      study::StudyFolder(path_).deployment_file().string()}),

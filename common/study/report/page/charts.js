@@ -9,9 +9,9 @@ const seconds = (value) => (value == null ? "–" : `${value.toFixed(2)} s`);
 
 function axis(label, more = {}) {
   const ink = colour("muted"), line = colour("line");
-  return {label, labelSize: 20, labelGap: 0, size: 34, gap: 4, labelFont: "12px system-ui, sans-serif", stroke: ink,
-    font: "12px system-ui, sans-serif", grid: {stroke: line, width: 1},
-    ticks: {stroke: line, width: 1}, ...more};
+  const font = "12px system-ui, sans-serif";
+  return {label, labelSize: 20, labelGap: 0, size: 34, gap: 4, labelFont: font, stroke: ink, font,
+    grid: {stroke: line, width: 1}, ticks: {stroke: line, width: 1}, ...more};
 }
 
 // Fills the vertical strips between each pair of x values, behind the curves.

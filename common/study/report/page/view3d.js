@@ -76,7 +76,8 @@ class View {
     light.position.set(0.4, 0.7, 1);
     this.camera.add(light);
     this.items = [
-      ...data.parts.filter((part) => part.mesh.triangles > 0).map((part) => this.partItem(part)),
+      ...data.scenes[this.trial.scene].filter((part) => part.mesh.triangles > 0)
+        .map((part) => this.partItem(part)),
       ...this.trial.swept.map((swept, i) => this.sweptItem(swept, i)),
     ];
     this.selected = null;
@@ -182,7 +183,9 @@ class View {
 
   listenToClicks() {
     let down = null;
-    this.canvas.addEventListener("pointerdown", (event) => { down = [event.clientX, event.clientY]; });
+    this.canvas.addEventListener("pointerdown", (event) => {
+      down = [event.clientX, event.clientY];
+    });
     this.canvas.addEventListener("pointerup", (event) => {
       if (!down || Math.hypot(event.clientX - down[0], event.clientY - down[1]) > 4) return;
       const box = this.canvas.getBoundingClientRect();
