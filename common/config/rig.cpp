@@ -17,6 +17,8 @@ namespace {
 constexpr Range kPositive{0, kUnbounded, true};
 // A pinhole image grows without bound towards 180 degrees.
 constexpr Range kFieldOfView_deg{0.01, 170};
+// A calibration that is worse found other points than those of its pattern.
+constexpr Range kCalibrationError_px{0, 100};
 
 geometry::Pinhole read_pinhole(YamlMap& map) {
   const auto [width_px, height_px] = map.size_px("image_size_px");
@@ -140,6 +142,8 @@ RigCamera read_camera(YamlMap map, const Eigen::AlignedBox3d& volume_m) {
   camera.gives_colour = map.flag("gives_colour", true);
   camera.source = read_pinhole(map);
   if (map.has("distortion")) camera.distortion = read_distortion(map.map("distortion"));
+  if (map.has("calibration_error_px"))
+    camera.calibration_error_px = map.number("calibration_error_px", kCalibrationError_px);
   const bool is_readable = map.problem_count() == problems_before;
   if (map.has("published")) {
     YamlMap published = map.map("published");

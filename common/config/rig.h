@@ -1,6 +1,7 @@
 // The cameras of a rig: calibrated, and fixed in the world or mounted on the viewer's head. Read
 // from a rig file.
 #pragma once
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,8 @@ struct RigCamera {
   Mount mount = Mount::world;
   // From the world frame, or from the viewer's eye (a camera frame).
   Eigen::Isometry3d camera_from_mount = Eigen::Isometry3d::Identity();
+  // RMS reprojection error of the calibration, in pixels of the captured image; nullopt: unknown.
+  std::optional<double> calibration_error_px = {};
   bool gives_shape = true;   // publishes object-pixel maps; false for cameras on the viewer
   bool gives_colour = true;  // publishes colours
 };

@@ -38,6 +38,7 @@ cameras:
     cx_px: 318
     cy_px: 242
     distortion: {k1: -0.3, k2: 0.1, p1: 0.001, p2: -0.002, k3: 0.01}
+    calibration_error_px: 0.25
     published: {image_size_px: [320, 240], horizontal_fov_deg: 60}
     camera_from_world:
       rotation:
@@ -67,6 +68,7 @@ cameras:
   EXPECT_EQ(wall.published, geometry::pinhole_from_fov(320, 240, std::numbers::pi / 3));
   EXPECT_TRUE(wall.gives_shape);
   EXPECT_FALSE(wall.gives_colour);
+  EXPECT_EQ(wall.calibration_error_px, 0.25);
   EXPECT_TRUE(wall.camera_from_mount.translation().isApprox(Eigen::Vector3d(0.1, 0.5, 2)));
   EXPECT_TRUE((wall.camera_from_mount.linear() * Eigen::Vector3d(0, 1, 0))
                   .isApprox(Eigen::Vector3d(0, 0, 1)));
@@ -77,6 +79,7 @@ cameras:
   EXPECT_NEAR(hmd.source.fx_px, 320, 1e-9) << "90 degrees over 640 px";
   EXPECT_EQ(hmd.published, hmd.source);
   EXPECT_TRUE(hmd.gives_colour);
+  EXPECT_EQ(hmd.calibration_error_px, std::nullopt);
   EXPECT_TRUE(hmd.distortion.none());
   EXPECT_FALSE(wall.distortion.none());
   EXPECT_EQ(shape_cameras(rig), std::vector<std::size_t>{0});
@@ -124,6 +127,17 @@ TEST_F(RigFile, FieldOfViewIsFromAHundredthTo170Degrees) {
   EXPECT_TRUE(with_angle("170").empty());
   EXPECT_EQ(with_angle("0.009").size(), 1u);
   EXPECT_EQ(with_angle("170.1").size(), 1u);
+}
+
+TEST_F(RigFile, CalibrationErrorIsNotNegative) {
+  const auto with = [&](const std::string& error_px) {
+    return problems(rig_with("    look_at: {eye_m: [2, 0, 0.5], target_m: [0, 0, 0.5]}\n",
+                             "    calibration_error_px: " + error_px + "\n"));
+  };
+  EXPECT_TRUE(with("0").empty());
+  EXPECT_EQ(with("-0.1").size(), 1u);
+  EXPECT_EQ(with("101").size(), 1u);
+  EXPECT_EQ(with("nan").size(), 1u);
 }
 
 TEST_F(RigFile, EachPartOfThePinholeIsRequired) {

@@ -8,6 +8,7 @@
 #include "common/collision/spacing/view_interval.h"
 #include "common/recording/replay/recorded_frames.h"
 #include "launch/study/recorded/recorded_hull.h"
+#include "launch/study/results/error_band.h"
 #include "launch/study/results/scene_parts.h"
 #include "launch/units/length.h"
 
@@ -30,19 +31,6 @@ double spacing_at(const std::vector<RecordedSpacing>& spacings, double time_s, d
   for (const RecordedSpacing& changed : spacings)
     if (changed.time_s <= time_s) before_m = changed.spacing_m;
   return before_m;
-}
-
-// How large a pixel of the maps is at the place, in the camera that sees it worst.
-double footprint_mm(const config::Deployment& deployment, const Eigen::Vector3d& p_world_m) {
-  double footprint_m = 0;
-  for (const std::size_t i : config::shape_cameras(deployment.rig)) {
-    const geometry::Camera camera = config::published_camera(deployment.rig.cameras[i]);
-    const double depth_m = (camera.camera_from_world * p_world_m).z();
-    if (depth_m > 0)
-      footprint_m =
-          std::max(footprint_m, depth_m / std::min(camera.pinhole.fx_px, camera.pinhole.fy_px));
-  }
-  return 1e3 * footprint_m;
 }
 
 // The curves of several recordings are one, because all of them belong to the trial.
@@ -218,12 +206,10 @@ void SessionResults::add_timeline(const std::vector<TimelinePoint>& timeline,
   if (!part.clearance) {
     part.clearance.emplace();
     part.clearance->cap_m = options_.clearance_cap_m;
-    part.clearance->errors = {
-        {"map resolution: one pixel at the part",
-         footprint_mm(
-             recorded_.deployment(),
-             object.world_from_object * geometry::bounds_m(config::mesh_of(object)).center())},
-        {"eps of the detection", 1e3 * options_.eps_m}};
+    part.clearance->errors = error_sources(
+        recorded_.deployment(),
+        object.world_from_object * geometry::bounds_m(config::mesh_of(object)).center(),
+        options_.eps_m);
   }
   // At each time of the chart, the smallest clearance of the frames that it stands for.
   const std::size_t per_time = (timeline.size() + kMaxTimes - 1) / kMaxTimes;

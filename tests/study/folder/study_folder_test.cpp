@@ -152,6 +152,7 @@ TEST_F(StudyFolderTest, NamesWhatIsWrongInATrial) {
       {"trial", "one"},
       {"trial", 2},
       {"recordings", {"../../secret.mcap"}},
+      {"recordings", {"1/../../secret.mcap"}},
       {"recordings", {".."}},
       {"answers", {{"found", {{"low_m", -1}, {"remark", ""}}}}},
       {"answers", {{"found", {{"low_m", 0.2}, {"high_m", 0.1}, {"remark", ""}}}}},
@@ -203,7 +204,8 @@ TEST_F(StudyFolderTest, NamesFilesThatStillMentionTheParticipant) {
 TEST_F(StudyFolderTest, FindsThePseudonymAnywhereInAFile) {
   StudyFolder made = study();
   made.add_trial("Rosalind", ParticipantKind::human);
-  for (const std::size_t before : {0, 1, 5, (1 << 20) - 3, 1 << 20, (1 << 20) + 1})
+  for (const std::size_t before : {0, 1, 5, (1 << 20) - 9, (1 << 20) - 8, (1 << 20) - 7,
+                                   (1 << 20) - 3, 1 << 20, (1 << 20) + 1})
     for (const bool is_word : {true, false}) {
       std::string text(before, '-');
       text += is_word ? "Rosalind" : "Rosalinde";
