@@ -1,9 +1,11 @@
 // A study from its folder to the report, with real processes.
 #include <signal.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <fstream>
+#include <sstream>
 
 #include "launch/study/folder/study_folder.h"
 #include "tests/support/optional_package.h"
@@ -127,6 +129,17 @@ TEST_F(StudyTrial, ThreeCommandsLeadToTheReportAndForgetRemovesAParticipant) {
 }
 
 // Ctrl-C ends a trial and keeps it; it is resumed as a second recording.
+// The largest number of successive lines that contain the part.
+int longest_run(const std::string& lines, const std::string& part) {
+  int longest = 0, run = 0;
+  std::istringstream in(lines);
+  for (std::string line; std::getline(in, line);) {
+    run = line.find(part) == std::string::npos ? 0 : run + 1;
+    longest = std::max(longest, run);
+  }
+  return longest;
+}
+
 TEST_F(StudyTrial, AnInterruptedTrialIsKeptAndResumed) {
   ASSERT_EQ(study({"new", path_, "--deployment", deployment_file()}), 0) << said_;
   {
@@ -167,7 +180,7 @@ TEST_F(StudyTrial, AnInterruptedTrialIsKeptAndResumed) {
   // The part collides until it is moved, and is far away then.
   const std::string clearance = csv("clearance.csv");
   EXPECT_NE(clearance.find(",0,0,10,"), std::string::npos);
-  EXPECT_NE(clearance.find(",10,,10,"), std::string::npos);
+  EXPECT_GE(longest_run(clearance, ",10,,10,"), 20) << clearance;
   EXPECT_NE(csv("report.html").find(" at 140.0 cm"), std::string::npos);
 
   // One curve for both recordings, and the tool's note while the first one ran.
