@@ -64,25 +64,14 @@ class SecuredDeployment : public RecordingTest {
     EXPECT_TRUE(deployed_->wait_for_end(5s * kSlowdown)) << deployed_->said();
     return nlohmann::json::parse(std::ifstream(out_ / "report.json"));
   }
-  // Runs commands to their ends, at the same time. Returns their exit codes and outputs.
-  std::vector<std::pair<int, std::string>> results_of(
-      const std::vector<std::vector<std::string>>& commands, const std::string& deployment = "") {
-    std::vector<std::unique_ptr<Program>> programs;
-    for (std::vector<std::string> words : commands) {
-      if (!deployment.empty()) words.insert(words.end(), {"--deployment", deployment});
-      programs.push_back(fivepipe(words.front(), words));
-    }
-    std::vector<std::pair<int, std::string>> results;
-    for (std::size_t i = 0; i < programs.size(); ++i) {
-      const auto code = programs[i]->wait_for_end(kCommandTime);
-      EXPECT_TRUE(code) << commands[i].front() << ": " << programs[i]->said();
-      results.emplace_back(code.value_or(-1), programs[i]->said());
-    }
-    return results;
-  }
-  std::pair<int, std::string> result_of(const std::vector<std::string>& words,
+  // Runs a command to its end. Returns its exit code and output.
+  std::pair<int, std::string> result_of(std::vector<std::string> words,
                                         const std::string& deployment = "") {
-    return results_of({words}, deployment).front();
+    if (!deployment.empty()) words.insert(words.end(), {"--deployment", deployment});
+    const auto program = fivepipe(words.front(), words);
+    const auto code = program->wait_for_end(kCommandTime);
+    EXPECT_TRUE(code) << words.front() << ": " << program->said();
+    return {code.value_or(-1), program->said()};
   }
 
   const fs::path out_ = folder_ / "out";
@@ -153,20 +142,17 @@ TEST_F(SecuredDeployment, AParticipantWithoutKeysNeitherReceivesNorSends) {
 
 TEST_F(SecuredDeployment, ACommandWithoutKeysReportsWhichOptionAdmitsIt) {
   start(secured("files"));
-  const std::vector<std::vector<std::string>> commands{
-      {"top", "--once"},
-      {"ls"},
-      {"hz", "HeadPose", "--once", "3"},
-      {"simulation", "pause"},
-      {"record", "-o", folder_ / "none.mcap", "--duration", "3"}};
-  const auto results = results_of(commands);
-  for (std::size_t i = 0; i < commands.size(); ++i) {
-    const auto& [code, said] = results[i];
-    const std::string& command = commands[i].front();
-    EXPECT_EQ(code, command == "record" ? 1 : 3) << command << ": " << said;
+  for (const auto& [words, expected] :
+       {std::pair<std::vector<std::string>, int>({"top", "--once"}, 3),
+        {{"ls"}, 3},
+        {{"hz", "HeadPose", "--once", "3"}, 3},
+        {{"simulation", "pause"}, 3},
+        {{"record", "-o", folder_ / "none.mcap", "--duration", "3"}, 1}}) {
+    const auto [code, said] = result_of(words);
+    EXPECT_EQ(code, expected) << words.front() << ": " << said;
     EXPECT_THAT(said, HasSubstr("deployment 'small' runs there with security, and admits only "
                                 "programs that have its keys: add --deployment and its file"))
-        << command;
+        << words.front();
   }
 }
 
@@ -174,16 +160,16 @@ TEST_F(SecuredDeployment, KeysOfAnotherCaNeitherReceiveNorSend) {
   const std::string file = secured("files"), foreign = secured("foreign"),
                     recording = folder_ / "recorded.mcap";
   start(file, {"--record", recording});
-  const auto results = results_of({{"record", "-o", folder_ / "none.mcap", "--duration", "2"},
-                                   {"top", "--once"},
-                                   {"ls"},
-                                   {"simulation", "pause"}},
-                                  foreign);
-  EXPECT_EQ(results[0].first, 1) << results[0].second;
-  for (std::size_t i = 1; i < results.size(); ++i) {
-    EXPECT_EQ(results[i].first, 3) << results[i].second;
-    EXPECT_THAT(results[i].second, HasSubstr("they are of another CA, of the other protection"));
+  for (const auto& words :
+       {std::vector<std::string>{"top", "--once"}, {"ls"}, {"simulation", "pause"}}) {
+    const auto [code, said] = result_of(words, foreign);
+    EXPECT_EQ(code, 3) << words.front() << ": " << said;
+    EXPECT_THAT(said, HasSubstr("they are of another CA, of the other protection"))
+        << words.front();
   }
+  const auto [code, said] =
+      result_of({"record", "-o", folder_ / "none.mcap", "--duration", "2"}, foreign);
+  EXPECT_EQ(code, 1) << said;
   ended_by(SIGINT);
   // The foreign replay sends the same messages again to a deployment of this name.
   start(file);
