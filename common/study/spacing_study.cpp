@@ -113,9 +113,17 @@ void run_frames(base::WorkerPool& pool, std::size_t frames,
 }
 
 SpacingStudy::SpacingStudy(std::vector<Line> lines, const StudyOptions& options,
-                           base::WorkerPool& pool)
-    : lines_(std::move(lines)), options_(options), pool_(pool) {
+                           base::WorkerPool& pool, std::vector<JointLayout> joint_layouts)
+    : lines_(std::move(lines)),
+      options_(options),
+      pool_(pool),
+      joint_layouts_(std::move(joint_layouts)),
+      joint_results_(joint_layouts_.size()) {
   check(options);
+  for (const JointLayout& layout : joint_layouts_)
+    for (const auto& [line, spacing] : layout)
+      if (line >= lines_.size() || spacing >= lines_[line].spacings_m.size())
+        throw std::invalid_argument("study: a joint layout has a place that is on no line");
   for (const Line& line : lines_) {
     check(line);
     LineResult& result = results_.emplace_back();
@@ -146,16 +154,23 @@ std::vector<LineResult> SpacingStudy::results() {
 void SpacingStudy::compute() {
   std::vector<std::vector<LineFrame>> found(waiting_.size());
   std::vector<char> is_empty(waiting_.size());
+  std::mutex mutex;
+  std::size_t computed = 0;
   run_frames(pool_, waiting_.size(), [&](std::size_t frame, std::size_t thread) {
     FrameHull& hull = *hulls_[thread];
     hull.set(waiting_[frame].silhouettes);
     is_empty[frame] = hull.is_empty();
     for (std::size_t line = 0; line < lines_.size(); ++line)
       found[frame].push_back(frame_of(hull, line));
+    if (!on_frame_) return;
+    const std::lock_guard lock(mutex);
+    on_frame_(++computed);
   });
-  for (std::size_t frame = 0; frame < found.size(); ++frame)
+  for (std::size_t frame = 0; frame < found.size(); ++frame) {
     for (std::size_t line = 0; line < lines_.size(); ++line)
       fold(line, found[frame][line], waiting_[frame].duration_s);
+    fold_joint(found[frame], waiting_[frame].duration_s);
+  }
   empty_frames_ += std::size_t(std::ranges::count(is_empty, 1));
   waiting_.clear();
 }
@@ -233,6 +248,36 @@ void SpacingStudy::fold(std::size_t index, const LineFrame& found, double durati
     layout.penetration = {std::max(layout.penetration.min_m, penetration.min_m),
                           std::max(layout.penetration.max_m, penetration.max_m)};
   }
+}
+
+void SpacingStudy::fold_joint(const std::vector<LineFrame>& found, double duration_s) {
+  for (std::size_t i = 0; i < joint_layouts_.size(); ++i) {
+    bool collides = false, is_undecided = false;
+    for (const auto& [line, spacing] : joint_layouts_[i]) {
+      collides = collides || found[line].collides[spacing];
+      is_undecided = is_undecided || found[line].is_undecided[spacing];
+    }
+    LayoutResult& result = joint_results_[i];
+    result.colliding_frames += collides;
+    result.collision_s += collides ? duration_s : 0;
+    result.undecided_frames += !collides && is_undecided;
+  }
+}
+
+std::vector<LayoutResult> SpacingStudy::joint_results() const {
+  std::vector<LayoutResult> results = joint_results_;
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    Bracket &clearance = results[i].clearance, &penetration = results[i].penetration;
+    clearance = {options_.clearance_cap_m, kInfinity};
+    for (const auto& [line, spacing] : joint_layouts_[i]) {
+      const LayoutResult& part = results_[line].layouts[spacing];
+      clearance = {std::min(clearance.min_m, part.clearance.min_m),
+                   std::min(clearance.max_m, part.clearance.max_m)};
+      penetration = {std::max(penetration.min_m, part.penetration.min_m),
+                     std::max(penetration.max_m, part.penetration.max_m)};
+    }
+  }
+  return results;
 }
 
 void add(LineResult& result, const LineResult& of_other_frames) {

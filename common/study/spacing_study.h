@@ -29,6 +29,13 @@ struct Line {
   bool with_distances = true;      // whether clearance and penetration are requested
 };
 
+// A spacing of a line: lines[line].spacings_m[spacing].
+struct PlaceOnLine {
+  std::size_t line, spacing;
+};
+// A layout of several parts: where each of them is.
+using JointLayout = std::vector<PlaceOnLine>;
+
 // Returns `count` spacings at equal distances, with both ends of the range; of one, its low end.
 std::vector<double> equally_spaced_m(const collision::SpacingInterval& range, int count);
 
@@ -60,9 +67,9 @@ struct Bracket {
   bool operator==(const Bracket&) const = default;
 };
 
-// All frames, one spacing.
+// All frames, one spacing or one joint layout.
 struct LayoutResult {
-  double spacing_m = 0;
+  double spacing_m = 0;  // 0 of a joint layout
   std::size_t colliding_frames = 0;
   // Frames in which the layout is neither certified free nor known to collide: the hull may touch
   // the part.
@@ -89,15 +96,24 @@ struct LineResult {
 // change clearances within their tolerance.
 class SpacingStudy {
  public:
-  // Throws std::invalid_argument if a line's spacings do not ascend or are not in its range, or if
-  // an option is out of range.
-  SpacingStudy(std::vector<Line> lines, const StudyOptions& options, base::WorkerPool& pool);
+  // Throws std::invalid_argument if a line's spacings do not ascend or are not in its range, if a
+  // joint layout has a place that is on no line, or if an option is out of range.
+  SpacingStudy(std::vector<Line> lines, const StudyOptions& options, base::WorkerPool& pool,
+               std::vector<JointLayout> joint_layouts = {});
   ~SpacingStudy();
+
+  // Calls `each` when a frame of a batch is computed, with their number in this batch: in one
+  // thread at a time, during add() and results().
+  void on_frame(std::function<void(std::size_t computed)> each) { on_frame_ = std::move(each); }
 
   // Computes a batch when it is full. Returns the number of frames that are computed.
   std::size_t add(StudyFrame frame);
   // One per line. Computes the frames that are still waiting.
   std::vector<LineResult> results();
+  // One per joint layout, of the frames that are computed. It collides in a frame if one of its
+  // parts does; clearance and penetration are the smallest and the largest of its parts. Each part
+  // collides with the real objects only, not with the others.
+  std::vector<LayoutResult> joint_results() const;
   std::size_t frames() const { return frames_; }
   // Frames whose hull is empty: a camera saw no object, or the silhouettes have no common point.
   std::size_t empty_frames() const { return empty_frames_; }
@@ -108,6 +124,7 @@ class SpacingStudy {
   void compute();
   LineFrame frame_of(FrameHull& hull, std::size_t line) const;
   void fold(std::size_t line, const LineFrame& found, double duration_s);
+  void fold_joint(const std::vector<LineFrame>& found, double duration_s);
 
   std::vector<Line> lines_;
   StudyOptions options_;
@@ -115,6 +132,9 @@ class SpacingStudy {
   std::vector<std::unique_ptr<FrameHull>> hulls_;  // one per thread of the pool
   std::vector<StudyFrame> waiting_;
   std::vector<LineResult> results_;
+  std::vector<JointLayout> joint_layouts_;
+  std::vector<LayoutResult> joint_results_;  // without clearances and penetrations
+  std::function<void(std::size_t)> on_frame_;
   std::size_t frames_ = 0, empty_frames_ = 0;
   double duration_s_ = 0;
 };

@@ -4,7 +4,7 @@
 
 #include "common/base/usage_error.h"
 #include "common/pipeline/bus/topics.h"
-#include "launch/study/what_if.h"
+#include "launch/study/what_if/what_if.h"
 #include "tests/support/recording/kept_recording.h"
 #include "tests/support/recording/synthetic_recordings.h"
 #include "tests/support/test_folder.h"
@@ -63,16 +63,14 @@ TEST(RecordedSpacings, AreThoseOfThePartWithTheirTimes) {
 
 TEST(RecordedSpacings, AreInTheTextAndTheJsonIfThePartWasMoved) {
   WhatIf found;
-  found.options.part = "a";
-  found.options.range = {0, 0.4};
-  found.recorded = {{0, 0.14}};
+  found.parts.push_back({.part = {.name = "a", .range = {0, 0.4}}, .recorded = {{0, 0.14}}});
   EXPECT_EQ(text_of(found).find("Recorded with"), std::string::npos);
-  found.recorded.push_back({2.54, 0.18});
+  found.parts[0].recorded.push_back({2.54, 0.18});
   EXPECT_NE(text_of(found).find("Recorded with a at 14.0 cm, 18.0 cm from 2.5 s on. The table does "
                                 "not depend on it.\n"),
             std::string::npos)
       << text_of(found);
-  const auto json = json_of(found)["recorded"];
+  const auto json = json_of(found)["parts"][0]["recorded"];
   ASSERT_EQ(json.size(), 2u);
   EXPECT_EQ(json[1]["time_s"], 2.54);
   EXPECT_EQ(json[1]["spacing_m"], 0.18);
@@ -82,20 +80,20 @@ TEST(RecordedSpacings, AreInTheTextAndTheJsonIfThePartWasMoved) {
 TEST(WhatIfOfTheScene, NeedsARangeWithoutASpacing) {
   WhatIfOptions options;
   options.recording = test::kKeptRecording;
-  options.part = "block";
+  options.parts = {
+      {.name = "block", .axis_of_scene = true, .at_of_scene = true, .range_of_scene = true}};
   options.layouts = 1;
-  options.axis_of_scene = options.at_of_scene = options.range_of_scene = true;
   try {
     what_if(options, [](double) {});
     FAIL() << "no UsageError";
   } catch (const base::UsageError& error) {
     EXPECT_STREQ(error.what(), "--range is required: the part block has no `spacing` in the scene");
   }
-  options.range_of_scene = false;
-  options.range = {0, 0.1};
+  options.parts[0].range_of_scene = false;
+  options.parts[0].range = {0, 0.1};
   const WhatIf found = what_if(options, [](double) {});
-  EXPECT_EQ(found.options.axis_world, Eigen::Vector3d(1, 0, 0));
-  EXPECT_EQ(found.options.at_m, 0);
+  EXPECT_EQ(found.parts[0].part.axis_world, Eigen::Vector3d(1, 0, 0));
+  EXPECT_EQ(found.parts[0].part.at_m, 0);
 }
 
 }  // namespace

@@ -330,6 +330,70 @@ TEST(SpacingStudy, EachLineHasItsResult) {
   EXPECT_EQ(results[1].layouts[0].clearance, (Bracket{0.1, kInfinity}));
 }
 
+// Two parts on different lines; a frame counts once, whichever of them collides.
+TEST(SpacingStudy, JointLayoutsCollideIfOneOfTheirPartsDoes) {
+  constexpr int kFrames = 40;
+  const std::vector<double> spacings_m = equally_spaced(9);
+  const collision::MovablePart other = part().beside({-0.08, 0, 0}, {0, 0.6, -0.8});
+  std::vector<JointLayout> joint;
+  for (std::size_t i = 0; i < 9; ++i)
+    for (std::size_t k = 0; k < 9; k += 2) joint.push_back({{0, i}, {1, k}});
+  joint.push_back({{1, 3}});
+  base::WorkerPool pool(2);
+  SpacingStudy study({{part(), kRange, spacings_m}, {other, kRange, spacings_m}}, {}, pool, joint);
+  std::vector<std::size_t> colliding(joint.size());
+  std::size_t in_both = 0;
+  for (int i = 0; i < kFrames; ++i) {
+    study.add(frame_at(0.05 * i));
+    SingleFrame frame(frame_at(0.05 * i));
+    const auto collides = [&](const PlaceOnLine& place) {
+      const collision::MovablePart moved = place.line == 0 ? part() : other;
+      const collision::DetectionObject object{&moved.tree(), moved.pose(spacings_m[place.spacing])};
+      return frame.detector->detect({&object, 1})[0].colliding();
+    };
+    for (std::size_t k = 0; k < joint.size(); ++k) {
+      const auto count = std::ranges::count_if(joint[k], collides);
+      colliding[k] += count > 0;
+      in_both += count == 2;
+    }
+  }
+  EXPECT_GT(in_both, 10u) << "the sum over the parts would be wrong";
+  const std::vector<LineResult> lines = study.results();
+  const std::vector<LayoutResult> found = study.joint_results();
+  ASSERT_EQ(found.size(), joint.size());
+  for (std::size_t k = 0; k < joint.size(); ++k) {
+    EXPECT_EQ(found[k].colliding_frames, colliding[k]) << k;
+    EXPECT_NEAR(found[k].collision_s, 0.05 * double(colliding[k]), 1e-9);
+    Bracket clearance{0.1, kInfinity}, penetration{0, 0};
+    for (const auto& [line, spacing] : joint[k]) {
+      const LayoutResult& of_part = lines[line].layouts[spacing];
+      clearance = {std::min(clearance.min_m, of_part.clearance.min_m),
+                   std::min(clearance.max_m, of_part.clearance.max_m)};
+      penetration = {std::max(penetration.min_m, of_part.penetration.min_m),
+                     std::max(penetration.max_m, of_part.penetration.max_m)};
+    }
+    EXPECT_EQ(found[k].clearance, clearance);
+    EXPECT_EQ(found[k].penetration, penetration);
+  }
+  EXPECT_THROW(SpacingStudy({{part(), kRange, {0.1}}}, {}, pool, {{{0, 1}}}),
+               std::invalid_argument);
+  EXPECT_THROW(SpacingStudy({{part(), kRange, {0.1}}}, {}, pool, {{{1, 0}}}),
+               std::invalid_argument);
+}
+
+TEST(SpacingStudy, ReportsEachComputedFrame) {
+  base::WorkerPool pool(2);
+  SpacingStudy study({{part(), kRange, {0.1}}}, {}, pool);
+  std::vector<std::size_t> computed;
+  study.on_frame([&](std::size_t frames) { computed.push_back(frames); });
+  for (std::size_t i = 0; i < kFramesPerBatch + 2; ++i) study.add(frame_at(0));
+  ASSERT_EQ(computed.size(), kFramesPerBatch);
+  EXPECT_EQ(computed.back(), kFramesPerBatch);
+  study.results();
+  EXPECT_EQ(computed.size(), kFramesPerBatch + 2);
+  EXPECT_EQ(computed.back(), 2u);
+}
+
 TEST(SpacingStudy, RefusesSpacingsOutOfOrderOrRange) {
   base::WorkerPool pool(1);
   const double nan = std::numeric_limits<double>::quiet_NaN();

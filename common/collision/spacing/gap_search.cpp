@@ -71,7 +71,7 @@ double solid_radius_m(const ObjectCollision& found, const MovablePart& part, dou
   if (deepest && radius_m < enough_m) {
     Triangle triangle =
         corners(part.tree().mesh().triangles[deepest->triangle], part.tree().mesh().vertices_m);
-    for (Vector3d& corner_m : triangle) corner_m += spacing_m * part.axis_world();
+    for (Vector3d& corner_m : triangle) corner_m += part.move_world_m(spacing_m);
     radius_m = deepened_m(query, triangle, deepest->p_world_m, enough_m);
   }
   return std::max(0.0, kBelowOne * radius_m - kPlaneRounding_m);

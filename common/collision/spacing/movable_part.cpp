@@ -21,6 +21,17 @@ Eigen::Vector3d unit(const Eigen::Vector3d& axis_world) {
 
 MovablePart::MovablePart(geometry::Mesh mesh, const Eigen::Isometry3d& world_from_part,
                          const Eigen::Vector3d& axis_world)
-    : axis_world_(unit(axis_world)), tree_(moved(std::move(mesh), world_from_part)) {}
+    : axis_world_(unit(axis_world)),
+      tree_(std::make_shared<const Bvh>(moved(std::move(mesh), world_from_part))) {}
+
+MovablePart MovablePart::beside(const Eigen::Vector3d& offset_world_m,
+                                const Eigen::Vector3d& axis_world) const {
+  if (!offset_world_m.allFinite())
+    throw std::invalid_argument("movable part: the offset is not finite");
+  MovablePart other = *this;
+  other.offset_world_m_ += offset_world_m;
+  other.axis_world_ = unit(axis_world);
+  return other;
+}
 
 }  // namespace fivepipe::collision

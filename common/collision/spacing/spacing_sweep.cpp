@@ -32,12 +32,12 @@ constexpr double kMinUndividedHalf_m = 0.1e-3, kMaxUndividedHalf_m = 4e-3;
 struct Box {
   Vector3d center_m, half_m;
 };
-// A box of the tree, at spacing 0.
+// A box of the tree, not moved.
 struct Node {
   int level, index;
   Box box;
 };
-// A part of a triangle, at spacing 0.
+// A part of a triangle, not moved.
 struct Part {
   Triangle triangle;
   Box box;
@@ -92,7 +92,8 @@ class SpacingSweep::Search {
         options_(sweep.options_),
         cubes_(query_),
         tree_(part.tree()),
-        axis_(part.axis_world()) {}
+        axis_(part.axis_world()),
+        offset_m_(part.move_world_m(0)) {}
 
   SpacingVerdicts operator()(const SpacingInterval& range) {
     std::vector<Piece> all;
@@ -137,10 +138,11 @@ class SpacingSweep::Search {
   bool is_certified_free(const Box& box, double mid_m, double reach_m) {
     if (cubes_left_ == 0) return false;
     --cubes_left_;
-    const Vector3d center_m = box.center_m + mid_m * axis_,
+    const Vector3d center_m = box.center_m + offset_m_ + mid_m * axis_,
                    half_m = box.half_m + reach_m * axis_.cwiseAbs();
     const double rounding_m =
-        kBoxRounding * (box.center_m.cwiseAbs().sum() + std::abs(mid_m) + half_m.sum());
+        kBoxRounding * (box.center_m.cwiseAbs().sum() + offset_m_.cwiseAbs().sum() +
+                        std::abs(mid_m) + half_m.sum());
     return cubes_.test(center_m, half_m.maxCoeff() + rounding_m).free;
   }
 
@@ -196,7 +198,7 @@ class SpacingSweep::Search {
       if (is_certified_free(box, spacing_m, 0)) return;
       const Part* const part = std::get_if<Part>(&piece);
       const Vector3d middle_m = part ? centroid(part->triangle) : box.center_m;
-      const double radius_m = query_.solid_radius_m(middle_m + spacing_m * axis_);
+      const double radius_m = query_.solid_radius_m(middle_m + offset_m_ + spacing_m * axis_);
       if (part) best_m = std::max(best_m, radius_m);
       candidates.push({radius_m, box.half_m.maxCoeff(), piece});
     };
@@ -234,6 +236,7 @@ class SpacingSweep::Search {
   CubeQuery cubes_;
   const Bvh& tree_;
   Vector3d axis_;
+  Vector3d offset_m_;  // at spacing 0
   SpacingVerdicts found_;
   int cubes_left_ = kMaxCubes;
 };

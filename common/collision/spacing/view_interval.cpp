@@ -23,7 +23,9 @@ std::optional<SpacingInterval> interval_in_view(const MovablePart& part,
                                                 const Eigen::AlignedBox3d& within_world_m) {
   SpacingInterval interval = range;
   const Eigen::Vector3d& axis = part.axis_world();
-  for (const Eigen::Vector3d& vertex_m : part.tree().mesh().vertices_m)
+  std::vector<Eigen::Vector3d> vertices_m = part.tree().mesh().vertices_m;  // at spacing 0
+  for (Eigen::Vector3d& vertex_m : vertices_m) vertex_m += part.move_world_m(0);
+  for (const Eigen::Vector3d& vertex_m : vertices_m)
     for (int i = 0; i < 3; ++i) {
       keep(interval, vertex_m[i] - within_world_m.min()[i], axis[i]);
       keep(interval, within_world_m.max()[i] - vertex_m[i], -axis[i]);
@@ -39,7 +41,7 @@ std::optional<SpacingInterval> interval_in_view(const MovablePart& part,
         0, k.fy_px, k.cy_px + 0.5,                //
         0, -k.fy_px, k.height_px - 0.5 - k.cy_px;
     const Eigen::Matrix<double, 5, 1> slopes = borders * (camera.camera_from_world.linear() * axis);
-    for (const Eigen::Vector3d& vertex_m : part.tree().mesh().vertices_m) {
+    for (const Eigen::Vector3d& vertex_m : vertices_m) {
       const Eigen::Matrix<double, 5, 1> at_0 = borders * (camera.camera_from_world * vertex_m);
       for (int i = 0; i < 5; ++i) keep(interval, at_0[i], slopes[i]);
     }

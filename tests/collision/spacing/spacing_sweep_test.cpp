@@ -245,6 +245,32 @@ TEST(SpacingSweep, TheOrderOfTrianglesDoesNotMatter) {
   EXPECT_NEAR(length_m(before.free), length_m(after.free), 0.002);
 }
 
+// A part on another line shares the tree, and has the results of a part that is built there.
+TEST(SpacingSweep, APartBesideEqualsOneThatIsThere) {
+  test::Random random(11);
+  int colliding = 0;
+  for (int scene = 0; scene < 10; ++scene) {
+    Frame frame(test::hand_among(4, 200, 0.05 * test::random_direction(random)));
+    const Vector3d at_m = test::random_in_ball(random, 0.2),
+                   first_m = test::random_in_ball(random, 0.1),
+                   second_m = test::random_in_ball(random, 0.1),
+                   axis = test::random_direction(random);
+    const MovablePart there = plate(at_m + first_m + second_m, axis),
+                      first = plate(at_m, Vector3d::UnitZ()).beside(first_m, Vector3d::UnitY()),
+                      beside = first.beside(second_m, 3 * axis);
+    EXPECT_EQ(&beside.tree(), &first.tree());
+    EXPECT_LT((beside.move_world_m(0.1) - first_m - second_m - 0.1 * axis).norm(), 1e-12);
+    const SpacingInterval range{-0.2, 0.2};
+    const SpacingVerdicts found = frame.sweep(beside, range);
+    expect_well_formed(found, range);
+    expect_agreement(frame, beside, range, found, 40);
+    expect_agreement(frame, there, range, found, 40);
+    EXPECT_NEAR(length_m(found.free), length_m(frame.sweep(there, range).free), 1e-3);
+    colliding += !found.colliding.empty();
+  }
+  EXPECT_GE(colliding, 5);
+}
+
 TEST(SpacingSweep, RefusesWhatIsNotFinite) {
   Frame frame(test::hand_among());
   const MovablePart part = plate(test::kOrigin);
@@ -257,6 +283,8 @@ TEST(SpacingSweep, RefusesWhatIsNotFinite) {
   for (const Vector3d& axis : {Vector3d(0, 0, 0), Vector3d(kNan, 0, 0), Vector3d(HUGE_VAL, 0, 0)})
     EXPECT_THROW(plate(test::kOrigin, axis), std::invalid_argument);
   EXPECT_THROW(plate({kNan, 0, 0}), std::invalid_argument);
+  EXPECT_THROW(part.beside({kNan, 0, 0}, Vector3d::UnitX()), std::invalid_argument);
+  EXPECT_THROW(part.beside({0, 0, 0}, {0, 0, 0}), std::invalid_argument);
 }
 
 }  // namespace

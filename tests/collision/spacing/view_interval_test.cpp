@@ -22,6 +22,12 @@ TEST(ViewInterval, IsThatOfTheBox) {
   EXPECT_NEAR(found->low_m, -1.45, 1e-12);
   EXPECT_NEAR(found->high_m, 1.45, 1e-12);
   EXPECT_FALSE(interval_in_view(cube({3, 0, 0}, Vector3d::UnitY()), {-9, 9}, {}, box));
+  const auto beside =
+      interval_in_view(cube({3, 0.5, 0}, Vector3d::UnitX()).beside({-3, 0.1, 0}, Vector3d::UnitY()),
+                       {-9, 9}, {}, box);
+  ASSERT_TRUE(beside);
+  EXPECT_NEAR(beside->low_m, -1.55, 1e-12);
+  EXPECT_NEAR(beside->high_m, 1.35, 1e-12);
   EXPECT_EQ(interval_in_view(cube({3, 0, 0}, Vector3d::UnitY()), {-9, 9}, {}, kEverywhere),
             (SpacingInterval{-9, 9}));
 }

@@ -367,8 +367,8 @@ TEST(Command, StudyWhatIfPrintsAndWritesTheLayouts) {
   EXPECT_TRUE(test::contains(answer.text, "spacing 10.0 cm to 30.0 cm")) << answer.text;
   EXPECT_TRUE(test::contains(answer.text, "Minimum spacing above which all are free: "))
       << answer.text;
-  EXPECT_TRUE(test::contains(test::text_of(csv), "\n0.2,")) << test::text_of(csv);
-  EXPECT_EQ(nlohmann::json::parse(std::ifstream(json))["layouts"].size(), 3u);
+  EXPECT_TRUE(test::contains(test::text_of(csv), "\nblock,0.2,")) << test::text_of(csv);
+  EXPECT_EQ(nlohmann::json::parse(std::ifstream(json))["parts"][0]["layouts"].size(), 3u);
   const auto expect_usage = [&](const std::string& arguments, const std::string& text) {
     const Answer wrong = fivepipe(arguments);
     EXPECT_EQ(wrong.exit_code, 2) << arguments << '\n' << wrong.text;
@@ -382,7 +382,10 @@ TEST(Command, StudyWhatIfPrintsAndWritesTheLayouts) {
   expect_usage(command + "--range 0m:1m --axis 0,0,0", "--axis: '0,0,0' is none of");
   expect_usage(command + "--range 0m:1m --at 5", "--at: '5' is no length");
   expect_usage(command + "--range 0m:1m --layouts 0", "--layouts");
-  expect_usage(command + "--range 0m:1m --set rig", "--set: expected KEY=VALUE, got rig");
+  expect_usage(command + "--range 0m:1m --set rig", "expected KEY=VALUE, got 'rig'");
+  expect_usage("study what-if " + test::kKeptRecording, "--part or --layout-file is required");
+  expect_usage(command + "--range 0m:1m --part plate --axis x --axis y",
+               "--axis: twice for the part");
   expect_usage("study what-if " + test::kKeptRecording + " --part crate --range 0m:1m",
                "has no part 'crate'; it has: plate, block");
   expect_usage("study", "");
@@ -390,6 +393,34 @@ TEST(Command, StudyWhatIfPrintsAndWritesTheLayouts) {
   expect_usage("study space 18cm --deployment " + test::kSmallDeployment,
                "no object of scene demo can be moved: add `spacing` to one in ");
   EXPECT_EQ(fivepipe("study what-if /no/such.mcap --part block --range 0m:1m").exit_code, 1);
+}
+
+// Several parts, one that was not there, and a file of layouts.
+TEST(Command, StudyWhatIfTakesSeveralPartsAndAFileOfLayouts) {
+  const test::TestFolder folder;
+  const std::string obj = (folder.path / "bracket.obj").string(),
+                    csv = (folder.path / "layouts.csv").string(),
+                    results = (folder.path / "results.csv").string(),
+                    command = "study what-if " + test::kKeptRecording;
+  std::ofstream(obj) << "v 0 0 0\nv 100 0 0\nv 0 0 100\nf 1 2 3\n";
+  const std::string bracket = " --part bracket --mesh " + obj + ",mm --position 0m,1cm,-20mm ";
+  const Answer parts =
+      fivepipe(command + " --part block --axis -z --range 0cm:10cm --layouts 40" + bracket);
+  ASSERT_EQ(parts.exit_code, 0) << parts.text;
+  for (const char* text : {"Part block, spacing 0.0 cm to 10.0 cm", "10.00 cm",
+                           "30 of 40 layouts are shown; --csv FILE writes all.",
+                           "Part bracket, which was not in the recording, 10.0 x 0.0 x 10.0 cm"})
+    EXPECT_TRUE(test::contains(parts.text, text)) << text << '\n' << parts.text;
+  std::ofstream(csv) << "block.x,bracket.z\n0cm,0cm\n1m,5cm\n";
+  const Answer table =
+      fivepipe(command + bracket + "--layout-file " + csv + " --verdicts --csv " + results);
+  ASSERT_EQ(table.exit_code, 0) << table.text;
+  EXPECT_TRUE(test::contains(table.text, "of 2 layouts.")) << table.text;
+  EXPECT_TRUE(test::contains(test::text_of(results), "\n3,1,0.05,")) << test::text_of(results);
+  std::ofstream(csv, std::ios::app) << "2cm\n";
+  const Answer wrong = fivepipe(command + bracket + "--layout-file " + csv);
+  EXPECT_EQ(wrong.exit_code, 2);
+  EXPECT_TRUE(test::contains(wrong.text, csv + ":4:1: 1 cells, but 2 columns")) << wrong.text;
 }
 
 TEST(Command, StudyRegisterAlignsAPartWithTouchedPoints) {
