@@ -10,7 +10,7 @@ config::RigCamera camera(double depth_m, std::optional<double> calibration_error
   config::RigCamera camera;
   camera.source = {640, 480, 1000, 800, 320, 240};
   camera.published = {320, 240, 500, 400, 160, 120};
-  camera.camera_from_mount.translation() = {0, 0, depth_m};
+  camera.camera_from_mount.translation() = Eigen::Vector3d(0, 0, depth_m);
   camera.calibration_error_px = calibration_error_px;
   return camera;
 }
