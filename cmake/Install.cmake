@@ -40,7 +40,17 @@ install(FILES launch/installed/fivepipe.bash DESTINATION share/bash-completion/c
   RENAME fivepipe COMPONENT programs)
 
 # systemd and sysctl read these below /usr, /usr/local and /etc.
-install(FILES launch/installed/fivepipe@.service DESTINATION lib/systemd/system COMPONENT programs)
+install(CODE "set(unit \"${CMAKE_SOURCE_DIR}/launch/installed/fivepipe@.service\")"
+  COMPONENT programs)
+install(CODE [[
+  # `cmake --install --prefix` decides only now; the package is made in a folder, for /usr.
+  set(prefix "${CMAKE_INSTALL_PREFIX}")
+  if(prefix MATCHES "/_CPack_Packages/")
+    set(prefix /usr)
+  endif()
+  configure_file("${unit}.in"
+    "$ENV{DESTDIR}${CMAKE_INSTALL_PREFIX}/lib/systemd/system/fivepipe@.service" @ONLY)
+]] COMPONENT programs)
 install(FILES launch/installed/05-fivepipe.conf DESTINATION lib/sysctl.d COMPONENT programs)
 
 # find_package(fivepipe): fivepipe::hull and fivepipe::messages.

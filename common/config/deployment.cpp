@@ -156,8 +156,9 @@ Deployment read_deployment(const std::filesystem::path& file,
   deployment.name = map.name("name");
   deployment.domain = std::uint32_t(map.integer("domain", kDomains, 0));
   deployment.hosts = read_hosts(map);
-  deployment.network_profile =
-      map.name("network_profile", deployment.hosts.size() > 1 ? "lan" : deployment.network_profile);
+  deployment.network_profile = map.choice<std::string>(
+      "network_profile", {{"loopback", "loopback"}, {"lan", "lan"}, {"lossy", "lossy"}},
+      deployment.hosts.size() > 1 ? "lan" : deployment.network_profile);
   for (const char* const profile : {"lan", "lossy"})
     if (deployment.hosts.empty() && deployment.network_profile == profile)
       map.problem_at("network_profile", std::string("network_profile ") + profile +

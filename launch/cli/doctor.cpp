@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "common/base/machine.h"
+#include "common/base/network/network_interfaces.h"
 #include "common/base/version.h"
 #include "common/config/yaml/config_error.h"
 #include "common/gl/context.h"
@@ -22,6 +23,7 @@
 #include "launch/doctor/disk_rate.h"
 #include "launch/doctor/finding.h"
 #include "launch/doctor/host_findings.h"
+#include "launch/doctor/interface_findings.h"
 #include "launch/doctor/security_findings.h"
 #include "launch/supervise/interrupt.h"
 #include "launch/supervise/own_files.h"
@@ -141,10 +143,12 @@ std::vector<Finding> check_deployment(const DoctorOptions& options, const Joined
   const config::Deployment deployment = deployment_of(options.network);
   std::vector<Finding> findings = {check_disk_rate(deployment)};
   if (options.network.local || deployment.hosts.size() < 2) return findings;
-  const std::string own =
-      config::own_host(deployment.hosts, options.network.host, deployment.file).name;
-  findings.push_back(
-      {Verdict::ok, "interface of host " + own + ": " + joined.network.interface, ""});
+  const config::Host& own_host =
+      config::own_host(deployment.hosts, options.network.host, deployment.file);
+  const std::string& own = own_host.name;
+  append(findings, interface_findings(own_host, deployment.hosts,
+                                      base::find_interface(joined.network.interface).name,
+                                      base::network_interfaces(), base::route_interface));
   append(findings, check_machines(deployment, own));
   if (deployment.security && role_of_doctor(deployment) != kComparingRole) {
     findings.push_back({Verdict::warn, "clocks and files are not compared with the other hosts",

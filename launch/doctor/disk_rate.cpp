@@ -64,18 +64,21 @@ double write_rate(const std::filesystem::path& folder) {
   return double(written) / took_s;
 }
 
-Finding check_disk_rate(const config::Deployment& deployment) {
+Finding disk_rate_finding(const config::Deployment& deployment, double rate) {
   const double usual = recording_rate(deployment, kUsualCoverage),
                most = recording_rate(deployment, 1);
+  const std::string what = fmt::format(
+      "disk: writes {:.0f} MB/s in the working folder; a recording of {} needs {:.1f} MB/s with "
+      "objects on {:.0f} % of the pixels, and {:.1f} MB/s at most",
+      1e-6 * rate, deployment.name, 1e-6 * usual, 100 * kUsualCoverage, 1e-6 * most);
+  if (rate >= usual) return {Verdict::ok, what, ""};
+  return {Verdict::warn, what,
+          "record on a faster disk, or leave out images: --record-option=--no-colour"};
+}
+
+Finding check_disk_rate(const config::Deployment& deployment) {
   try {
-    const double rate = write_rate(".");
-    const std::string what = fmt::format(
-        "disk: writes {:.0f} MB/s in the working folder; a recording of {} needs {:.1f} MB/s with "
-        "objects on {:.0f} % of the pixels, and {:.1f} MB/s at most",
-        1e-6 * rate, deployment.name, 1e-6 * usual, 100 * kUsualCoverage, 1e-6 * most);
-    if (rate >= most) return {Verdict::ok, what, ""};
-    return {rate >= usual ? Verdict::ok : Verdict::warn, what,
-            "record on a faster disk, or leave out images: --record-option=--no-colour"};
+    return disk_rate_finding(deployment, write_rate("."));
   } catch (const std::filesystem::filesystem_error& error) {
     return {Verdict::warn, std::string("disk: ") + error.what(), "change to a folder of your own"};
   }

@@ -18,6 +18,9 @@ double recording_rate(const config::Deployment& deployment, double covered);
 double write_rate(const std::filesystem::path& folder);
 inline constexpr double kMaxWriteTime_s = 2;
 
+// Whether a disk that writes `rate` [bytes/s] takes the recording of the deployment. Pure.
+Finding disk_rate_finding(const config::Deployment& deployment, double rate);
+
 // The disk of the working folder, against the recording of the deployment.
 Finding check_disk_rate(const config::Deployment& deployment);
 

@@ -41,7 +41,7 @@ Finding check_machine(const config::Host& host) {
             "is an interface in its network up? `ip address` lists those of this machine"};
   if (!path.answers && !answers_a_connection(host))
     return {Verdict::warn, text_of(host) + ": no answer",
-            "it is off or unplugged, it has another address, or a firewall drops the question"};
+            "it is off or unplugged, it has another address, or a firewall drops the request"};
   if (!path.answers)
     return {Verdict::ok, text_of(host) + ": answers; the size of packets could not be tested", ""};
   if (!path.arrives)
@@ -154,7 +154,7 @@ std::vector<Finding> compare_hosts(bus::Bus& bus, const config::Deployment& depl
         findings.push_back(multicast_finding(
             host.name, multicast.heard().contains(multicast_text(deployment, host.name))));
     } else {
-      findings.push_back({Verdict::warn, "no program speaks for host " + host.name,
+      findings.push_back({Verdict::warn, "no fivepipe program answers on host " + host.name,
                           "run `fivepipe doctor` or `fivepipe up` with this deployment there at "
                           "the same time; --wait waits longer"});
     }

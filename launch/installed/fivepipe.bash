@@ -9,8 +9,8 @@ _fivepipe() {
     return
   fi
   local command=("${COMP_WORDS[1]}")
-  # Each suite of `bench` is a program of its own.
-  if [ "${COMP_WORDS[1]}" = bench ] && [ "$COMP_CWORD" -gt 2 ]; then
+  # Each suite of `bench` is a program of its own, and `study` has subcommands.
+  if [[ ${COMP_WORDS[1]} == @(bench|study) ]] && [ "$COMP_CWORD" -gt 2 ]; then
     command+=("${COMP_WORDS[2]}")
   fi
   if [[ $word == -* ]]; then
@@ -18,6 +18,23 @@ _fivepipe() {
       grep -oE -- '--[a-z-]+')
     mapfile -t COMPREPLY < <(compgen -W "$words" -- "$word")
     return
+  fi
+  # The names of hosts are in the deployment file.
+  if [ "${COMP_WORDS[COMP_CWORD - 1]}" = --host ]; then return; fi
+  if [ "$COMP_CWORD" -eq 2 ]; then
+    case ${COMP_WORDS[1]} in
+      study) words=$("$program" study --help 2>/dev/null |
+        sed -n '/^Subcommands:/,/^Examples:/s/^  \([a-z-]\{2,\}\) .*/\1/p') ;;
+      bench) words="pipeline compare $("$program" bench 2>&1 |
+        sed -n '/suites: none/d; s/^  suites: //p' | tr -d ,)" ;;
+      simulation) words=$("$program" simulation --help 2>/dev/null |
+        sed -n 's/.*{\([a-z,]*\)}.*/\1/p' | head -1 | tr , ' ') ;;
+      *) words= ;;
+    esac
+    if [ -n "$words" ]; then
+      mapfile -t COMPREPLY < <(compgen -W "$words" -- "$word")
+      return
+    fi
   fi
   if [ "${COMP_WORDS[1]}" = up ] || [ "${COMP_WORDS[COMP_CWORD - 1]}" = --deployment ]; then
     local folder

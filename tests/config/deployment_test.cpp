@@ -81,7 +81,7 @@ name: full
 rig: rig.yaml
 scene: scene.yaml
 domain: 7
-network_profile: lab
+network_profile: loopback
 security: {keys: keys}
 frame_rate_hz: 25
 viewer:
@@ -179,7 +179,7 @@ class FullDeployment : public test::DeploymentFile {
 
 TEST_F(FullDeployment, HasTheKeysOfDeploymentAndViewer) {
   EXPECT_EQ(d.domain, 7u);
-  EXPECT_EQ(d.network_profile, "lab");
+  EXPECT_EQ(d.network_profile, "loopback");
   EXPECT_EQ(d.frame_rate_hz, 25);
   EXPECT_EQ(d.viewer.name, "anna");
   ASSERT_EQ(d.viewer.path.size(), 2u);

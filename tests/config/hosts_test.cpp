@@ -14,8 +14,10 @@ namespace fivepipe::config {
 namespace {
 
 using test::DeploymentFile;
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::UnorderedElementsAre;
 
 const std::string kHosts = R"(
 hosts:
@@ -55,6 +57,11 @@ TEST_F(DeploymentFile, ProblemsOfHosts) {
   for (const std::string profile : {"lan", "lossy"})
     EXPECT_THAT(problems(test::kGoodDeployment + "network_profile: " + profile + "\n"),
                 ElementsAre(HasSubstr("network_profile " + profile + " needs `hosts`")));
+  // With the other problems of the file.
+  EXPECT_THAT(problems(on_hosts(kHosts + "network_profile: lann\nframe_rate_hz: -30\n")),
+              UnorderedElementsAre(
+                  HasSubstr("network_profile must be one of loopback, lan, lossy; is \"lann\""),
+                  HasSubstr("frame_rate_hz")));
   EXPECT_THAT(problems(on_hosts(kHosts, "alpha", "")),
               ElementsAre(HasSubstr("names no host: add host: NAME, one of alpha, beta")));
   EXPECT_THAT(problems(on_hosts(kHosts, "alpha", "bata")),
@@ -92,7 +99,9 @@ TEST(OwnHost, IsThatOfTheNameOrOfThisMachine) {
   EXPECT_THAT(error(hosts, "gamma"),
               HasSubstr("the deployment has no host gamma; choose one of them with --host: alpha "
                         "(10.255.255.1), here (127.0.0.1)"));
-  EXPECT_THAT(error({hosts[0]}, ""), HasSubstr("is none of the deployment's hosts; choose"));
+  EXPECT_THAT(error({hosts[0]}, ""),
+              AllOf(HasSubstr("is none of the deployment's hosts; choose"),
+                    HasSubstr("to observe from this machine, add it to `hosts`, without nodes")));
 }
 
 }  // namespace

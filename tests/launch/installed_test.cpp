@@ -82,12 +82,11 @@ TEST_F(Installed, AnExternalProgramQueriesAHull) {
 TEST_F(Installed, TheSystemdUnitIsValid) {
   if (run({"systemd-analyze", "--version"}) != 0)
     FIVEPIPE_SKIP_WITHOUT_PACKAGE("package systemd is not installed");
-  // systemd looks for programs in /usr/bin only.
-  std::string unit = text_of(prefix_ / "lib/systemd/system/fivepipe@.service");
-  const std::string start = "ExecStart=";
-  const std::size_t at = unit.find(start + "fivepipe ");
-  ASSERT_NE(at, std::string::npos) << unit;
-  unit.insert(at + start.size(), (prefix_ / "bin").string() + "/");
+  const std::string unit = text_of(prefix_ / "lib/systemd/system/fivepipe@.service");
+  for (const std::string& line :
+       {"\nExecStart=" + (prefix_ / "bin/fivepipe").string() + " up /etc/fivepipe/%i.yaml ",
+        "\nDocumentation=file://" + (prefix_ / "share/doc/fivepipe/lab.md").string() + "\n"})
+    EXPECT_NE(unit.find(line), std::string::npos) << "of any prefix: " << unit;
   std::ofstream(folder_.path / "fivepipe@lab.service") << unit;
   EXPECT_EQ(run({"systemd-analyze", "verify", folder_.path / "fivepipe@lab.service"}), 0) << said_;
   EXPECT_EQ(said_, "");
@@ -109,6 +108,11 @@ TEST_F(Installed, BashCompletesSubcommandsOptionsAndDeployments) {
   EXPECT_EQ(completions("fivepipe up --dur"), "--duration\n");
   EXPECT_EQ(completions("fivepipe record x --comp"), "--compression\n");
   EXPECT_EQ(completions("fivepipe up seated"), "seated4cam\n");
+  EXPECT_EQ(completions("fivepipe up seated4cam --host seated"), "\n") << "no deployment";
+  EXPECT_EQ(completions("fivepipe simulation re"), "reset resume\n");
+  EXPECT_EQ(completions("fivepipe study what"), "what-if\n");
+  EXPECT_EQ(completions("fivepipe study space --dep"), "--deployment\n");
+  EXPECT_EQ(completions("fivepipe bench ''"), "pipeline compare\n") << "no suite is installed";
 }
 
 // The sysctl file grants what the network profiles request.

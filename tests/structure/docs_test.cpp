@@ -191,5 +191,19 @@ TEST(Docs, QuotedConstantsAreThoseOfTheCode) {
   }
 }
 
+// The file for programs in an unsecured deployment is that for a secured one without its keys.
+TEST(Docs, TheNetworkFilesOfOwnProgramsDifferInSecurityOnly) {
+  const auto network_of = [](const std::string& name) {
+    const std::string text = text_of("docs/examples/" + name + "/" + name + ".xml");
+    return text.substr(text.find("<CycloneDDS>"));
+  };
+  std::string secured = network_of("secured_program");
+  const std::string end = "</Security>\n";
+  const std::size_t from = secured.find("    <Security>"), to = secured.find(end);
+  ASSERT_NE(from, std::string::npos);
+  ASSERT_NE(to, std::string::npos);
+  EXPECT_EQ(secured.erase(from, to + end.size() - from), network_of("lan_program"));
+}
+
 }  // namespace
 }  // namespace fivepipe::test

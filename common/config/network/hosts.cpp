@@ -80,7 +80,9 @@ const Host& own_host(const std::vector<Host>& hosts, const std::string& name,
         (name.empty() ? "this machine, " + base::host_name() + " with the interfaces " +
                             base::text_of(interfaces) + ", is none of the deployment's hosts"
                       : "the deployment has no host " + name) +
-            "; choose one of them with --host: " + known}});
+            "; choose one of them with --host: " + known +
+            (name.empty() ? "; to observe from this machine, add it to `hosts`, without nodes"
+                          : "")}});
 }
 
 }  // namespace fivepipe::config

@@ -1,5 +1,6 @@
 #include "common/pipeline/node/deployment_network.h"
 
+#include <algorithm>
 #include <ctime>
 
 #include "common/base/network/network_interfaces.h"
@@ -32,6 +33,26 @@ security::Credentials credentials_of(const config::Deployment& deployment, const
   return credentials;
 }
 
+// Returns why this machine, the host `own`, cannot reach the others by its interface with the name
+// or address; empty if nothing is known against it.
+std::string problem_of_interface(const std::string& wanted, const std::vector<config::Host>& hosts,
+                                 const std::string& own) {
+  const base::FoundInterface found = base::find_interface(wanted);
+  if (!found.problem.empty()) return found.problem;
+  const std::vector<base::NetworkInterface> all = base::network_interfaces();
+  const auto used = std::ranges::find(all, found.name, &base::NetworkInterface::name);
+  if (used == all.end() || !used->is_loopback) return "";
+  const auto other = std::ranges::find_if(hosts, [&](const config::Host& host) {
+    return host.name != own && !host.address.starts_with("127.");
+  });
+  if (other == hosts.end()) return "";
+  return "the network interface " + found.name + " reaches no other machine, such as host " +
+         other->name + " (" + other->address +
+         "). Name the interface of the machines' network, or none if it has the host's address; "
+         "this machine has " +
+         base::text_of(all);
+}
+
 }  // namespace
 
 security::RoleFiles role_files(const config::Deployment& deployment, security::Role role) {
@@ -50,7 +71,9 @@ bus::Network network_of(const config::Deployment& deployment, const Joining& joi
   const config::Host& own = config::own_host(deployment.hosts, joining.host, deployment.file);
   network.interface = own.interface.empty() ? own.address : own.interface;
   // BusError would not name the file.
-  if (const std::string problem = base::find_interface(network.interface).problem; !problem.empty())
+  if (const std::string problem =
+          problem_of_interface(network.interface, deployment.hosts, own.name);
+      !problem.empty())
     throw config::ConfigError({{deployment.file, 0, 0, "host " + own.name + ": " + problem}});
   for (const config::Host& each : deployment.hosts) network.peers.push_back(each.address);
   return network;

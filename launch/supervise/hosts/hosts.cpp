@@ -113,7 +113,7 @@ std::vector<std::string> OtherHosts::missing(const StatusRegistry& statuses) {
       case HostProbe::Answer::none:
         what =
             "no answer: it is off or unplugged, it has another address, or a firewall drops the "
-            "question";
+            "request";
         break;
     }
     texts.push_back(

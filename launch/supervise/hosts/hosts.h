@@ -30,7 +30,7 @@ class HostProbe {
   HostProbe& operator=(const HostProbe&) = delete;
   void ask();
   enum class Answer { none, answers, no_route };
-  // Returns the answer to the last question. `none` may mean that a firewall drops the question.
+  // Returns the answer to the last request. `none` may mean that a firewall drops the request.
   Answer take_answer();
 
  private:

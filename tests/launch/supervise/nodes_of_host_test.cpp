@@ -52,5 +52,17 @@ TEST(NodesOfHost, AHostWithoutNodesIsAnErrorThatListsTheHosts) {
             "none");
 }
 
+// Such as one that only runs `fivepipe top`.
+TEST(OtherHosts, OneWithoutNodesIsNotWaitedFor) {
+  config::Deployment deployment = deployment_of({{"a", "alpha"}, {"b", "beta"}});
+  deployment.hosts = {
+      {"alpha", "127.0.0.1", ""}, {"beta", "203.0.113.7", ""}, {"observer", "203.0.113.8", ""}};
+  OtherHosts others(deployment, {deployment.nodes.front()});
+  const std::vector<std::string> missing = others.missing({});
+  ASSERT_EQ(missing.size(), 1u);
+  EXPECT_TRUE(missing.front().starts_with("waiting for host beta (203.0.113.7): "))
+      << missing.front();
+}
+
 }  // namespace
 }  // namespace fivepipe::launch

@@ -177,7 +177,7 @@ TEST_F(DoctorOnTwoHosts, ComparesThem) {
   EXPECT_EQ(alpha->wait_for_end(30s * kSlowdown), 0) << alpha->said();
   EXPECT_EQ(beta->wait_for_end(30s * kSlowdown), 0) << beta->said();
   for (const char* text :
-       {"ok    interface of host alpha: 10.77.0.1",
+       {"ok    interface of host alpha: eth0 (10.77.0.1)",
         "ok    host beta (10.77.0.2): answers; packets of 1500 bytes arrive (MTU)",
         "ok    version and files of host beta: the same", "ok    multicast of host beta: arrives",
         " MB/s in the working folder; a recording "
@@ -274,7 +274,8 @@ TEST_F(DoctorOnTwoHosts, NamesAHostThatIsMissing) {
   const auto alpha = doctor(0, file, "1");
   EXPECT_EQ(alpha->wait_for_end(30s * kSlowdown), 0) << alpha->said();
   EXPECT_TRUE(contains(alpha->said(), "warn  host beta (10.77.0.2): no answer")) << alpha->said();
-  EXPECT_TRUE(contains(alpha->said(), "warn  no program speaks for host beta")) << alpha->said();
+  EXPECT_TRUE(contains(alpha->said(), "warn  no fivepipe program answers on host beta"))
+      << alpha->said();
 }
 
 // One machine that is off takes seconds.
