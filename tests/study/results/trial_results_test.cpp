@@ -7,7 +7,7 @@
 #include <fstream>
 
 #include "launch/study/results/scene_parts.h"
-#include "launch/study/what_if.h"
+#include "launch/study/what_if/what_if.h"
 #include "tests/study/results/recording_copy.h"
 #include "tests/support/deployments.h"
 #include "tests/support/recording/kept_recording.h"
@@ -21,21 +21,21 @@ using report::ParticipantKind;
 using test::contains;
 namespace fs = std::filesystem;
 
-constexpr const char* kBlock = "position_m: [-0.10, 0.10, 0.25]\n";
+constexpr const char* kBlockPosition = "position_m: [-0.10, 0.10, 0.25]\n";
 
 // The block with a spacing, which is 12 cm in the recorded scene.
 std::string with_spacing(const std::string& name, const std::string& text) {
   return name.ends_with("scene.yaml")
              ? test::replaced(
-                   text, kBlock,
-                   std::string(kBlock) +
+                   text, kBlockPosition,
+                   std::string(kBlockPosition) +
                        "    spacing: {axis: [1, 0, 0], at_m: 0.12, range_m: [0, 0.48]}\n")
              : text;
 }
 // The block 3 m away.
 std::string with_far_block(const std::string& name, const std::string& text) {
   return name.ends_with("scene.yaml")
-             ? test::replaced(text, kBlock, "position_m: [2.90, 0.10, 0.25]\n")
+             ? test::replaced(text, kBlockPosition, "position_m: [2.90, 0.10, 0.25]\n")
              : text;
 }
 
@@ -89,10 +89,9 @@ TEST_F(TrialResults, EqualWhatIfOfTheRecordedLayout) {
   const report::Trial found = results(trial({with_spacing}));
   WhatIfOptions layout;
   layout.recording = test::kKeptRecording;
-  layout.part = "block";
-  layout.range = {0, 0};
+  layout.parts = {{.name = "block"}};
   layout.layouts = 1;
-  const LayoutResult expected = what_if(layout, [](double) {}).result.layouts[0];
+  const LayoutResult expected = what_if(layout, [](double) {}).parts.at(0).result.layouts.at(0);
   const report::PartResult& block = part_of(found, "block");
   EXPECT_GT(expected.collision_s, 0);
   EXPECT_NEAR(block.collision_s, expected.collision_s, 1e-9);
@@ -112,10 +111,11 @@ TEST_F(TrialResults, EventsHaveTheirDepth) {
   const report::Trial found = results(trial({with_spacing}));
   WhatIfOptions layout;
   layout.recording = file(study_.trials()[0], 1);
-  layout.part = "block";
-  layout.axis_of_scene = layout.at_of_scene = layout.range_of_scene = true;
+  layout.parts = {
+      {.name = "block", .axis_of_scene = true, .at_of_scene = true, .range_of_scene = true}};
   layout.layouts = 1 + 48 / 4;  // 0, 4, 8, 12 cm ...
-  const Bracket expected = what_if(layout, [](double) {}).result.layouts[3].penetration;
+  const Bracket expected =
+      what_if(layout, [](double) {}).parts.at(0).result.layouts.at(3).penetration;
   Bracket deepest{0, 0};
   for (const report::Event& event : part_of(found, "block").events) {
     ASSERT_TRUE(event.penetration);
