@@ -43,7 +43,7 @@ void TileAssignment::update(const std::function<bool(std::uint64_t)>& has_publis
     const int w = int(worker);
     node_.status.diagnostic(nodes_[worker], !presence_.is_missing(w) ? ""
                                             : presence_.has_left(w)
-                                                ? "has ended; it gets no tiles"
+                                                ? "has ended or is out of reach; it gets no tiles"
                                                 : "gives no answer; the other reconstruction nodes "
                                                   "take its tiles");
   }

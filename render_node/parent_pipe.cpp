@@ -1,5 +1,7 @@
 #include "render_node/parent_pipe.h"
 
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 #include <optional>
 
@@ -273,6 +275,7 @@ class ParentPipe {
                                    found ? std::optional(found->capture_stamp_ns) : std::nullopt);
     node_.status.diagnostic("simulation",
                             stands_still_ ? "sends no state; the virtual objects stand still" : "");
+    if (simulation_age_.has_returned()) spdlog::info("simulation: sends states again");
     node::FrameSteps steps;
     steps.begin("render");
     renderer_.draw(eyes, virtual_frame.poses, virtual_frame.colliding, virtual_frame.particles,

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <optional>
+#include <utility>
 
 namespace fivepipe::render {
 
@@ -24,12 +25,17 @@ class SimulationAge {
       newest_ns_ = std::max(newest_ns_.value_or(*state_stamp_ns), *state_stamp_ns);
     // A stamp after the frame was wrong, or capture began again.
     if (!newest_ns_ || *newest_ns_ > frame_stamp_ns) newest_ns_ = frame_stamp_ns;
-    return frame_stamp_ns - *newest_ns_ > max_age_ns_;
+    const bool is_too_old = frame_stamp_ns - *newest_ns_ > max_age_ns_;
+    has_returned_ = std::exchange(was_missing_, is_too_old) && !is_too_old;
+    return is_too_old;
   }
+  // Whether it was missing before the newest is_missing(), and is not any more.
+  bool has_returned() const { return has_returned_; }
 
  private:
   std::int64_t max_age_ns_;
   std::optional<std::int64_t> newest_ns_;  // newest state, or first frame
+  bool was_missing_ = false, has_returned_ = false;
 };
 
 }  // namespace fivepipe::render

@@ -50,7 +50,7 @@ void add_echo(CLI::App& app, Command& command) {
       "or field, 130 interrupted before --count.");
   echo->add_option("TOPIC", request.topic, "HullTile, fivepipe/v1/HullTile, ..")->required();
   CLI::Option* file = echo->add_option("--from", request.file, "recording (MCAP); default: the bus")
-                          ->check(CLI::ExistingFile);
+                          ->check(existing_file());
   echo->add_option("--count", request.count, "quit after this number of messages")
       ->check(CLI::PositiveNumber);
   const RangeOptions range = add_range_options(echo, request.start_s, request.end_s);

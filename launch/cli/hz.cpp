@@ -42,7 +42,7 @@ void add_hz(CLI::App& app, Command& command) {
       "within --once, 130 interrupted before the result.");
   hz->add_option("TOPIC", request.topic, "HullTile, fivepipe/v1/HullTile, ..")->required();
   CLI::Option* file = hz->add_option("--from", request.file, "recording (MCAP); default: the bus")
-                          ->check(CLI::ExistingFile);
+                          ->check(existing_file());
   hz->add_option("--once", request.once_s, "print one table over this number of seconds and quit")
       ->check(CLI::Range(0.1, 86400.0))
       ->excludes(file);

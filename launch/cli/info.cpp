@@ -8,6 +8,7 @@
 #include "common/base/usage_error.h"
 #include "common/recording/files/format.h"
 #include "launch/cli/commands.h"
+#include "launch/cli/options.h"
 #include "launch/inspect/recording_info.h"
 
 namespace fivepipe::launch {
@@ -108,7 +109,7 @@ void add_info(CLI::App& app, Command& command) {
       "Exit codes: 0 finished and undamaged (with --recover: after the repair), 1 unfinished, "
       "damaged "
       "or not a recording, 2 usage error.");
-  info->add_option("FILE", options->file, "recording (MCAP)")->required()->check(CLI::ExistingFile);
+  info->add_option("FILE", options->file, "recording (MCAP)")->required()->check(existing_file());
   CLI::Option* recover =
       info->add_flag("--recover", options->recover,
                      "repair: truncate the incomplete last record, rebuild the index");

@@ -67,7 +67,7 @@ void add_ls(CLI::App& app, Command& command) {
       "Exit codes: 0 done, 1 the file cannot be read, 2 usage error, 3 no participant in the "
       "domain.");
   CLI::Option* file = ls->add_option("FILE", options->file, "recording (MCAP); default: the bus")
-                          ->check(CLI::ExistingFile);
+                          ->check(existing_file());
   ls->add_flag("--nodes", options->nodes, "list nodes instead of topics");
   add_network_options(ls, options->network);
   add_deployment_options(ls, options->network);

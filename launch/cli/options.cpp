@@ -2,6 +2,7 @@
 
 #include <stdexcept>
 
+#include "common/base/readable_file.h"
 #include "common/base/regex.h"
 #include "common/pipeline/node/deployment_network.h"
 #include "launch/supervise/own_files.h"
@@ -42,6 +43,16 @@ std::vector<std::string> local_profiles() {
 }
 
 }  // namespace
+
+CLI::Validator existing_file() {
+  return {[](const std::string& file) {
+            // What else is wrong with it is found by reading it.
+            const bool is_file =
+                std::filesystem::exists(file) && !std::filesystem::is_directory(file);
+            return is_file ? "" : file + ": " + base::why_unreadable(file).value_or("");
+          },
+          "FILE"};
+}
 
 CLI::Option* add_rate_option(CLI::App* app, std::string& rate) {
   return app->add_option("--rate", rate, "speed: 1 as recorded, 0.5 half as fast, max unthrottled")
@@ -121,8 +132,11 @@ void add_deployment_options(CLI::App* app, NetworkOptions& options) {
   add_host_options(app, options);
 }
 
-std::string other_domain_or(const std::string& why) {
-  return "; " + (why.empty() ? "--domain selects another one" : why);
+std::string other_domain_or(const std::string& why, const NetworkOptions& options) {
+  if (!why.empty()) return "; " + why;
+  return std::string("; --domain selects another one") +
+         (options.deployment.empty() ? ", and a deployment on several hosts needs --deployment FILE"
+                                     : "");
 }
 
 config::Deployment deployment_of(const NetworkOptions& options) {

@@ -18,6 +18,9 @@ CLI::Option* add_set_option(CLI::App* app, std::vector<std::string>& assignments
 // Splits the assignments at their first '='. The last assignment of a key takes effect.
 std::map<std::string, std::string> settings_from(const std::vector<std::string>& assignments);
 
+// Checks that an argument is a file, not a folder.
+CLI::Validator existing_file();
+
 // --rate R|max.
 CLI::Option* add_rate_option(CLI::App* app, std::string& rate);
 double rate_from(const std::string& rate);  // 0 for max
@@ -53,8 +56,8 @@ void add_host_options(CLI::App* app, NetworkOptions& options);
 void add_deployment_options(CLI::App* app, NetworkOptions& options);
 
 // Ends a message that a command found nothing in its domain: with `why` (Bus::why_not_admitted()),
-// or, if it is empty, with the option that selects another domain.
-std::string other_domain_or(const std::string& why);
+// or, if it is empty, with the options that select another domain or network.
+std::string other_domain_or(const std::string& why, const NetworkOptions& options);
 
 struct JoinedNetwork {
   std::uint32_t domain = 0;

@@ -69,7 +69,9 @@ int run_bench(std::vector<std::string> words) {
               << fmt::format(
                      "  suites: {}\n  from a recording: NODE --from FILE.mcap, pipeline --from "
                      "FILE.mcap\n  results: compare BEFORE AFTER\n",
-                     known.empty() ? "none is built in " + program_folder().string()
+                     known.empty() ? "none in " + program_folder().string() +
+                                         "; an installation has none: build the source tree by "
+                                         "launch/build, and run build/release/bin/fivepipe bench"
                                    : fmt::format("{}", fmt::join(known, ", ")));
     return 2;
   }
@@ -88,7 +90,8 @@ void add_bench(CLI::App& app, Command& command) {
   bench->footer(
       "Examples:\n"
       "  fivepipe bench hull --json out/hull.json              a suite: hull, collision, capture, "
-      "render, sim, security or features\n"
+      "render, sim, security or features;\n"
+      "                                                        in the source tree only\n"
       "  fivepipe bench collision --plot out/collision.png\n"
       "  fivepipe bench recon_node --from session.mcap         the first recon_node of the "
       "deployment alone, from a recording\n"

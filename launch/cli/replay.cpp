@@ -99,9 +99,7 @@ void add_replay(CLI::App& app, Command& command) {
       "pauses and sends one frame, q quits\n\n"
       "Exit codes: 0 done, 1 --lossless and a message was not delivered or a frame not handled, 2 "
       "usage error, or nodes of the domain write the same topics, 3 no reader, 130 interrupted.");
-  replay->add_option("FILE", options->file, "recording (MCAP)")
-      ->required()
-      ->check(CLI::ExistingFile);
+  replay->add_option("FILE", options->file, "recording (MCAP)")->required()->check(existing_file());
   add_rate_option(replay, options->rate);
   add_range_options(replay, request.start_s, request.end_s);
   add_topics_option(replay, request.topics);

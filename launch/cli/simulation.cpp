@@ -46,8 +46,9 @@ int run_simulation(const SimulationOptions& options) {
   while (commands.readers() == 0) {
     if (std::chrono::steady_clock::now() > deadline) {
       const std::string why = bus.why_not_admitted();
-      std::cerr << "no sim_node listens in domain " << joined.domain << other_domain_or(why)
-                << (why.empty() ? ", and `fivepipe top --domain " + std::to_string(joined.domain) +
+      std::cerr << "no sim_node listens in domain " << joined.domain
+                << other_domain_or(why, options.network)
+                << (why.empty() ? "; `fivepipe top --domain " + std::to_string(joined.domain) +
                                       "` lists the running nodes\n"
                                 : "\n");
       return 3;
@@ -85,10 +86,15 @@ void add_simulation(CLI::App& app, Command& command) {
       "belong "
       "to another deployment.");
   simulation
-      ->add_option("what", options->what,
+      ->add_option("COMMAND", options->what,
                    "pause, resume, or reset (moves every object to its start)")
       ->required()
-      ->check(CLI::IsMember(kCommandKinds));
+      ->check(CLI::Validator(
+          [](const std::string& text) {
+            return kCommandKinds.contains(text) ? std::string()
+                                                : "'" + text + "' is not pause, resume or reset";
+          },
+          "{pause,reset,resume}"));
   simulation->add_option("--node", options->node,
                          "node to send the command to (default: every sim_node)");
   add_network_options(simulation, options->network);

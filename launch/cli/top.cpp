@@ -75,7 +75,7 @@ int run_top(const TopOptions& options) {
     if (on_terminal) std::cout << "\x1b[H\x1b[2J";  // cursor to the top left corner, clear
     if (is_silent)
       std::cout << "no node publishes a status in domain " << joined.domain
-                << other_domain_or(bus.why_not_admitted()) << '\n';
+                << other_domain_or(bus.why_not_admitted(), options.network) << '\n';
     else
       std::cout << nodes_table(registry, arrival_clock_ns()) << node_messages(registry)
                 << simulations_table(simulations, registry, arrival_clock_ns())

@@ -1,10 +1,14 @@
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdlib>
+#include <cstring>
 #include <iostream>
 #include <optional>
 
+#include "common/base/usage_error.h"
 #include "common/base/version.h"
 #include "common/config/deployment.h"
 #include "common/recording/replay/recorder.h"
@@ -32,6 +36,18 @@ std::string why_not_recordable(const RunSettings& run) {
     return "";
   const std::string why = replay::refusal_to_overwrite(run.record);
   return why.empty() ? "" : why + " (--record-option=--force)";
+}
+
+// Throws base::UsageError if the folder cannot be made or written to.
+void make_folder(const std::filesystem::path& out) {
+  std::error_code error;
+  std::filesystem::create_directories(out, error);
+  if (error)
+    throw base::UsageError("--out " + out.string() +
+                           ": cannot create the folder: " + error.message() + "; choose another");
+  if (access(out.c_str(), W_OK | X_OK) != 0)
+    throw base::UsageError("--out " + out.string() + ": cannot write to the folder: " +
+                           std::strerror(errno) + "; choose another");
 }
 
 // Removes the results of an earlier run, which could pass for those of this one.
@@ -71,7 +87,7 @@ int run_up(UpOptions options) {
   std::optional<FolderClaim> folder;
   try {
     claims.emplace(run.domain, names);
-    std::filesystem::create_directories(run.out);
+    make_folder(run.out);
     folder.emplace(run.out);
   } catch (const ClaimRefused& refused) {
     std::cerr << refused.what() << '\n';

@@ -85,7 +85,9 @@ Supervisor::~Supervisor() {
 }
 
 void Supervisor::report_incomplete_log(const Supervised& node) const {
-  output_.event(node.program.name + ": its log is incomplete: the disk is full or too slow");
+  output_.event(node.program.name +
+                ": its log is incomplete: the disk is full or too slow, or the "
+                "processor is overloaded");
 }
 
 Supervisor::Supervisor(const std::vector<Program>& programs, RestartSettings settings,
@@ -272,7 +274,8 @@ void Supervisor::kill_remaining() {
 
 void Supervisor::abandon(Supervised& node) {
   const std::string outlives =
-      "does not end on SIGKILL: it waits for a disk or a driver in the kernel";
+      "does not end on SIGKILL: it waits for a disk or a driver in the kernel, or the processor is "
+      "overloaded";
   output_.event(node.program.name + " (process " + std::to_string(node.child->pid()) + ") " +
                 outlives);
   node.processes.back().end = outlives;

@@ -284,7 +284,6 @@ TEST(FootageDocument, StatesTheDefaultsOfTheReference) {
                           "fx_px",
                           "cx_px",
                           "distortion",
-                          "calibration_error_px",
                           "camera_from_world",
                           "camera_from_viewer",
                           "published",

@@ -67,6 +67,20 @@ TEST(SimulationAge, IsCountedFromTheFirstFrameWithoutAnyState) {
   EXPECT_FALSE(age.is_missing(1002 + kMax_ns, 1002 + kMax_ns));
 }
 
+TEST(SimulationAge, ReportsItsReturnOnce) {
+  SimulationAge age(30);
+  const auto returns = [&](std::int64_t frame_ns, std::int64_t state_ns) {
+    age.is_missing(frame_ns, state_ns);
+    return age.has_returned();
+  };
+  EXPECT_FALSE(returns(1, 1)) << "it was not missing";
+  EXPECT_FALSE(returns(kMax_ns + 2, 1)) << "it is missing";
+  EXPECT_TRUE(returns(kMax_ns + 3, kMax_ns + 3));
+  EXPECT_FALSE(returns(kMax_ns + 4, kMax_ns + 4)) << "reported already";
+  EXPECT_FALSE(returns(2 * kMax_ns + 5, kMax_ns + 4));
+  EXPECT_TRUE(returns(2 * kMax_ns + 6, 2 * kMax_ns + 6)) << "the next time";
+}
+
 TEST(SimulationAge, AtALowRateItMayBeThreePeriods) {
   SimulationAge age(2);
   EXPECT_FALSE(age.is_missing(1'500'000'000, 0));

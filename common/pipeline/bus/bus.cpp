@@ -5,6 +5,7 @@
 #include <array>
 #include <map>
 #include <mutex>
+#include <utility>
 
 #include "common/base/realtime.h"
 #include "common/pipeline/bus/checked.h"
@@ -165,6 +166,8 @@ struct Bus::Impl {
   std::vector<Endpoint> endpoints;
   std::mutex mutex;
   std::string deployment, identity;  // identity: the user data of each entity
+  bool has_deployment = false;       // also without its name: only its file names its machines
+  bool has_stranger = false, is_stranger_reported = false;
   std::optional<security::Credentials> security;
   std::optional<detail::ExpiryWatch> expiry_watch;
 
@@ -204,6 +207,8 @@ Bus::Bus(const BusOptions& options) : impl_(std::make_unique<Impl>()) {
   const Qos qos(dds_create_qos(), dds_delete_qos);
   if (!options.participant.empty()) dds_qset_entity_name(qos.get(), options.participant.c_str());
   impl_->deployment = options.deployment;
+  impl_->has_deployment =
+      !options.deployment.empty() || reaches_other_machines(options.network.profile);
   impl_->identity = to_user_data(this_process(), options.deployment);
   dds_qset_userdata(qos.get(), impl_->identity.data(), impl_->identity.size());
   std::string what = "DDS participant in domain " + std::to_string(options.domain);
@@ -287,19 +292,9 @@ std::vector<EndpointDescription> Bus::endpoints() {
 }
 
 std::string Bus::why_not_admitted() {
-  std::string names;
-  for (const std::string& name : detail::silent_deployments(impl_->participant->handle))
-    names += (names.empty() ? "'" : "', '") + name;
-  if (names.empty()) return "";
-  if (impl_->security)
-    return "deployment " + names + "' exchanges no messages with the keys in " +
-           impl_->security->files.folder.string() +
-           ": they are of another CA, of the other protection (sign or encrypt) or expired, or the "
-           "deployment runs without security. If a line 'DDS: ...' above names no reason, copy the "
-           "folder again from the machine with the CA";
-  return "deployment " + names +
-         "' runs there with security, and admits only programs that have its keys: add "
-         "--deployment and its file";
+  return detail::silence_text(detail::silent_deployments(impl_->participant->handle),
+                              impl_->security ? impl_->security->files.folder.string() : "",
+                              impl_->has_deployment);
 }
 
 std::map<std::string, std::uint64_t> Bus::sent() {
@@ -332,12 +327,19 @@ std::vector<RefusedSamples> Bus::take_refused() {
                            of_writer.deployment, endpoint.processes.of(entity->handle, writer),
                            of_writer.samples});
     }
+  for (const RefusedSamples& one : refused)
+    impl_->has_stranger |= one.reason == RefusedSamples::Reason::other_deployment;
   return refused;
 }
 
 std::vector<std::string> Bus::problems() {
   const std::scoped_lock lock(impl_->mutex);
   std::vector<std::string> problems;
+  if (impl_->has_stranger && !std::exchange(impl_->is_stranger_reported, true))
+    problems.push_back("a program sends messages to deployment '" + impl_->deployment +
+                       "' without being part of it, and they are refused (other_deployment): end "
+                       "it, or let it state this deployment in the user data of its participant "
+                       "and of its writers, as \"Your own programs\" in lab.md describes");
   for (const Impl::Endpoint& endpoint : impl_->endpoints) {
     const auto entity = endpoint.entity.lock();
     if (!entity) continue;

@@ -244,8 +244,8 @@ class Bus {
   // Waits until a reader of this bus has a sample. Returns false after `timeout`.
   bool wait(std::chrono::nanoseconds timeout);
 
-  // Returns a text for people for each topic and policy in which DDS refused peers since the last
-  // call because their type or QoS differs.
+  // Returns texts for people: each topic and policy in which DDS refused peers since the last call
+  // because their type or QoS differs, and once that take_refused() has counted other_deployment.
   std::vector<std::string> problems();
   // Returns the samples that the readers refused since the last call, by writer: the writer uses
   // more keys of the topic than detail::KeyLimit accepts, or it is not of BusOptions::deployment.
@@ -259,8 +259,8 @@ class Bus {
   // Discovery takes up to 1 s after the start.
   std::vector<EndpointDescription> endpoints();
   // Returns a text for people if discovery has found a deployment that exchanges no messages with
-  // this process: it is secured, and this process has no keys, or other ones. Empty if there is
-  // none.
+  // this process, with the possible causes: security, the network, or a process that is starting.
+  // Empty if there is none.
   // Call it after discovery: a process that starts has no readers and writers yet.
   std::string why_not_admitted();
   // Names the kernel setting to change if the receive buffer is smaller than the profile requests,

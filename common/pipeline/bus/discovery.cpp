@@ -98,6 +98,28 @@ std::set<std::string> silent_deployments(dds_entity_t participant) {
   return silent;
 }
 
+std::string silence_text(const std::set<std::string>& deployments, const std::string& keys,
+                         bool has_deployment) {
+  std::string names;
+  for (const std::string& name : deployments) names += (names.empty() ? "'" : "', '") + name;
+  if (names.empty()) return "";
+  if (!keys.empty())
+    return "deployment " + names + "' exchanges no messages with the keys in " + keys +
+           ": they are of another CA, of the other protection (sign or encrypt) or expired, or the "
+           "deployment runs without security. If a line 'DDS: ...' above names no reason, copy the "
+           "folder again from the machine with the CA";
+  const std::string network =
+      "a firewall blocks one direction, an MTU differs along the path, or it is still starting";
+  const std::string runs =
+      "deployment " + names + "' runs there, but exchanges no messages with this program: ";
+  return has_deployment
+             ? runs + network + "; or it runs with security, which the file given here lacks"
+             : runs +
+                   "with security it admits only programs that have its keys (add --deployment and "
+                   "its file); else " +
+                   network;
+}
+
 std::vector<EndpointDescription> discovered_endpoints(dds_entity_t participant) {
   dds_guid_t own{};
   dds_get_guid(participant, &own);

@@ -26,6 +26,11 @@ DiscoveredProcess process_of_participant(dds_entity_t participant, const dds_gui
 // security, a participant shows its endpoints only to those that it has authenticated. Throws
 // BusError.
 std::set<std::string> silent_deployments(dds_entity_t participant);
+// Returns why these deployments may exchange no messages with this process, for people; empty if
+// there are none. keys: the folder of this process's keys; empty: it has none. has_deployment: it
+// was started with --deployment.
+std::string silence_text(const std::set<std::string>& deployments, const std::string& keys,
+                         bool has_deployment);
 // Returns all endpoints that this participant has discovered, including its own. Throws BusError.
 std::vector<EndpointDescription> discovered_endpoints(dds_entity_t participant);
 

@@ -37,10 +37,11 @@ std::optional<std::int64_t> CaptureClock::offset_ns() const {
   return offset_ns == kUnknown ? std::nullopt : std::optional(offset_ns);
 }
 
-std::string CaptureClock::not_compared_text() const {
-  return "that of host " + capture_host_ +
-         ", which captures, is not compared with that of this host, as `fivepipe up` on both "
-         "does; latencies since the capture are not corrected";
+std::string CaptureClock::not_compared_text(std::chrono::seconds time) const {
+  return "no clock comparison with host " + capture_host_ + ", which captures, for more than " +
+         std::to_string(time.count()) +
+         " s; is `fivepipe up` running on both hosts? Latencies since the capture are not "
+         "corrected";
 }
 
 std::unique_ptr<CaptureClock> capture_clock_of(const config::Deployment& deployment,

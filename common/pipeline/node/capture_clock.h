@@ -24,8 +24,8 @@ class CaptureClock {
   // Returns the clock of the host that captures minus that of this host; nullopt before the first
   // comparison, and kMaxAge after the last. Thread-safe.
   std::optional<std::int64_t> offset_ns() const;
-  // Why there is no offset, as a text for people.
-  std::string not_compared_text() const;
+  // Why there is no offset, as a text for people; it has been missing for longer than `time`.
+  std::string not_compared_text(std::chrono::seconds time) const;
 
   static constexpr std::chrono::seconds kMaxAge{10};
   // A larger offset is no clock, but a wrong message: a day.

@@ -149,7 +149,8 @@ struct NodeStatusReporter::Impl {
     if (clock->offset_ns()) uncorrected_since.reset();
     const bool is_problem = uncorrected_since && Clock::now() - *uncorrected_since >
                                                      NodeStatusReporter::kComparisonPatience;
-    const std::string problem = is_problem ? clock->not_compared_text() : "";
+    const std::string problem =
+        is_problem ? clock->not_compared_text(NodeStatusReporter::kComparisonPatience) : "";
     if (set_diagnostic("clock", problem)) spdlog::warn("clock: {}", problem);
   }
 

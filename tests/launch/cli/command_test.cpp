@@ -88,6 +88,31 @@ TEST(Command, MissingDeploymentIsAConfigurationError) {
   EXPECT_TRUE(test::contains(answer.text, "/no/such/deployment.yaml")) << answer.text;
 }
 
+TEST(Command, AnOutputFolderThatCannotBeMadeIsAUsageError) {
+  const test::TestFolder folder;
+  std::ofstream(folder.path / "file") << "no folder";
+  const Answer answer =
+      fivepipe("up demo --duration 1 --domain 230 --out " + (folder.path / "file/x").string());
+  EXPECT_EQ(answer.exit_code, 2);
+  EXPECT_EQ(answer.text, "--out " + (folder.path / "file/x").string() +
+                             ": cannot create the folder: Not a directory; choose another\n");
+}
+
+TEST(Command, AFileThatIsAbsentIsNamedAsElsewhere) {
+  for (const char* command : {"info ", "replay ", "ls ", "echo HeadPose --from "}) {
+    const Answer answer = fivepipe(command + std::string("nothing.mcap"));
+    EXPECT_EQ(answer.exit_code, 2);
+    EXPECT_TRUE(test::contains(answer.text, "nothing.mcap: there is no such file")) << answer.text;
+  }
+  EXPECT_TRUE(test::contains(fivepipe("info /").text, "/: is a directory, not a file"));
+}
+
+TEST(Command, AnUnknownCommandOfTheSimulationIsNamed) {
+  const Answer answer = fivepipe("simulation stop");
+  EXPECT_EQ(answer.exit_code, 2);
+  EXPECT_TRUE(test::contains(answer.text, "'stop' is not pause, resume or reset")) << answer.text;
+}
+
 TEST(Command, HelpOfEverySubcommandHasAnExample) {
   for (const char* subcommand : {"",
                                  "up ",
@@ -691,8 +716,10 @@ TEST_F(CommandWithPrograms, BenchListsTheSuitesIfItKnowsNoneOfThatName) {
   EXPECT_EQ(run("bench folder").exit_code, 2);
   for (const char* program : {"fivepipe_bench_a", "fivepipe_bench_b"})
     fs::remove(folder_ / program);
-  EXPECT_EQ(run("bench a").text, "bench: no benchmark 'a'\n  suites: none is built in " +
-                                     folder_.string() + "\n" + list);
+  EXPECT_EQ(run("bench a").text, "bench: no benchmark 'a'\n  suites: none in " + folder_.string() +
+                                     "; an installation has none: build the source tree by "
+                                     "launch/build, and run build/release/bin/fivepipe bench\n" +
+                                     list);
 }
 
 TEST_F(CommandWithPrograms, AProgramThatIsMissingOrCannotBeStartedIsNamed) {

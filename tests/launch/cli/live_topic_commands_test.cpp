@@ -116,8 +116,9 @@ TEST(RecordingCommandsLive, SimulationCommandsReachTheirNode) {
   expect_sleep(domain, 1, [&] { alone = fivepipe("simulation pause" + in_domain); });  // for 3 s
   EXPECT_EQ(alone.exit_code, 3);
   EXPECT_EQ(alone.text, "no sim_node listens in domain " + std::to_string(domain) +
-                            "; --domain selects another one, and `fivepipe top" + in_domain +
-                            "` lists the running nodes\n");
+                            "; --domain selects another one, and a deployment on several hosts "
+                            "needs --deployment FILE; `fivepipe top" +
+                            in_domain + "` lists the running nodes\n");
   bus::Bus bus({domain});
   auto commands = bus.reader<bus::topics::Command>();
   const Answer too_long = fivepipe("simulation pause --node " + longest + "n" + in_domain);
@@ -255,7 +256,8 @@ TEST(RecordingCommandsLive, TopPrintsATableEachSecond) {
   Answer top;
   expect_sleep(domain_id, 1, [&] { top = interrupted({"top", "--domain", domain}, 2); });
   const std::string line =
-      "no node publishes a status in domain " + domain + "; --domain selects another one\n";
+      "no node publishes a status in domain " + domain +
+      "; --domain selects another one, and a deployment on several hosts needs --deployment FILE\n";
   EXPECT_TRUE(top.text.starts_with(line + line)) << top.text;
   EXPECT_LT(std::count(top.text.begin(), top.text.end(), '\n'), 60) << "one per second";
   EXPECT_EQ(shell("timeout 60 " + program + "top --domain " + domain + " >/dev/full").exit_code, 1);

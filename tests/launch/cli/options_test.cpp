@@ -125,7 +125,7 @@ TEST_F(CommandLine, HelpListsEachOptionWithItsLimitsAndDefault) {
                 "--once FLOAT:FLOAT in [0.1 - 86400] Excludes: --from\n" +
                 live_or_from);
   EXPECT_EQ(options_of("simulation"),
-            "what TEXT:{pause,reset,resume} REQUIRED\n" + kHelp + "--node TEXT\n" + kNetwork);
+            "COMMAND TEXT:{pause,reset,resume} REQUIRED\n" + kHelp + "--node TEXT\n" + kNetwork);
   EXPECT_EQ(options_of("keys"), "DEPLOYMENT TEXT REQUIRED\n" + kHelp +
                                     "--set TEXT:KEY=VALUE ...\n--protection TEXT:{encrypt,sign}\n"
                                     "--days INT:INT in [1 - 3650]=365\n--force\n");

@@ -69,6 +69,25 @@ TEST(Discovery, FindsTheIdentityThatAParticipantStates) {
   EXPECT_THROW(detail::process_of_participant(0, named.guid()), BusError);
 }
 
+// A silent participant proves no security: the network may drop what follows its announcement.
+TEST(Discovery, SilenceHasSeveralCauses) {
+  const auto has = [](const std::string& text, const std::string& part) {
+    return text.find(part) != std::string::npos;
+  };
+  EXPECT_EQ(detail::silence_text({}, "", false), "");
+  const std::string without = detail::silence_text({"lab", "demo"}, "", false),
+                    with = detail::silence_text({"lab"}, "", true),
+                    keys = detail::silence_text({"lab"}, "keys/observer", true);
+  for (const std::string& text : {without, with})
+    for (const char* cause :
+         {"exchanges no messages", "firewall", "MTU", "still starting", "security"})
+      EXPECT_TRUE(has(text, cause)) << cause << ": " << text;
+  EXPECT_TRUE(has(without, "deployment 'demo', 'lab' runs there")) << without;
+  EXPECT_TRUE(has(without, "add --deployment and its file")) << without;
+  EXPECT_FALSE(has(with, "--deployment")) << "it was given: " << with;
+  EXPECT_TRUE(has(keys, "with the keys in keys/observer: they are of another CA")) << keys;
+}
+
 // A recorder that starts late describes the writers that exist already.
 TEST(Discovery, AReaderDescribesAllEarlierWriters) {
   Bus bus({test::own_domain()});

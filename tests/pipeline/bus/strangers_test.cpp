@@ -89,6 +89,12 @@ TEST_F(Strangers, AreRefusedAndNamed) {
   }
   EXPECT_EQ(refused, (std::map<std::string, std::uint64_t>{{"", 1}, {"lab two", 3}}));
   EXPECT_TRUE(bus.take_refused().empty());
+  const std::vector<std::string> problems = bus.problems();
+  ASSERT_EQ(problems.size(), 1u);
+  EXPECT_NE(problems.front().find("deployment 'lab one' without being part of it"),
+            std::string::npos)
+      << problems.front();
+  EXPECT_TRUE(bus.problems().empty()) << "once";
 }
 
 TEST_F(Strangers, AreAcceptedByAReaderWithoutADeployment) {

@@ -150,8 +150,10 @@ TEST_F(SecuredDeployment, ACommandWithoutKeysReportsWhichOptionAdmitsIt) {
         {{"record", "-o", folder_ / "none.mcap", "--duration", "3"}, 1}}) {
     const auto [code, said] = result_of(words);
     EXPECT_EQ(code, expected) << words.front() << ": " << said;
-    EXPECT_THAT(said, HasSubstr("deployment 'small' runs there with security, and admits only "
-                                "programs that have its keys: add --deployment and its file"))
+    EXPECT_THAT(said,
+                HasSubstr("deployment 'small' runs there, but exchanges no messages with this "
+                          "program: with security it admits only programs that have its "
+                          "keys (add --deployment and its file)"))
         << words.front();
   }
 }
