@@ -27,10 +27,11 @@ constexpr std::int32_t kMaxSamplesPerTake = 64;
 
 // History depth in samples per key. stream: more than max_frames_in_flight, so that pacing drops
 // frames before the bus does.
-constexpr std::int32_t kStreamDepth = 8, kEventDepth = 64;
-// A reader that exists at the writes takes each of several changes, as of an ObjectSpacing, also
-// after lost packets. A reader that joins later receives the newest one.
-constexpr std::int32_t kLatchedDepth = kEventDepth, kLatchedDepthForLateReaders = 1;
+constexpr std::int32_t kStreamDepth = 8, kLatchedDepth = 1, kEventDepth = 64;
+// A reader that exists at the writes takes each of several changes, as of an ObjectSpacing. A writer
+// that kept more than one would also send older ones to a reader that joins before the others have
+// acknowledged them.
+constexpr std::int32_t kLatchedReaderDepth = kEventDepth;
 
 // Readers acknowledge samples when a heartbeat requests it. Cyclone DDS merges several
 // configurations; later ones override earlier ones.
@@ -56,8 +57,6 @@ Qos qos_of(topics::Delivery delivery, bool keep_all, const std::string& identity
     case topics::Delivery::latched:
       dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, kLatchedDepth);
       dds_qset_durability(qos.get(), DDS_DURABILITY_TRANSIENT_LOCAL);
-      dds_qset_durability_service(qos.get(), 0, DDS_HISTORY_KEEP_LAST, kLatchedDepthForLateReaders,
-                                  DDS_LENGTH_UNLIMITED, DDS_LENGTH_UNLIMITED, DDS_LENGTH_UNLIMITED);
       break;
   }
   if (keep_all) dds_qset_history(qos.get(), DDS_HISTORY_KEEP_ALL, 0);
@@ -240,6 +239,8 @@ std::shared_ptr<detail::Entity> Bus::make_reader(const topics::Topic& topic,
                                                  const ReaderOptions& options) {
   const std::scoped_lock lock(impl_->mutex);
   const Qos qos = qos_of(topic.delivery, options.keep_all, impl_->identity);
+  if (topic.delivery == topics::Delivery::latched && !options.keep_all)
+    dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, kLatchedReaderDepth);
   // The filter belongs to a topic entity and must be set before the reader exists.
   const dds_entity_t filtered = impl_->permitted(
       dds_create_topic(impl_->participant->handle, topic.descriptor, topic.name, nullptr, nullptr),

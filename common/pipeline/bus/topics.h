@@ -9,8 +9,7 @@ namespace fivepipe::bus::topics {
 
 // Every topic is reliable. The history lengths are in bus.cpp.
 // stream: a short history per key, for readers that exist at the write.
-// latched: the same for readers that exist at the write; the newest sample per key for readers that
-// join later.
+// latched: the newest sample per key, also for readers that join later.
 // event: a longer history per key, so that a burst of small messages overwrites none.
 enum class Delivery { stream, latched, event };
 

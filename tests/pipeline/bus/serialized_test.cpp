@@ -226,8 +226,8 @@ TEST(SerializedBus, AWriterKeepsAllSamplesOnRequestUnlessItsTopicIsLatched) {
   };
   EXPECT_EQ(history_of(topics::ObjectPixelMap::name, WriterHistory::topic), "keep_last 8");
   EXPECT_EQ(history_of(topics::ObjectPixelMap::name, WriterHistory::keep_all), "keep_all");
-  EXPECT_EQ(history_of(topics::CameraInfo::name, WriterHistory::topic), "keep_last 64");
-  EXPECT_EQ(history_of(topics::CameraInfo::name, WriterHistory::keep_all), "keep_last 64");
+  EXPECT_EQ(history_of(topics::CameraInfo::name, WriterHistory::topic), "keep_last 1");
+  EXPECT_EQ(history_of(topics::CameraInfo::name, WriterHistory::keep_all), "keep_last 1");
 }
 
 TEST(SerializedBus, KeepsAllSamplesUntilTaken) {
