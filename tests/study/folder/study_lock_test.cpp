@@ -140,7 +140,11 @@ TEST(StudyLock, KeepsTheChangesOfTwoCommands) {
   study.add_trial("P1", report::ParticipantKind::human);
   const auto add_notes = [&] {
     const auto add = [&] {
-      study.change(1, "edit", [](StoredTrial& trial) { trial.notes.push_back({1, "note"}); });
+      try {
+        study.change(1, "edit", [](StoredTrial& trial) { trial.notes.push_back({1, "note"}); });
+      } catch (const fs::filesystem_error& error) {
+        ADD_FAILURE() << error.what();
+      }
     };
     for (int i = 0; i < kNotes; ++i)
       while (!refusal_of(add).empty()) continue;  // the other one was faster for a second
