@@ -26,9 +26,8 @@ struct GoldenScene {
 };
 
 inline const std::vector<GoldenScene> kGoldenScenes = {
-    {"curtain", 24},   {"blocks", 60},     {"door", 30},
-    {"particles", 48}, {"warm_plate", 60}, {"demo", 0},
-    {"payload", 46},   {"engine", 84},
+    {"curtain", 24},    {"blocks", 60}, {"door", 30},    {"particles", 48},
+    {"warm_plate", 60}, {"demo", 0},    {"payload", 46}, {"engine", 84},
 };
 
 // Returns the scene of the deployment with this name. Throws std::invalid_argument.

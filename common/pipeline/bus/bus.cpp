@@ -28,9 +28,9 @@ constexpr std::int32_t kMaxSamplesPerTake = 64;
 // History depth in samples per key. stream: more than max_frames_in_flight, so that pacing drops
 // frames before the bus does.
 constexpr std::int32_t kStreamDepth = 8, kLatchedDepth = 1, kEventDepth = 64;
-// A reader that exists at the writes takes each of several changes, as of an ObjectSpacing. A writer
-// that kept more than one would also send older ones to a reader that joins before the others have
-// acknowledged them.
+// A reader that exists at the writes takes each of several changes, as of an ObjectSpacing. A
+// writer that kept more than one would also send older ones to a reader that joins before the
+// others have acknowledged them.
 constexpr std::int32_t kLatchedReaderDepth = kEventDepth;
 
 // Readers acknowledge samples when a heartbeat requests it. Cyclone DDS merges several
