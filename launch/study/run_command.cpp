@@ -84,6 +84,18 @@ StoredTrial begun(StudyFolder& study, const RunOptions& options) {
   return trial;
 }
 
+// asked: the answers before the trial.
+void set_running(StoredTrial& trial, const RunOptions& options, const report::Answers& asked,
+                 const std::string& recording) {
+  trial.state = TrialState::running;
+  trial.discarded_because.clear();
+  if (!options.tool.empty()) trial.tool = options.tool;
+  take_answers(options.answers, trial.answers);
+  if (asked.necessary_before) trial.answers.necessary_before = asked.necessary_before;
+  if (asked.allocated_before) trial.answers.allocated_before = asked.allocated_before;
+  trial.recordings.push_back(recording);
+}
+
 int run_trial(const RunOptions& options) {
   StudyFolder study(options.folder);
   if (options.resume == 0 && options.participant.empty())
@@ -105,15 +117,7 @@ int run_trial(const RunOptions& options) {
   answers = trial.answers;
   take_answers(options.answers, answers);
   questions.before(answers);
-  change([&](StoredTrial& stored) {
-    stored.state = TrialState::running;
-    stored.discarded_because.clear();
-    if (!options.tool.empty()) stored.tool = options.tool;
-    take_answers(options.answers, stored.answers);
-    if (answers.necessary_before) stored.answers.necessary_before = answers.necessary_before;
-    if (answers.allocated_before) stored.answers.allocated_before = answers.allocated_before;
-    stored.recordings.push_back(recording);
-  });
+  change([&](StoredTrial& stored) { set_running(stored, options, answers, recording); });
   std::cout << fmt::format("trial {}: the participant may begin; Ctrl-C ends it\n", number)
             << std::flush;
 

@@ -284,8 +284,8 @@ Forgotten StudyFolder::forget(const std::string& participant) {
 void StudyFolder::search(const std::string& participant, Forgotten& found) const {
   const PseudonymSearch pseudonym(participant);
   for (const auto& entry : fs::recursive_directory_iterator(folder_)) {
-    const fs::path path = entry.path(), name = path.filename(),
-                   parent = path.lexically_relative(folder_).parent_path();
+    const fs::path& path = entry.path();
+    const fs::path name = path.filename(), parent = path.lexically_relative(folder_).parent_path();
     const bool is_trial = parent == "trials" && fs::is_regular_file(path / "trial.json"),
                is_own = is_trial || (parent.empty() && is_name_of_a_study(name));
     if (!is_own && (parent.empty() || parent == "trials")) found.unknown.push_back(path);
