@@ -77,6 +77,18 @@ class RecordSessionTest : public testing::Test {
     writer_.write(message);
     ++sent_;
   }
+  // As a node that started at start_ns and has sent so many messages.
+  void send_status(std::int64_t start_ns, std::uint64_t sent) {
+    fivepipe_v1_TopicCounts topic{};
+    messages::set_text(topic.topic, topics::FrameComposited::name);
+    topic.sent = sent;
+    std::vector<fivepipe_v1_TopicCounts> all{topic};
+    fivepipe_v1_NodeStatus status{};
+    messages::set_text(status.node, "peer");
+    status.start_stamp_ns = start_ns;
+    messages::borrow(status.topics, all);
+    statuses_.write(status);
+  }
   // Number of messages of the topic in the file.
   std::uint64_t recorded() const {
     const recording::Recording recording(path_);
@@ -93,6 +105,7 @@ class RecordSessionTest : public testing::Test {
   const std::filesystem::path path_ = folder_.path / "made.mcap";
   bus::Bus peer_{{.domain = domain_, .participant = "peer"}};
   bus::Writer<topics::FrameComposited> writer_ = peer_.writer<topics::FrameComposited>();
+  bus::Writer<topics::NodeStatus> statuses_ = peer_.writer<topics::NodeStatus>();
   std::uint64_t sent_ = 0;
 };
 
@@ -164,23 +177,14 @@ TEST_F(RecordSessionTest, EndsAtItsDuration) {
 // A status that counts a message may arrive before it.
 TEST_F(RecordSessionTest, WaitsAtTheEndForMessagesThatNodesHaveSent) {
   using Clock = std::chrono::steady_clock;
-  auto statuses = peer_.writer<topics::NodeStatus>();
   std::int64_t start_ns = 0;  // of the node, after that of the recorder
   std::optional<Clock::time_point> matched, signalled;
   const RecordResult result = record(request(0), [&] {
     if (start_ns == 0) start_ns = base::now_realtime_ns();
-    if (writer_.readers() == 0 || statuses.readers() == 0) return 0;
+    if (writer_.readers() == 0 || statuses_.readers() == 0) return 0;
     if (!matched) matched = Clock::now();
     if (sent_ < 2) send();
-    fivepipe_v1_TopicCounts topic{};
-    messages::set_text(topic.topic, topics::FrameComposited::name);
-    topic.sent = 3;
-    std::vector<fivepipe_v1_TopicCounts> all{topic};
-    fivepipe_v1_NodeStatus status{};
-    messages::set_text(status.node, "peer");
-    status.start_stamp_ns = start_ns;
-    messages::borrow(status.topics, all);
-    statuses.write(status);
+    send_status(start_ns, 3);
     // The recorder lists the participants twice per second.
     if (Clock::now() - *matched < 700ms) return 0;
     if (!signalled) signalled = Clock::now();
@@ -196,23 +200,14 @@ TEST_F(RecordSessionTest, WaitsAtTheEndForMessagesThatNodesHaveSent) {
 
 TEST_F(RecordSessionTest, ComparesTheSentCountsOfNodes) {
   using Clock = std::chrono::steady_clock;
-  auto statuses = peer_.writer<topics::NodeStatus>();
   std::int64_t start_ns = 0;  // of the node, after that of the recorder
   std::optional<Clock::time_point> matched;
   const RecordResult result = record(request(0), [&] {
     if (start_ns == 0) start_ns = base::now_realtime_ns();
-    if (writer_.readers() == 0 || statuses.readers() == 0) return 0;
+    if (writer_.readers() == 0 || statuses_.readers() == 0) return 0;
     if (!matched) matched = Clock::now();
     if (sent_ < 2) send();
-    fivepipe_v1_TopicCounts topic{};
-    messages::set_text(topic.topic, topics::FrameComposited::name);
-    topic.sent = 5;
-    std::vector<fivepipe_v1_TopicCounts> all{topic};
-    fivepipe_v1_NodeStatus status{};
-    messages::set_text(status.node, "peer");
-    status.start_stamp_ns = start_ns;
-    messages::borrow(status.topics, all);
-    statuses.write(status);
+    send_status(start_ns, 5);
     // The recorder lists the participants twice per second.
     return Clock::now() - *matched > 700ms ? 1 : 0;
   });

@@ -169,8 +169,9 @@ TEST_F(Soak, IsLevelAndLosesNothing) {
   for (const auto& [process, series] : memory) {
     const double warm_s = is_long ? kWarm_s : duration_s / 2,
                  part_s = std::min(kMinute_s, duration_s / 4);
-    std::cout << process << ", MB allocated in a minute out of five:";
-    for (double t_s = 0; t_s + part_s <= duration_s; t_s += is_long ? kWarm_s : part_s)
+    const double every_s = is_long ? kWarm_s : part_s;
+    std::cout << process << ", MB allocated, every " << every_s << " s:";
+    for (double t_s = 0; t_s + part_s <= duration_s; t_s += every_s)
       std::cout << ' ' << series.median(t_s, t_s + part_s);
     const double before = series.median(warm_s, warm_s + part_s),
                  after = series.median(duration_s - part_s, duration_s);
