@@ -17,7 +17,7 @@ namespace fivepipe::node {
 
 // The newest values of a latency.
 struct LatencyWindow {
-  static constexpr std::size_t kMax = 1 << 14;  // nine minutes at 30 Hz
+  static constexpr std::size_t kMax = 1 << 13;  // four and a half minutes at 30 Hz
   std::vector<float> newest_ms;
   std::uint64_t count = 0;
   void add(double ms);

@@ -8,7 +8,7 @@ namespace fivepipe::mcap {
 
 FileWriter::FileWriter(const std::filesystem::path& path, Compression compression,
                        std::string_view library, std::string_view profile)
-    : file_(AppendFile::create(path)), compression_(compression) {
+    : file_(AppendFile::create(path)), compression_(compression), chunks_(name_of(compression)) {
   append_magic(record_);
   append_header(record_, profile, library);
   file_.append(record_);
@@ -25,7 +25,7 @@ bool FileWriter::write(const Chunk& chunk, const StopCondition& stop) {
   summary_.channels.insert(chunk.channels.begin(), chunk.channels.end());
   for (const auto& [channel, entries] : chunk.index)
     add_messages(summary_.statistics, channel, entries.size(), chunk.start_ns, chunk.end_ns);
-  summary_.chunks.push_back(std::move(index));
+  chunks_.add(index);
   return true;
 }
 
@@ -49,6 +49,7 @@ void FileWriter::add(const Metadata& metadata) {
 }
 
 bool FileWriter::finish(const StopCondition& stop) {
+  summary_.chunks = chunks_.unpacked();
   count_records(summary_);
   return file_.append(end_of_file(summary_, file_.size_bytes(), file_.crc()), stop);
 }

@@ -8,6 +8,7 @@
 
 #include "common/recording/mcap/append_file.h"
 #include "common/recording/mcap/format/chunk_builder.h"
+#include "common/recording/mcap/format/packed_chunks.h"
 #include "common/recording/mcap/format/summary.h"
 
 namespace fivepipe::mcap {
@@ -40,7 +41,8 @@ class FileWriter {
  private:
   AppendFile file_;
   Compression compression_;
-  Summary summary_;
+  Summary summary_;  // without chunks, until finish()
+  PackedChunks chunks_;
   Bytes record_;  // scratch memory, reused
 };
 

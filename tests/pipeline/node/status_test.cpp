@@ -213,7 +213,7 @@ TEST(NodeStatus, CountsTheCpuTimeOfTheFramesAfterTheFirst) {
 
 // Nearest rank above: the value at floor(q n) of the sorted ones.
 TEST(NodeStatus, ReportsQuantilesOfTheNewestLatencies) {
-  constexpr int kWindow = 1 << 14;
+  constexpr int kWindow = 1 << 13;
   bus::Bus bus({test::own_domain()});
   Reported last = reported(bus, [](NodeStatusReporter& status) {
     for (int i = 0; i < 200; ++i) status.latency("shuffled", 1e-3 * (1 + 77 * i % 200));
