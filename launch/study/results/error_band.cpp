@@ -22,10 +22,10 @@ std::vector<report::ErrorSource> error_sources(const config::Deployment& deploym
   std::size_t cameras = 0, calibrated = 0;
   for (const std::size_t i : config::shape_cameras(deployment.rig)) {
     const config::RigCamera& camera = deployment.rig.cameras[i];
+    // Negative behind the camera, which does not limit the hull there: the maxima ignore it.
     const double depth_m = (camera.camera_from_mount * p_world_m).z();
     ++cameras;
     calibrated += camera.calibration_error_px.has_value();
-    if (!(depth_m > 0)) continue;
     footprint_m = std::max(footprint_m, depth_m / min_focal_px(camera.published));
     calibration_m = std::max(calibration_m, depth_m / min_focal_px(camera.source) * kErrorsPerRms *
                                                 camera.calibration_error_px.value_or(0));
