@@ -128,7 +128,6 @@ TEST_F(StudyTrial, ThreeCommandsLeadToTheReportAndForgetRemovesAParticipant) {
   EXPECT_EQ(study({"report", path_}), 2) << said_;
 }
 
-// Ctrl-C ends a trial and keeps it; it is resumed as a second recording.
 // The largest number of successive lines that contain the part.
 int longest_run(const std::string& lines, const std::string& part) {
   int longest = 0, run = 0;
@@ -140,6 +139,7 @@ int longest_run(const std::string& lines, const std::string& part) {
   return longest;
 }
 
+// Ctrl-C ends a trial and keeps it; it is resumed as a second recording.
 TEST_F(StudyTrial, AnInterruptedTrialIsKeptAndResumed) {
   ASSERT_EQ(study({"new", path_, "--deployment", deployment_file()}), 0) << said_;
   {
@@ -189,6 +189,7 @@ TEST_F(StudyTrial, AnInterruptedTrialIsKeptAndResumed) {
   std::filesystem::resize_file(std::filesystem::path(path_) / "trials/0001/recording_2.mcap", 100);
   ASSERT_EQ(study({"report", path_, "--no-swept", "--no-pictures", "--layouts", "2"}), 0) << said_;
   EXPECT_NE(csv("report.html").find("Trial 1: not used: "), std::string::npos);
+  EXPECT_GE(longest_run(csv("clearance.csv"), ",10,,10,"), 15) << "of the first recording";
 
   if (std::system("command -v chromium >/dev/null") != 0)
     FIVEPIPE_SKIP_WITHOUT_PACKAGE("chromium is not installed");
