@@ -155,7 +155,6 @@ void VideoEncoder::write_packets() {
     if (result == AVERROR(EAGAIN) || result == AVERROR_EOF) return;
     check(result, "cannot encode it");
     packet_->stream_index = 0;
-    packet_->duration = 1;  // of the last frame of a fragment; in units of the codec
     av_packet_rescale_ts(packet_.get(), codec_->time_base, stream.time_base);
     check(av_write_frame(muxer_.get(), packet_.get()), "cannot write it");
     av_packet_unref(packet_.get());
