@@ -7,7 +7,6 @@
 #include <cstdio>
 #include <cstring>
 #include <opencv2/imgcodecs.hpp>
-#include <opencv2/videoio.hpp>
 #include <optional>
 #include <vector>
 
@@ -28,7 +27,6 @@ void check_folder(const std::filesystem::path& file) {
 }
 
 // Returns why the disk counts as full, or an empty text if at least min_free_bytes are free.
-// cv::VideoWriter does not report a full disk.
 std::string why_disk_full(const std::filesystem::path& file, std::uintmax_t min_free_bytes) {
   std::error_code error;
   const auto space =
@@ -37,13 +35,6 @@ std::string why_disk_full(const std::filesystem::path& file, std::uintmax_t min_
   if (space.available >= min_free_bytes) return {};
   return file.string() + ": disk full: " + std::to_string(space.available >> 20) + " MiB free, " +
          std::to_string(min_free_bytes >> 20) + " MiB needed; free disk space";
-}
-
-bool open(cv::VideoWriter& writer, const std::filesystem::path& file, const std::string& codec,
-          double frame_rate_hz, cv::Size size_px) {
-  return writer.open(file.string(), cv::CAP_FFMPEG,
-                     cv::VideoWriter::fourcc(codec[0], codec[1], codec[2], codec[3]), frame_rate_hz,
-                     size_px);
 }
 
 }  // namespace
@@ -64,14 +55,13 @@ VideoFile::VideoFile(const std::filesystem::path& file, cv::Size size_px,
                       std::to_string(size_px.width) + "x" + std::to_string(size_px.height));
   if (const std::string full = why_disk_full(file, options.min_free_bytes); !full.empty())
     throw OutputError(full);
-  std::promise<bool> opened;
-  std::future<bool> is_open = opened.get_future();
+  std::promise<std::string> opened;
+  std::future<std::string> problem = opened.get_future();
   encoder_ =
       std::thread([this, promise = std::move(opened)]() mutable { encode(std::move(promise)); });
-  if (!is_open.get()) {
+  if (const std::string why = problem.get(); !why.empty()) {
     encoder_.join();
-    throw OutputError(file.string() +
-                      ": OpenCV cannot write it as H.264 (avc1) or MPEG-4 part 2 (mp4v)");
+    throw OutputError(why);
   }
 }
 
@@ -85,17 +75,31 @@ bool VideoFile::add(const cv::Mat& image_bgr) {
 }
 
 // Runs in the encoder thread. It also opens and closes the file, because the codec's own threads
-// inherit the niceness of the thread that opens it.
-void VideoFile::encode(std::promise<bool> opened) {
+// inherit the niceness of the thread that opens it. `opened` gets why that failed, or an empty
+// text.
+void VideoFile::encode(std::promise<std::string> opened) {
   setpriority(PRIO_PROCESS, id_t(gettid()), kEncoderNiceness);
-  cv::VideoWriter writer;
-  const bool is_open = open(writer, file_, "avc1", options_.frame_rate_hz, size_px_) ||
-                       open(writer, file_, "mp4v", options_.frame_rate_hz, size_px_);
-  opened.set_value(is_open);
-  if (!is_open) return;
+  std::optional<VideoEncoder> encoder;
+  try {
+    encoder.emplace(file_, size_px_, options_.frame_rate_hz);
+  } catch (const OutputError& error) {
+    opened.set_value(error.what());
+    return;
+  }
+  opened.set_value("");
+  encode_frames(*encoder);
+  if (!failure_.empty()) return;
+  try {
+    encoder->finish();
+  } catch (const OutputError& error) {
+    failure_ = error.what();
+  }
+}
+
+void VideoFile::encode_frames(VideoEncoder& encoder) {
   while (const std::optional<cv::Mat> image = queue_.pop()) {
     const bool is_late = Clock::now() >= deadline_.load();
-    if (!is_late) failure_ = write(writer, *image);
+    if (!is_late) failure_ = write(encoder, *image);
     if (is_late || !failure_.empty()) {
       queue_.close();
       dropped_ += 1 + queue_.clear().size();
@@ -106,13 +110,13 @@ void VideoFile::encode(std::promise<bool> opened) {
 }
 
 // Returns why the image could not be written, or an empty text.
-std::string VideoFile::write(cv::VideoWriter& writer, const cv::Mat& image_bgr) const {
+std::string VideoFile::write(VideoEncoder& encoder, const cv::Mat& image_bgr) const {
   if (const std::string full = why_disk_full(file_, options_.min_free_bytes); !full.empty())
     return full;
   try {
-    writer.write(image_bgr);
-  } catch (const cv::Exception& error) {
-    return file_.string() + ": " + error.what();
+    encoder.write(image_bgr);
+  } catch (const OutputError& error) {
+    return error.what();
   }
   return {};
 }

@@ -6,33 +6,26 @@
 #include <filesystem>
 #include <future>
 #include <opencv2/core/mat.hpp>
-#include <stdexcept>
 #include <string>
 #include <thread>
 
 #include "common/base/containers/bounded_queue.h"
-
-namespace cv {
-class VideoWriter;
-}
+#include "render_node/output/output_error.h"
+#include "render_node/output/video_encoder.h"
 
 namespace fivepipe::render {
-
-// A file cannot be written; what() names the file and the reason.
-struct OutputError : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
 
 struct VideoOptions {
   double frame_rate_hz = 30;
   std::size_t queue_frames = 30;  // at most this many wait for the encoder; add() drops the rest
-  // Writing stops when less than this is free on the disk, so that the file can still be closed.
+  // Writing stops when less than this is free on the disk: enough for the frames that the codec
+  // still holds back, and for the other files of a run.
   std::uintmax_t min_free_bytes = 64 * 1024 * 1024;
 };
 
-// An MP4 file that a separate low-priority thread encodes as H.264, or as MPEG-4 part 2 if OpenCV
-// has no H.264 encoder. MP4 stores its index at the end, so the file is playable only after
-// finish() or the destructor has returned: a process must call one of them before it exits.
+// An MP4 file that a separate low-priority thread encodes (video_encoder.h). If the process ends
+// without finish() or the destructor, the file is playable, but lacks its last frames: those that
+// the codec held back and those of an incomplete fragment, about 2.5 s at 30 Hz.
 class VideoFile {
  public:
   // Creates or replaces the file. Throws OutputError if that fails or size_px is not even.
@@ -49,8 +42,8 @@ class VideoFile {
   // Encodes the queued frames for at most `timeout`, then closes the file and counts the remaining
   // frames as dropped. Throws OutputError if the file is incomplete. A second call does nothing.
   void finish(std::chrono::milliseconds timeout = kFinishTimeout);
-  // After Ctrl-C the supervisor kills a node that has not exited within 1.3 s. Writing the index
-  // takes a part of that time.
+  // After Ctrl-C the supervisor kills a node that has not exited within 1.3 s. Encoding the frames
+  // that the codec holds back takes a part of that time.
   static constexpr std::chrono::milliseconds kFinishTimeout{700};
 
   std::uint64_t dropped() const { return dropped_; }
@@ -58,8 +51,9 @@ class VideoFile {
  private:
   using Clock = std::chrono::steady_clock;
 
-  void encode(std::promise<bool> opened);
-  std::string write(cv::VideoWriter& writer, const cv::Mat& image_bgr) const;
+  void encode(std::promise<std::string> opened);
+  void encode_frames(VideoEncoder& encoder);
+  std::string write(VideoEncoder& encoder, const cv::Mat& image_bgr) const;
   void close(std::chrono::milliseconds timeout);
 
   std::filesystem::path file_;

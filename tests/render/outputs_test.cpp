@@ -227,15 +227,49 @@ TEST_F(Outputs, OneFrameWaitsInAQueueOfOne) {
   EXPECT_EQ(frames_in(folder_ / "v.mp4"), 1u);
 }
 
-// The encoder must not slow down the nodes. A thread of a lower priority stays as it is.
+// The encoder must not slow down the nodes: neither its thread nor those of the codec. A thread of
+// a lower priority stays as it is.
 TEST_F(Outputs, TheEncoderHasALowPriority) {
   if (getpriority(PRIO_PROCESS, 0) >= 10) return;
+  const auto threads = [] {
+    std::set<id_t> ids;
+    for (const auto& task : fs::directory_iterator("/proc/self/task"))
+      ids.insert(id_t(std::stoul(task.path().filename())));
+    return ids;
+  };
+  const std::set<id_t> before = threads();
   const VideoFile video(folder_ / "v.mp4", kSize, roomy());
   int encoders = 0;
-  for (const auto& task : fs::directory_iterator("/proc/self/task"))
-    encoders += getpriority(PRIO_PROCESS, id_t(std::stoul(task.path().filename()))) == 10;
-  EXPECT_GT(encoders, 0);
+  for (const id_t thread : threads()) {
+    if (before.contains(thread)) continue;
+    ++encoders;
+    EXPECT_EQ(getpriority(PRIO_PROCESS, thread), 10);
+  }
+  EXPECT_GT(encoders, 1);
   EXPECT_LT(getpriority(PRIO_PROCESS, 0), 10);
+}
+
+TEST_F(Outputs, AFailedWriteOfTheEncoderEndsTheVideo) {
+  VideoFile video(folder_ / "v.mp4", kSize, roomy());
+  cv::Mat noise(kSize, CV_8UC3);
+  cv::randu(noise, 0, 255);
+  const test::FileSizeLimit limit(1000);  // has the effect of a full disk
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+  while (video.dropped() == 0) {
+    ASSERT_LT(std::chrono::steady_clock::now(), deadline);
+    video.add(noise);
+  }
+  EXPECT_EQ(error_of([&] { video.finish(std::chrono::seconds(20)); }),
+            (folder_ / "v.mp4").string() + ": cannot write it: File too large");
+}
+
+// The codec holds the frames back until the end.
+TEST_F(Outputs, AFailedWriteAtTheEndIsAnError) {
+  VideoFile video(folder_ / "v.mp4", kSize, roomy());
+  EXPECT_TRUE(video.add(frame_image(1)));
+  const test::FileSizeLimit limit(10);
+  EXPECT_EQ(error_of([&] { video.finish(std::chrono::seconds(20)); }),
+            (folder_ / "v.mp4").string() + ": cannot write it: File too large");
 }
 
 // Without its folder, the space on the disk is unknown.

@@ -406,6 +406,25 @@ TEST_F(RenderNode, CountsTheFramesThatTheVideoLacks) {
   EXPECT_EQ(frames + dropped, 902u);
 }
 
+// The video is also playable while the node writes it.
+TEST_F(RenderNode, LeavesAPlayableVideoWhenItIsKilled) {
+  start_with("", false);
+  const auto frames_in_video = [&] {
+    cv::VideoCapture video((out_ / "composite.mp4").string(), cv::CAP_FFMPEG);
+    int frames = 0;
+    while (video.grab()) ++frames;
+    return frames;
+  };
+  std::size_t composited = 0;
+  EXPECT_TRUE(holds([&] {
+    send_hull(20 * composited);  // the video repeats the image before it 20 times
+    return has_composited(++composited) && frames_in_video() >= 60;
+  })) << said();
+  program_->signal(SIGKILL);
+  EXPECT_EQ(wait_for_end(), 128 + SIGKILL);
+  EXPECT_GE(frames_in_video(), 60);
+}
+
 TEST_F(RenderNode, EndsWhenTheUserClosesItsWindow) {
   const VirtualDisplay display;
   if (display.display().empty()) FIVEPIPE_SKIP_WITHOUT_PACKAGE("Xvfb is not installed");
