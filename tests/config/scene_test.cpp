@@ -451,8 +451,9 @@ TEST_F(SceneFile, RejectsUnusableMeshes) {
   EXPECT_TRUE(test::contains(problem("file: nan.gltf"), "vertex 2 of the mesh is not finite"));
   EXPECT_TRUE(
       test::contains(problem("file: nan.ply, unit: m"), "vertex 1 of the mesh is not finite"));
-  EXPECT_TRUE(test::contains(problem("file: part.step, unit: mm"),
-                             "the file name must end in .gltf, .glb, .obj, .stl or .ply"));
+  EXPECT_TRUE(
+      test::contains(problem("file: part.step, unit: mm"),
+                     "the file name must end in .gltf, .glb, .obj, .stl, .ply, .step or .stp"));
 }
 
 TEST_F(SceneFile, ReportsEveryProblemWithItsLocation) {
