@@ -73,10 +73,10 @@ bool scales_or_mirrors(const StepGeom_CartesianTransformationOperator3d& placeme
 // dimensions do not.
 std::string failure_of_shape(Interface_CheckIterator checks, const StepData_StepModel& model) {
   for (checks.Start(); checks.More(); checks.Next()) {
-    const Handle(Interface_Check) check = checks.Value();
+    const Handle(Interface_Check)& check = checks.Value();
     if (check->NbFails() == 0 || checks.Number() < 1 || checks.Number() > model.NbEntities())
       continue;
-    const Entity entity = model.Value(checks.Number());
+    const Entity& entity = model.Value(checks.Number());
     if (entity->IsKind(STANDARD_TYPE(StepShape_TopologicalRepresentationItem)) ||
         entity->IsKind(STANDARD_TYPE(StepShape_SolidModel)) ||
         entity->IsKind(STANDARD_TYPE(StepGeom_Surface)))
@@ -116,6 +116,7 @@ std::string why_incomplete(const STEPControl_Reader& converted) {
   std::string failure = failure_of_shape(converted.WS()->ModelCheckList(), *converted.StepModel());
   if (failure.empty())
     failure = failure_of_transfer(converted.WS()->TransferReader()->LastCheckList());
+  failure.erase(0, failure.find_first_not_of(' '));
   return failure.empty() ? ""
                          : "a part of the shape is damaged (Open CASCADE: " + failure +
                                "): repair it in the CAD program and export it again";
