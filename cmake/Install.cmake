@@ -20,6 +20,13 @@ if(fivepipe_modules)
   install(TARGETS ${fivepipe_modules} LIBRARY DESTINATION ${fivepipe_programs_dir}
     COMPONENT programs)
 endif()
+# Open CASCADE and what its packages depend on have 150 MB, so its module is a package of its own.
+set(fivepipe_packages programs development)
+if(TARGET fivepipe_step)
+  list(APPEND fivepipe_packages step)
+  list(APPEND fivepipe_modules fivepipe_step)
+  install(TARGETS fivepipe_step LIBRARY DESTINATION ${fivepipe_programs_dir} COMPONENT step)
+endif()
 install(CODE [[
   set(bin "$ENV{DESTDIR}${CMAKE_INSTALL_PREFIX}/bin")
   file(MAKE_DIRECTORY "${bin}")
@@ -84,7 +91,7 @@ set(CPACK_PACKAGE_CONTACT "the fivepipe developers <fivepipe@localhost>")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY
   "real objects, seen by fixed cameras, live in a virtual environment")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
-set(CPACK_COMPONENTS_ALL programs development)
+set(CPACK_COMPONENTS_ALL ${fivepipe_packages})
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
@@ -95,6 +102,10 @@ set(CPACK_DEBIAN_PROGRAMS_PACKAGE_DEPENDS "libegl1, libgl1-mesa-dri")
 set(CPACK_DEBIAN_PROGRAMS_PACKAGE_CONTROL_EXTRA ${CMAKE_SOURCE_DIR}/launch/installed/postinst
   ${CMAKE_SOURCE_DIR}/launch/installed/prerm)
 set(CPACK_DEBIAN_PROGRAMS_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+set(CPACK_DEBIAN_STEP_PACKAGE_NAME fivepipe-step)
+set(CPACK_DEBIAN_STEP_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_STEP_PACKAGE_DEPENDS "fivepipe (= ${PROJECT_VERSION})")
+set(CPACK_COMPONENT_STEP_DESCRIPTION "STEP files as meshes of fivepipe, by Open CASCADE")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME fivepipe-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS

@@ -16,7 +16,7 @@ constexpr auto kFirstImageTimeout = 10s;
 
 template <class Function>
 Function* loaded(const config::RigCamera& camera, const std::string& name,
-                 const StreamModule& module, const char* function) {
+                 const base::OptionalModule& module, const char* function) {
   try {
     return reinterpret_cast<Function*>(function_of(module, function));
   } catch (const std::runtime_error& error) {

@@ -1,6 +1,4 @@
-// The modules of optional libraries: shared libraries beside the program, which are loaded when a
-// deployment uses them. A module exists only if its library was installed when fivepipe was built.
-// A module holds no library of fivepipe, and only its functions below are called.
+// The optional modules of cameras and their functions. They are loaded when a deployment uses them.
 #pragma once
 #include <memory>
 #include <optional>
@@ -8,22 +6,13 @@
 #include <vector>
 
 #include "capture_node/sources/image_stream.h"
+#include "common/base/process/optional_module.h"
 
 namespace fivepipe::capture {
 
-struct StreamModule {
-  const char *file, *library, *package;  // package: Debian's, with the library's headers
-};
-inline constexpr StreamModule kGstreamerModule{"fivepipe_gstreamer.so", "GStreamer",
-                                               "libgstreamer1.0-dev"},
+inline constexpr base::OptionalModule kGstreamerModule{"fivepipe_gstreamer.so", "GStreamer",
+                                                       "libgstreamer1.0-dev"},
     kGenicamModule{"fivepipe_genicam.so", "Aravis", "libaravis-dev"};
-
-// Returns the address of a function of the module, which stays loaded. Throws std::runtime_error if
-// this build has no such module, or if it cannot be loaded; the message states what to install.
-void* function_of(const StreamModule& module, const char* function);
-
-// Returns whether this build has the module.
-bool exists(const StreamModule& module);
 
 // In fivepipe_gstreamer.so. `pipeline` has no sink; see gst-launch-1.0.
 inline constexpr const char* kMakeGstreamerStream = "fivepipe_make_gstreamer_stream";

@@ -60,14 +60,13 @@ CurtainShape read_curtain(YamlMap map) {
   return curtain;
 }
 
-// OBJ, STL and PLY carry no unit, so the scene must state one; glTF is in metres.
+// OBJ, STL and PLY carry no unit, so the scene must state one.
 MeshShape read_mesh_shape(YamlMap map, Materials materials) {
   MeshShape shape;
   shape.file = map.path("file");
   const std::vector<std::pair<std::string, double>> units = {
       {"m", 1.0}, {"cm", 0.01}, {"mm", 0.001}, {"in", 0.0254}};
-  shape.unit_m =
-      map.choice<double>("unit", units, is_gltf(shape.file) ? std::optional(1.0) : std::nullopt);
+  if (map.has("unit") || !has_unit(shape.file)) shape.unit_m = map.choice<double>("unit", units);
   map.finish();
   if (shape.file.empty()) return shape;
   MeshOrReason mesh = read_mesh(shape.file, shape.unit_m, materials);

@@ -39,8 +39,8 @@ struct CurtainShape {
 };
 struct MeshShape {
   std::filesystem::path file;
-  double unit_m;        // size of the file's unit
-  geometry::Mesh mesh;  // the loaded file, vertices in metres
+  std::optional<double> unit_m;  // size of the file's unit; absent: that of the format
+  geometry::Mesh mesh;           // the loaded file, vertices in metres
   // Null if the file has none, or if the object has a colour_rgb, which replaces them.
   std::shared_ptr<const MeshMaterials> materials = {};
   // The files that the mesh file names and that were read, without textures.

@@ -116,8 +116,8 @@ void add_new(CLI::App& app, Command& command) {
   sub->add_option("--spacing-of", words->spacing_of,
                   "what the spacing is between, for the report's table");
   sub->add_option("--mesh", words->meshes,
-                  "NAME=FILE,UNIT: a part, which replaces those of the scene with the others: glTF "
-                  "(.glb, without a unit), OBJ, STL or PLY; mm, cm, m or in")
+                  "NAME=FILE,UNIT: a part, which replaces those of the scene with the others: STEP "
+                  "and glTF (.glb) without a unit, OBJ, STL or PLY; mm, cm, m or in")
       ->allow_extra_args(false);
   sub->add_option("--move", words->moves,
                   "NAME,AXIS,AT,FROM,TO: the mesh moves along x, y or z; AT is its spacing now")

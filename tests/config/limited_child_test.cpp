@@ -194,11 +194,17 @@ TEST(LimitedChild, EndsAtItsSignalsEvenIfTheCallerIgnoresAndBlocksThem) {
   }
 }
 
-TEST(LimitedChild, ItsErrorTextIsDropped) {
+TEST(LimitedChild, ItsTextIsDropped) {
+  testing::internal::CaptureStdout();
   testing::internal::CaptureStderr();
   const ChildResult result = call_in_child(
-      [] { return std::string(write(STDERR_FILENO, "error", 5) == 5 ? "written" : "not written"); },
+      [] {
+        const bool is_written =
+            write(STDOUT_FILENO, "text", 4) == 4 && write(STDERR_FILENO, "error", 5) == 5;
+        return std::string(is_written ? "written" : "not written");
+      },
       kLimits);
+  EXPECT_EQ(testing::internal::GetCapturedStdout(), "");
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
   EXPECT_EQ(result.bytes, "written");
 }

@@ -433,7 +433,7 @@ TEST_F(SceneFile, RejectsUnusableMeshes) {
         "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty "
         "float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 "
         "nan\n0 1 0\n3 0 1 2\n");
-  write("part.step", kTetrahedronObj);
+  write("part.iges", kTetrahedronObj);
   std::filesystem::create_directory(folder() / "folder.obj");
   const auto problem = [&](const std::string& mesh) { return problems(mesh_scene(mesh)); };
   EXPECT_THAT(
@@ -451,8 +451,9 @@ TEST_F(SceneFile, RejectsUnusableMeshes) {
   EXPECT_TRUE(test::contains(problem("file: nan.gltf"), "vertex 2 of the mesh is not finite"));
   EXPECT_TRUE(
       test::contains(problem("file: nan.ply, unit: m"), "vertex 1 of the mesh is not finite"));
-  EXPECT_TRUE(test::contains(problem("file: part.step, unit: mm"),
-                             "the file name must end in .gltf, .glb, .obj, .stl or .ply"));
+  EXPECT_TRUE(
+      test::contains(problem("file: part.iges, unit: mm"),
+                     "the file name must end in .gltf, .glb, .obj, .stl, .ply, .step or .stp"));
 }
 
 TEST_F(SceneFile, ReportsEveryProblemWithItsLocation) {

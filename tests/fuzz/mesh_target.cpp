@@ -3,9 +3,12 @@
 
 #include <cmath>
 #include <cstring>
+#include <fstream>
+#include <iterator>
 #include <stdexcept>
 
 #include "common/config/mesh/mesh_file.h"
+#include "common/config/mesh/step_module.h"
 #include "tests/fuzz/config_invariants.h"
 #include "tests/fuzz/message_bytes.h"
 #include "tests/fuzz/mutations.h"
@@ -105,7 +108,19 @@ const std::vector<std::string_view> kWords = {"v",
                                               "\"sampler\": 0,",
                                               "33071",
                                               "KHR_texture_transform",
-                                              "extensionsRequired"};
+                                              "extensionsRequired",
+                                              "#11",
+                                              "#64",
+                                              "$",
+                                              "*",
+                                              ".F.",
+                                              "1.E400",
+                                              "ADVANCED_FACE('',(#17),#32,.F.)",
+                                              "SPHERICAL_SURFACE('',#11,10.)",
+                                              "TOROIDAL_SURFACE('',#11,10.,20.)",
+                                              "CIRCLE('',#11,1.)",
+                                              "SI_UNIT($,.METRE.)",
+                                              "ENDSEC;"};
 
 // Returns a small image whose pixels are missing. Its header is complete, so only render_node,
 // which decodes it, refuses it.
@@ -225,12 +240,18 @@ std::string glb(std::string json, std::string buffer) {
   return bytes + buffer;
 }
 
+std::string step(Random& random) {
+  const char* const name = one_in(random, 2) ? "plate_with_hole.step" : "assembly.step";
+  std::ifstream in(fs::path(FIVEPIPE_SOURCE_DIR "/tests/config/step") / name);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
 std::vector<File> valid_files(Random& random) {
   const geometry::Mesh mesh = one_in(random, 2)
                                   ? geometry::box_mesh({1, 0.5, 0.25}, one_in(random, 2) ? 0.2 : 0)
                                   : geometry::sphere_mesh(1, int(below(random, 3)));
   const std::string buffer = gltf_buffer(mesh);
-  switch (below(random, 6)) {
+  switch (below(random, base::exists(config::kStepModule) ? 7 : 6)) {
     case 0:
       return {{"part.obj", obj(random, mesh)},
               {"part.mtl", "newmtl red\nKd 1 0 0\nmap_Kd -clamp on part.png\n"},
@@ -244,7 +265,8 @@ std::vector<File> valid_files(Random& random) {
       return {{"part.gltf", gltf(mesh, "part.bin", false)},
               {"part.bin", buffer},
               {"part.png", image()}};
-    default: return {{"part.glb", glb(gltf(mesh, "", true), buffer)}};
+    case 5: return {{"part.glb", glb(gltf(mesh, "", true), buffer)}};
+    default: return {{"part.step", step(random)}};
   }
 }
 
@@ -279,10 +301,12 @@ std::string broken_materials(const config::MeshMaterials& materials, const geome
 }
 
 Verdict check(const fs::path& folder) {
-  for (const char* name : {"part.obj", "part.stl", "part.ply", "part.gltf", "part.glb"}) {
+  for (const char* name :
+       {"part.obj", "part.stl", "part.ply", "part.gltf", "part.glb", "part.step"}) {
     if (!fs::exists(folder / name)) continue;
+    const auto unit_m = config::has_unit(name) ? std::nullopt : std::optional(kUnit_m);
     const config::MeshOrReason mesh =
-        config::read_mesh(folder / name, kUnit_m, config::Materials::with);
+        config::read_mesh(folder / name, unit_m, config::Materials::with);
     if (!mesh.reason.empty()) return {};
     if (mesh.materials)
       if (std::string broken = broken_materials(*mesh.materials, mesh.mesh); !broken.empty())

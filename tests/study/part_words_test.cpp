@@ -46,7 +46,9 @@ TEST(PartWords, OfAMeshStateItsUnitAndItsPlace) {
   // About x first: y to z, z to -y; then about z: x to y, y to -x.
   EXPECT_TRUE((part.added->world_from_mesh * Eigen::Vector3d(1, 2, 3))
                   .isApprox(Eigen::Vector3d(0.3 + 3, -0.005 + 1, 0.5 + 2)));
-  EXPECT_EQ(part_from({.part = "b", .mesh = "b.glb"}).added->unit_m, 1);
+  for (const char* mesh : {"b.glb", "b.step", "b.STP"})
+    EXPECT_FALSE(part_from({.part = "b", .mesh = mesh}).added->unit_m) << mesh;
+  EXPECT_EQ(part_from({.part = "b", .mesh = "b.step,mm"}).added->unit_m, 0.001);
   EXPECT_EQ(part_from({.part = "b", .mesh = "b.obj,in"}).added->unit_m, 0.0254);
 }
 

@@ -77,8 +77,10 @@ std::string read_all(int fd) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != parent) _exit(kOrphaned);  // the parent died before the prctl call
   reset_signals();
-  if (const int null = open("/dev/null", O_WRONLY | O_CLOEXEC); null >= 0)
+  if (const int null = open("/dev/null", O_WRONLY | O_CLOEXEC); null >= 0) {
+    dup2(null, STDOUT_FILENO);
     dup2(null, STDERR_FILENO);
+  }
   set_soft_limit(RLIMIT_CORE, 0);
   set_soft_limit(RLIMIT_CPU, limits.cpu_s);
   set_soft_limit(RLIMIT_AS, own_address_space_bytes() + limits.memory_bytes);

@@ -22,7 +22,8 @@ struct ChildResult {
 // This is no sandbox: the child has the rights of the caller.
 //
 // Of the caller's threads, the child has only the calling one, so `function` must not wait for
-// others. What it writes to stderr is dropped. Throws std::system_error if no child can be started.
+// others. What it writes to stdout and stderr is dropped. Throws std::system_error if no child can
+// be started.
 ChildResult call_in_child(const std::function<std::string()>& function, const ChildLimits& limits);
 
 // Raises the limits of the calling child, in proportion to input of which the caller of

@@ -1,4 +1,5 @@
-// Imports mesh files with Assimp, whose importers crash or never end on some damaged files.
+// Imports mesh files with Assimp, and STEP files with Open CASCADE. Both crash or never end on some
+// damaged files.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -11,8 +12,8 @@
 
 namespace fivepipe::config {
 
-// A mesh in the file's unit and axes. Triangles refer to its vertices. A vertex may be NaN or
-// infinite.
+// A mesh in the file's unit and axes; of a STEP file, in metres. Triangles refer to its vertices. A
+// vertex may be NaN or infinite.
 struct ImportedMesh {
   std::vector<std::array<float, 3>> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;
@@ -26,11 +27,13 @@ struct ImportedMesh {
 enum class Materials { without, with };
 
 // Imports the file in a child process. If the importer crashes there, or exceeds its limits, the
-// reason states it. `extension` names the format: "gltf", "glb", "obj", "stl" or "ply". Only the
-// importers of that format read the file and the files that it names. Materials do not change the
-// vertices and triangles. Images are checked, not decoded.
+// reason states it. `extension` names the format: "gltf", "glb", "obj", "stl", "ply", "step" or
+// "stp". Only the importers of that format read the file and the files that it names. Materials do
+// not change the vertices and triangles. Images are checked, not decoded. step_unit_m: if a STEP
+// file states another unit than this [m], the reason states both.
 ImportedMesh import_mesh(const std::filesystem::path& file, const std::string& extension,
-                         Materials materials = Materials::without);
+                         Materials materials = Materials::without,
+                         std::optional<double> step_unit_m = std::nullopt);
 
 // Returns the bytes of an image inside a glTF file, by its index in MaterialTexture.
 struct ImageOrReason {
@@ -41,7 +44,7 @@ ImageOrReason embedded_image(const std::filesystem::path& file, const std::strin
                              int index);
 
 // Limits of an import: these, and more for each byte of the files that it reads.
-inline constexpr unsigned kImport_s = 2;  // CPU time
+inline constexpr unsigned kImport_s = 2, kStepImport_s = 10;  // CPU time
 inline constexpr std::size_t kImport_bytes = std::size_t(1) << 29;
 // A mesh with more vertices or triangles than this is refused. The fastest collision queries handle
 // 1e6 triangles in real time.

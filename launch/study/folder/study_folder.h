@@ -31,8 +31,8 @@ struct StudySettings {
 // A part of a new scene.
 struct MeshPart {
   std::string name;
-  std::filesystem::path file;  // glTF (.glb), OBJ, STL or PLY
-  std::string unit;            // m, cm, mm or in; empty: glTF, in metres
+  std::filesystem::path file;  // glTF (.glb), OBJ, STL, PLY or STEP
+  std::string unit;            // m, cm, mm or in; empty: that of the format (glTF, STEP)
   std::optional<config::Spacing> spacing = std::nullopt;
 };
 

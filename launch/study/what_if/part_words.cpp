@@ -80,7 +80,7 @@ Eigen::Quaterniond rotation_from(const std::string& text) {
          Eigen::AngleAxisd(angles_rad.x(), Vector3d::UnitX());
 }
 
-// "FILE,UNIT", or "FILE.glb"
+// "FILE,UNIT", or "FILE.glb" or "FILE.step"
 AddedMesh mesh_from(const PartWords& words) {
   AddedMesh mesh;
   const std::size_t comma = words.mesh.rfind(',');
@@ -88,11 +88,11 @@ AddedMesh mesh_from(const PartWords& words) {
   const std::string unit = comma == std::string::npos ? "" : words.mesh.substr(comma + 1);
   const bool is_unit = unit == "m" || unit == "cm" || unit == "mm" || unit == "in";
   const auto unit_m = is_unit ? length_m("1" + unit) : std::nullopt;
-  if (comma == std::string::npos ? !config::is_gltf(mesh.file) : !unit_m)
-    refuse_word(
-        "--mesh", words.mesh,
-        "not FILE,UNIT with m, cm, mm or in, such as bracket.stl,mm; only glTF needs no unit");
-  mesh.unit_m = unit_m.value_or(1);
+  if (comma == std::string::npos ? !config::has_unit(mesh.file) : !unit_m)
+    refuse_word("--mesh", words.mesh,
+                "not FILE,UNIT with m, cm, mm or in, such as bracket.stl,mm; only glTF and STEP "
+                "need no unit");
+  mesh.unit_m = unit_m;
   if (!words.position.empty()) mesh.world_from_mesh.translation() = position_from(words.position);
   if (!words.rotation.empty())
     mesh.world_from_mesh.linear() = rotation_from(words.rotation).toRotationMatrix();

@@ -17,8 +17,8 @@ namespace fivepipe::study {
 
 // A mesh that was not in the recorded scene.
 struct AddedMesh {
-  std::filesystem::path file;  // glTF (.glb), OBJ, STL or PLY
-  double unit_m = 1;           // size of the file's unit
+  std::filesystem::path file;    // glTF (.glb), OBJ, STL, PLY or STEP
+  std::optional<double> unit_m;  // size of the file's unit; absent: that of the format
   Eigen::Isometry3d world_from_mesh = Eigen::Isometry3d::Identity();
 };
 

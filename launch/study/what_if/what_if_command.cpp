@@ -71,7 +71,7 @@ void add_part_options(CLI::App& sub) {
       "what the spacing is in the recorded scene (default: at_m of the part's `spacing`, "
       "or 0m)");
   add("--mesh",
-      "FILE,UNIT: the part was not in the recording: glTF (.glb, without a unit), OBJ, "
+      "FILE,UNIT: the part was not in the recording: STEP and glTF (.glb) without a unit, OBJ, "
       "STL or PLY; mm, cm, m or in");
   add("--position",
       "X,Y,Z: where the origin of the mesh is in the world, with units (default: at "

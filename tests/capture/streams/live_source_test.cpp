@@ -8,7 +8,6 @@
 #include <stdexcept>
 #include <thread>
 
-#include "capture_node/sources/stream_modules.h"
 #include "tests/support/capture/capture_rig.h"
 
 namespace fivepipe::capture {
@@ -237,17 +236,6 @@ TEST_F(LiveSources, StopLetsSeveralBlockedSourcesEndTogether) {
     for (const auto until = Clock::now() + 10s; script->closed < 1 && Clock::now() < until;)
       std::this_thread::sleep_for(1ms);
     EXPECT_EQ(script->closed, 1) << "its thread ends by itself";
-  }
-}
-
-TEST(StreamModules, ErrorStatesWhatToInstall) {
-  const StreamModule absent{"fivepipe_absent.so", "Aravis", "libaravis-dev"};
-  EXPECT_FALSE(exists(absent));
-  try {
-    function_of(absent, kMakeGenicamStream);
-    FAIL() << "no exception";
-  } catch (const std::runtime_error& error) {
-    EXPECT_STREQ(error.what(), "this build has no Aravis: install libaravis-dev and build again");
   }
 }
 

@@ -17,8 +17,10 @@
 
 #include "common/base/machine.h"
 #include "common/base/version.h"
+#include "common/config/mesh/step_module.h"
 #include "tests/support/capture/pictures.h"
 #include "tests/support/deployments.h"
+#include "tests/support/optional_package.h"
 #include "tests/support/recording/kept_recording.h"
 #include "tests/support/test_folder.h"
 #include "tests/support/text.h"
@@ -486,6 +488,57 @@ TEST(Command, StudyRegisterAlignsAPartWithTouchedPoints) {
   const Answer no_unit = fivepipe(from_mesh + "18,10cm,34cm");
   EXPECT_EQ(no_unit.exit_code, 2);
   EXPECT_TRUE(test::contains(no_unit.text, "is not NAME,AXIS,AT,FROM,TO")) << no_unit.text;
+}
+
+// The file of the plate, 60 x 40 x 20 mm, states its unit.
+const std::string kStepFile = FIVEPIPE_SOURCE_DIR "/tests/config/step/plate_with_hole.step";
+
+TEST(Command, StudyNewReadsStepFiles) {
+  if (!base::exists(config::kStepModule))
+    FIVEPIPE_SKIP_WITHOUT_PACKAGE("built without Open CASCADE (libocct-data-exchange-dev)");
+  const test::TestFolder folder;
+  const std::string study = (folder.path / "study").string();
+  const fs::path part = folder.path / "PLATE.STP";
+  fs::copy_file(kStepFile, part);
+  const auto made_of = [&](const std::string& mesh) {
+    return fivepipe("study new " + study + " --deployment " + test::kSmallDeployment +
+                    " --mesh plate=" + mesh + " --move plate,z,18cm,10cm,34cm");
+  };
+  const Answer wrong_unit = made_of(part.string() + ",in");
+  EXPECT_EQ(wrong_unit.exit_code, 2) << wrong_unit.text;
+  EXPECT_TRUE(test::contains(wrong_unit.text,
+                             "the file's unit is 1 mm, not 25.4 mm: leave the "
+                             "unit out"))
+      << wrong_unit.text;
+  const Answer made = made_of(part.string());
+  EXPECT_EQ(made.exit_code, 0) << made.text;
+  EXPECT_TRUE(test::contains(made.text, "6.0 x 4.0 x 2.0 cm, moves along 0,0,1: 18.0 cm"))
+      << made.text;
+  EXPECT_FALSE(test::contains(made.text, "STEP")) << "text of the library: " << made.text;
+  // The study has a copy.
+  fs::remove(part);
+  EXPECT_EQ(fivepipe("study list " + study).exit_code, 0);
+  const Answer what_if = fivepipe("study what-if " + test::kKeptRecording +
+                                  " --part cover --mesh " + kStepFile + " --position 0m,1cm,-20mm");
+  EXPECT_EQ(what_if.exit_code, 0) << what_if.text;
+  EXPECT_TRUE(test::contains(what_if.text, "not in the recording, 6.0 x 4.0 x 2.0 cm"))
+      << what_if.text;
+}
+
+// The module is beside the program, so a copy of the program elsewhere has none.
+TEST(Command, AStepFileWithoutTheModuleNamesThePackages) {
+  const test::TestFolder folder;
+  const fs::path program = folder.path / "fivepipe_study";
+  fs::copy_file(FIVEPIPE_BINARY_DIR "/fivepipe_study", program);
+  const Answer answer =
+      answer_of(program.string() + " new " + (folder.path / "study").string() + " --deployment " +
+                test::kSmallDeployment + " --mesh plate=" + kStepFile);
+  EXPECT_EQ(answer.exit_code, 2) << answer.text;
+  EXPECT_TRUE(test::contains(answer.text,
+                             "this build has no Open CASCADE: install libocct-data-exchange-dev "
+                             "and build again; beside the Debian package fivepipe, install "
+                             "fivepipe-step"))
+      << answer.text;
 }
 
 TEST(Command, ExportWritesTheFilesAndPrintsTheExcess) {

@@ -1,24 +1,24 @@
-#include "capture_node/sources/stream_modules.h"
+#include "common/base/process/optional_module.h"
 
 #include <dlfcn.h>
 
 #include <filesystem>
 #include <stdexcept>
 
-namespace fivepipe::capture {
+namespace fivepipe::base {
 namespace {
 
 namespace fs = std::filesystem;
 
-fs::path path_of(const StreamModule& module) {
+fs::path path_of(const OptionalModule& module) {
   return fs::read_symlink("/proc/self/exe").parent_path() / module.file;
 }
 
 }  // namespace
 
-bool exists(const StreamModule& module) { return fs::exists(path_of(module)); }
+bool exists(const OptionalModule& module) { return fs::exists(path_of(module)); }
 
-void* function_of(const StreamModule& module, const char* function) {
+void* function_of(const OptionalModule& module, const char* function) {
   if (!exists(module))
     throw std::runtime_error(std::string("this build has no ") + module.library + ": install " +
                              module.package + " and build again");
@@ -33,4 +33,4 @@ void* function_of(const StreamModule& module, const char* function) {
   return found;
 }
 
-}  // namespace fivepipe::capture
+}  // namespace fivepipe::base
