@@ -10,6 +10,7 @@ function svg(name, attributes, ...children) {
   return node;
 }
 
+const kWholeSteps = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000];
 const kHint = "Point at a layout to see its values.";
 
 function bracket([min, max]) {
@@ -158,7 +159,7 @@ function collisionBars(joint) {
     series: [{label: "collision", stroke: red, fill: red, width: 0, points: {show: false},
       paths: uPlot.paths.bars({size: [0.8, 40]}), value: (_, v) => seconds(v)},
     mark("undecided", amber, colour("paper")), mark("free", green, green)],
-    key: [["line-red", "collision"], ["ring-amber", "undecided"], ["dot-green", "certified free"]],
+    key: [["fill-red", "collision"], ["ring-amber", "undecided"], ["dot-green", "certified free"]],
   };
 }
 
@@ -189,7 +190,7 @@ function drawBars(place, figure, joint) {
   const plot = new uPlot({width: Math.max(figure.clientWidth, 240), height: kChartHeight_px,
     cursor: {y: false}, legend: {show: false},
     scales: {x: {time: false, range: () => [0.5, count + 0.5]}, y: {range: fromZero}},
-    axes: [axis("layouts, in the order of their collision time"), chart.axis],
+    axes: [axis("layouts, in the order of their collision time", {incrs: kWholeSteps}), chart.axis],
     series: [{}, ...chart.series],
     hooks: {setCursor: [({cursor: {idx}}) => {
       readout.textContent = idx == null ? kHint :
