@@ -175,8 +175,8 @@ TEST(WhatIfParts, ThatWereNotInTheRecordingAreHitAsThoseThatWere) {
   for (std::size_t i = 0; i < 5; ++i)
     EXPECT_EQ(curve.parts[0].result.layouts[i].colliding_frames,
               of_block.parts[0].result.layouts[i].colliding_frames);
-  EXPECT_NE(html_of(curve).find("bracket (not in the recording)"), std::string::npos);
-  EXPECT_EQ(html_of(of_block).find("(not in the recording)"), std::string::npos);
+  EXPECT_NE(html_of(curve).find("bracket (only what-if)"), std::string::npos);
+  EXPECT_EQ(html_of(of_block).find("block (only what-if)"), std::string::npos);
 }
 
 TEST(WhatIfParts, WithAWrongUnitOrFileAreFlagged) {

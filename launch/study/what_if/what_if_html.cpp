@@ -7,10 +7,10 @@ namespace fivepipe::study {
 
 namespace {
 
-// How the page names a part.
+// How the page names a part, as the 3D view of a study's report does.
 std::string name_of(const WhatIf& found, const std::string& part, const std::string& place) {
   for (const WhatIfPart& given : found.options.parts)
-    if (given.name == part && given.added) return place + " (not in the recording)";
+    if (given.name == part && given.added) return place + " (only what-if)";
   return place;
 }
 
@@ -18,12 +18,14 @@ std::string name_of(const WhatIf& found, const std::string& part, const std::str
 
 std::string html_of(const WhatIf& found) {
   const WhatIfOptions& options = found.options;
+  std::string recorded;
+  for (const PartResult& of : found.parts) recorded += recorded_text(of);
   report::LayoutsPage page{.recording = options.recording.filename().string(),
                            .scene = found.scene,
                            .version = base::version(),
                            .frames = found.frames,
                            .duration_s = found.duration_s,
-                           .limits = limits_of(found),
+                           .limits = recorded + limits_of(found),
                            .with_distances = options.with_distances};
   for (const PartResult& of : found.parts)
     if (of.part.range.low_m < of.part.range.high_m)

@@ -56,16 +56,6 @@ std::string rest_text(std::size_t layouts, const std::string& which,
                      csv.empty() ? "--csv FILE writes all" : csv.string() + " has all");
 }
 
-// The spacings of the part while the session was recorded; empty if nobody moved it.
-std::string recorded_text(const PartResult& of) {
-  if (of.recorded.size() < 2) return "";
-  std::string text = "Recorded with " + of.part.name + " at ";
-  for (std::size_t i = 0; i < of.recorded.size(); ++i)
-    text += fmt::format("{}{}{}", i > 0 ? ", " : "", text_of_length(of.recorded[i].spacing_m),
-                        i > 0 ? fmt::format(" from {:.1f} s on", of.recorded[i].time_s) : "");
-  return text + ". The table does not depend on it.\n";
-}
-
 std::string view_text(const PartResult& of) {
   const collision::SpacingInterval& range = of.part.range;
   if (!of.in_view)
@@ -149,6 +139,15 @@ std::string rows_text(const WhatIf& found, const std::filesystem::path& csv) {
 }
 
 }  // namespace
+
+std::string recorded_text(const PartResult& of) {
+  if (of.recorded.size() < 2) return "";
+  std::string text = "Recorded with " + of.part.name + " at ";
+  for (std::size_t i = 0; i < of.recorded.size(); ++i)
+    text += fmt::format("{}{}{}", i > 0 ? ", " : "", text_of_length(of.recorded[i].spacing_m),
+                        i > 0 ? fmt::format(" from {:.1f} s on", of.recorded[i].time_s) : "");
+  return text + ". The results do not depend on it.\n";
+}
 
 std::string limits_of(const WhatIf& found) {
   std::string notes;
