@@ -134,7 +134,7 @@ bool CubeQuery::meets_pyramid(const CubeCamera& c, const Vector3d& p_camera_m, c
 }
 
 // A point at offset d from the centre projects, along u, at fx (r_x - x r_z) d / (Z + r_z d) from
-// the centre's pixel, with x = X / Z. Extent::along() bounds this for all d in the body.
+// the centre's pixel, with x = X / Z. The extent along the row bounds this for all d in the body.
 template <class Extent>
 CubeQuery::CubeProjection CubeQuery::project(const CubeCamera& c, const Vector3d& center_world_m,
                                              const Extent& extent) {
@@ -143,7 +143,7 @@ CubeQuery::CubeProjection CubeQuery::project(const CubeCamera& c, const Vector3d
       c.rounding * (center_world_m.cwiseAbs().sum() + extent.sum_m() + c.translation_m);
   const Span depth = extent(c.r.row(2));
   CubeProjection projection;
-  if (!(p.z() + depth.along + rounding_m > 0)) {
+  if (!(p.z() + (depth.along + rounding_m) > 0)) {
     projection.may_hold = false;
     return projection;
   }
