@@ -61,15 +61,17 @@ TEST(RecordedSpacings, AreThoseOfThePartWithTheirTimes) {
   EXPECT_TRUE(recorded_spacings(recording::Recording(test::kKeptRecording), "block").empty());
 }
 
-TEST(RecordedSpacings, AreInTheTextAndTheJsonIfThePartWasMoved) {
+TEST(RecordedSpacings, AreInTheTextThePageAndTheJsonIfThePartWasMoved) {
   WhatIf found;
   found.parts.push_back({.part = {.name = "a", .range = {0, 0.4}}, .recorded = {{0, 0.14}}});
   EXPECT_EQ(text_of(found).find("Recorded with"), std::string::npos);
   found.parts[0].recorded.push_back({2.54, 0.18});
-  EXPECT_NE(text_of(found).find("Recorded with a at 14.0 cm, 18.0 cm from 2.5 s on. The table does "
+  EXPECT_NE(text_of(found).find("Recorded with a at 14.0 cm, 18.0 cm from 2.5 s on. The results do "
                                 "not depend on it.\n"),
             std::string::npos)
       << text_of(found);
+  EXPECT_NE(html_of(found).find("Recorded with a at 14.0 cm, 18.0 cm from 2.5 s on."),
+            std::string::npos);
   const auto json = json_of(found)["parts"][0]["recorded"];
   ASSERT_EQ(json.size(), 2u);
   EXPECT_EQ(json[1]["time_s"], 2.54);

@@ -67,6 +67,59 @@ TEST(WhatIfParts, HaveTheResultsOfEachAlone) {
   EXPECT_EQ(json_of(both)["parts"].size(), 2u);
 }
 
+// The combinations are those of a table with the same layouts.
+TEST(WhatIfParts, CombinationsAreLayoutsOfBoth) {
+  WhatIfOptions options = options_of({kBlock, kPlate});
+  options.with_distances = false;
+  EXPECT_TRUE(results_of(options).combinations.empty());
+  options.with_combinations = true;
+  const WhatIf found = results_of(options);
+  ASSERT_EQ(found.combinations.size(), 25u);
+  WhatIfOptions by_table = options_of({kBlock, kPlate});
+  by_table.with_distances = false;
+  by_table.table = LayoutTable{"layouts.csv", {{"block", -1}, {"plate", -1}}, {}};
+  for (const RowResult& row : found.combinations)
+    by_table.table->rows.push_back({int(by_table.table->rows.size()), row.spacings_m});
+  const WhatIf rows = results_of(by_table);
+  std::size_t colliding = 0;
+  for (std::size_t i = 0; i < 25; ++i) {
+    const LayoutResult &a = found.combinations[i].layout, &b = rows.rows[i].layout;
+    EXPECT_NEAR(found.combinations[i].spacings_m[0], -0.4 + 0.2 * double(i / 5), 1e-12);
+    EXPECT_NEAR(found.combinations[i].spacings_m[1], -0.1 + 0.1 * double(i % 5), 1e-12);
+    EXPECT_EQ(a.colliding_frames, b.colliding_frames) << i;
+    EXPECT_EQ(a.collision_s, b.collision_s);
+    EXPECT_EQ(found.combinations[i].colliding_parts, rows.rows[i].colliding_parts);
+    colliding += a.colliding_frames > 0;
+  }
+  EXPECT_GT(colliding, 0u);
+  EXPECT_LT(colliding, 25u);
+  const std::string page = html_of(found);
+  EXPECT_NE(page.find("of 25 layouts are certified free"), std::string::npos);
+  EXPECT_NE(page.find("layout-map"), std::string::npos);
+  EXPECT_NE(html_of(rows).find("layout-map"), std::string::npos);
+}
+
+// As many spacings of each as 2,500 combinations permit; a part at one place is in all of them.
+TEST(WhatIfParts, CombinationsAreLimited) {
+  WhatIfOptions options = options_of({kBlock, kPlate});
+  options.layouts = 1000;
+  options.with_combinations = true;
+  options.with_distances = false;
+  const std::vector<RowResult> found = results_of(options).combinations;
+  ASSERT_EQ(found.size(), 2500u);
+  EXPECT_EQ(found.front().spacings_m, (std::vector<double>{-0.4, -0.1}));
+  EXPECT_NEAR(found.back().spacings_m[0], 0.4, 1e-12);
+  EXPECT_NEAR(found.back().spacings_m[1], 0.3, 1e-12);
+  options.parts[1].range = {0.1, 0.1};
+  EXPECT_EQ(results_of(options).combinations.size(), 1000u);
+  options.parts[0].range = {0, 0};
+  EXPECT_EQ(results_of(options).combinations.size(), 1u);
+  options.parts.pop_back();
+  EXPECT_EQ(results_of(options).combinations.size(), 1u);
+  options.parts[0].range = {0, 0.1};
+  EXPECT_TRUE(results_of(options).combinations.empty());
+}
+
 // The block's own mesh, in millimetres, at its place.
 struct BlockFile {
   test::TestFolder folder;
@@ -122,6 +175,8 @@ TEST(WhatIfParts, ThatWereNotInTheRecordingAreHitAsThoseThatWere) {
   for (std::size_t i = 0; i < 5; ++i)
     EXPECT_EQ(curve.parts[0].result.layouts[i].colliding_frames,
               of_block.parts[0].result.layouts[i].colliding_frames);
+  EXPECT_NE(html_of(curve).find("bracket (only what-if)"), std::string::npos);
+  EXPECT_EQ(html_of(of_block).find("block (only what-if)"), std::string::npos);
 }
 
 TEST(WhatIfParts, WithAWrongUnitOrFileAreFlagged) {

@@ -31,6 +31,59 @@ bool is_empty_rect(const hull::SkipMap& skip_map, const hull::PixelRect& rect) {
   return true;
 }
 
+// How far a margin extends along a direction, times the direction's length, and along the axes.
+template <class Direction>
+double beyond(const SweptMargin& margin, const Eigen::MatrixBase<Direction>& direction) {
+  return std::abs(direction.dot(margin.sweep_world_m)) +
+         margin.rounding_m * direction.cwiseAbs().sum();
+}
+Vector3d beyond_m(const SweptMargin& margin) {
+  return margin.sweep_world_m.cwiseAbs() + Vector3d::Constant(margin.rounding_m);
+}
+
+// How far a body extends from its centre against and along a direction, times the direction's
+// length; both are >= 0.
+struct Span {
+  double against, along;
+};
+struct CubeExtent {
+  double half_edge_m;
+  template <class Direction>
+  Span operator()(const Eigen::MatrixBase<Direction>& direction) const {
+    const double half = half_edge_m * direction.cwiseAbs().sum();
+    return {half, half};
+  }
+  Vector3d half_m() const { return Vector3d::Constant(half_edge_m); }
+  double sum_m() const { return 3 * half_edge_m; }
+};
+// Of what a body passes; the box's edges are along the world's axes.
+struct SweptBoxExtent {
+  Vector3d box_half_m;
+  SweptMargin margin;
+  template <class Direction>
+  Span operator()(const Eigen::MatrixBase<Direction>& direction) const {
+    const double half = direction.cwiseAbs().dot(box_half_m) + beyond(margin, direction);
+    return {half, half};
+  }
+  Vector3d half_m() const { return box_half_m + beyond_m(margin); }
+  double sum_m() const { return half_m().sum(); }
+};
+struct SweptTriangleExtent {
+  Triangle from_center_m;
+  SweptMargin margin;
+  template <class Direction>
+  Span operator()(const Eigen::MatrixBase<Direction>& direction) const {
+    const double a = direction.dot(from_center_m[0]), b = direction.dot(from_center_m[1]),
+                 c = direction.dot(from_center_m[2]), more = beyond(margin, direction);
+    return {more - std::min({a, b, c, 0.0}), more + std::max({a, b, c, 0.0})};
+  }
+  Vector3d half_m() const {
+    const auto& [a, b, c] = from_center_m;
+    return a.cwiseAbs().cwiseMax(b.cwiseAbs()).cwiseMax(c.cwiseAbs()) + beyond_m(margin);
+  }
+  double sum_m() const { return half_m().sum(); }
+};
+
 // Returns the half-open range of pixels from low_px to high_px, clamped to [begin, end).
 std::pair<int, int> pixels_between(double low_px, double high_px, int begin, int end) {
   const auto pixel = [&](double px) {
@@ -54,20 +107,22 @@ CubeQuery::CubeQuery(const hull::HullQuery& query) : rule_(query.hull().rule()) 
     const Vector3d t = c.camera.camera_from_world.translation();
     const double rounding =
         kRoundings * (2 + std::max(std::abs(k.cx_px) / k.fx_px, std::abs(k.cy_px) / k.fy_px));
-    cameras_.push_back({r, t, k.fx_px, k.fy_px, k.cx_px, k.cy_px, r.row(2).cwiseAbs().sum(),
-                        rounding, t.cwiseAbs().sum(), hull::image_of(c.camera), &c.skip_map});
+    cameras_.push_back({r, t, k.fx_px, k.fy_px, k.cx_px, k.cy_px, rounding, t.cwiseAbs().sum(),
+                        hull::image_of(c.camera), &c.skip_map});
   }
 }
 
-// Returns whether some point of the cube around p may be in the pyramid of the object's bounds.
-// Used for cubes that extend behind the camera. For a border b pixels from the principal point, the
-// pyramid is the half-space fx X - b Z > 0 (or < 0).
-bool CubeQuery::meets_pyramid(const CubeCamera& c, const Vector3d& p_camera_m, double half_edge_m,
+// Returns whether some point of the body around p may be in the pyramid of the object's bounds.
+// Used for bodies that extend behind the camera. For a border b pixels from the principal point,
+// the pyramid is the half-space fx X - b Z > 0 (or < 0).
+template <class Extent>
+bool CubeQuery::meets_pyramid(const CubeCamera& c, const Vector3d& p_camera_m, const Extent& extent,
                               double rounding_m) {
   const auto reaches = [&](int axis, double focal_px, double border_px, double side) {
     const Eigen::RowVector3d across = focal_px * c.r.row(axis) - border_px * c.r.row(2);
     const double at = focal_px * p_camera_m[axis] - border_px * p_camera_m.z();
-    return side * at + half_edge_m * across.cwiseAbs().sum() +
+    const Span span = extent(across);
+    return side * at + (side > 0 ? span.along : span.against) +
                rounding_m * (focal_px + std::abs(border_px)) >=
            0;
   };
@@ -79,48 +134,69 @@ bool CubeQuery::meets_pyramid(const CubeCamera& c, const Vector3d& p_camera_m, d
 }
 
 // A point at offset d from the centre projects, along u, at fx (r_x - x r_z) d / (Z + r_z d) from
-// the centre's pixel, with x = X / Z. The rows' 1-norms bound this for all d in the cube.
-CubeQuery::CubeProjection CubeQuery::project_cube(const CubeCamera& c,
-                                                  const Vector3d& center_world_m,
-                                                  double half_edge_m) {
+// the centre's pixel, with x = X / Z. The extent along the row bounds this for all d in the body.
+template <class Extent>
+CubeQuery::CubeProjection CubeQuery::project(const CubeCamera& c, const Vector3d& center_world_m,
+                                             const Extent& extent) {
   const Vector3d p = c.r * center_world_m + c.t;
   const double rounding_m =
-      c.rounding * (center_world_m.cwiseAbs().sum() + 3 * half_edge_m + c.translation_m);
-  const double ahead_m = half_edge_m * c.axis_z + rounding_m;
+      c.rounding * (center_world_m.cwiseAbs().sum() + extent.sum_m() + c.translation_m);
+  const Span depth = extent(c.r.row(2));
   CubeProjection projection;
-  if (!(p.z() + ahead_m > 0)) {
+  if (!(p.z() + (depth.along + rounding_m) > 0)) {
     projection.may_hold = false;
     return projection;
   }
   const bool no_object = c.skip_map->bounds().empty();
-  if (no_object || !(p.z() - ahead_m > 0)) {
-    projection.may_hold = !no_object && meets_pyramid(c, p, half_edge_m, rounding_m);
+  const double nearest_z = p.z() - (depth.against + rounding_m);
+  if (no_object || !(nearest_z > 0)) {
+    projection.may_hold = !no_object && meets_pyramid(c, p, extent, rounding_m);
     projection.center_seen = p.z() > 0 && hull::holds(c.image, c.fx_px * p.x() / p.z() + c.cx_px,
                                                       c.fy_px * p.y() / p.z() + c.cy_px);
     return projection;
   }
-  const double x = p.x() / p.z(), y = p.y() / p.z(), per_nearest_z = 1 / (p.z() - ahead_m);
-  const double across_m =
-      half_edge_m * (c.r.row(0) - x * c.r.row(2)).cwiseAbs().sum() + rounding_m * (1 + std::abs(x));
-  const double down_m =
-      half_edge_m * (c.r.row(1) - y * c.r.row(2)).cwiseAbs().sum() + rounding_m * (1 + std::abs(y));
+  const double x = p.x() / p.z(), y = p.y() / p.z(), per_nearest_z = 1 / nearest_z;
+  const Span across = extent(c.r.row(0) - x * c.r.row(2)),
+             down = extent(c.r.row(1) - y * c.r.row(2));
   const double u = c.fx_px * x + c.cx_px, v = c.fy_px * y + c.cy_px,
-               du = c.fx_px * across_m * per_nearest_z, dv = c.fy_px * down_m * per_nearest_z;
+               rounding_x = rounding_m * (1 + std::abs(x)),
+               rounding_y = rounding_m * (1 + std::abs(y)),
+               low_u = u - c.fx_px * (across.against + rounding_x) * per_nearest_z,
+               high_u = u + c.fx_px * (across.along + rounding_x) * per_nearest_z,
+               low_v = v - c.fy_px * (down.against + rounding_y) * per_nearest_z,
+               high_v = v + c.fy_px * (down.along + rounding_y) * per_nearest_z;
   const hull::PixelRect &image = c.image, &object = c.skip_map->bounds();
-  projection.sees_all = u - du >= image.u0_px - 0.5 && u + du < image.u1_px - 0.5 &&
-                        v - dv >= image.v0_px - 0.5 && v + dv < image.v1_px - 0.5;
+  projection.sees_all = low_u >= image.u0_px - 0.5 && high_u < image.u1_px - 0.5 &&
+                        low_v >= image.v0_px - 0.5 && high_v < image.v1_px - 0.5;
   projection.center_seen = projection.sees_all || hull::holds(image, u, v);
   projection.center_on = hull::holds(object, u, v) &&
                          c.skip_map->at(hull::Quadrant::right_down, int(u + 0.5), int(v + 0.5)) < 0;
   if (projection.center_on) return projection;
-  const auto [u0, u1] = pixels_between(u - du, u + du, object.u0_px, object.u1_px);
-  const auto [v0, v1] = pixels_between(v - dv, v + dv, object.v0_px, object.v1_px);
+  const auto [u0, u1] = pixels_between(low_u, high_u, object.u0_px, object.u1_px);
+  const auto [v0, v1] = pixels_between(low_v, high_v, object.v0_px, object.v1_px);
   projection.may_hold = u0 < u1 && v0 < v1 && !is_empty_rect(*c.skip_map, {u0, v0, u1, v1});
   return projection;
 }
 
 CubeVerdict CubeQuery::test(const Vector3d& center_world_m, double half_edge_m) const {
-  const Eigen::Vector3d half_m = Eigen::Vector3d::Constant(half_edge_m);
+  return verdict(center_world_m, CubeExtent{half_edge_m});
+}
+
+bool CubeQuery::is_free(const Vector3d& center_world_m, const Vector3d& half_m,
+                        const SweptMargin& margin) const {
+  return verdict(center_world_m, SweptBoxExtent{half_m, margin}).free;
+}
+
+bool CubeQuery::is_free(const Triangle& triangle_world_m, const SweptMargin& margin) const {
+  const auto& [a, b, c] = triangle_world_m;
+  const Vector3d center_m = (a + b + c) / 3;
+  const Triangle from_center_m{a - center_m, b - center_m, c - center_m};
+  return verdict(center_m, SweptTriangleExtent{from_center_m, margin}).free;
+}
+
+template <class Extent>
+CubeVerdict CubeQuery::verdict(const Vector3d& center_world_m, const Extent& extent) const {
+  const Vector3d half_m = extent.half_m();
   if (!rule_.within_world_m.intersects(
           Eigen::AlignedBox3d(center_world_m - half_m, center_world_m + half_m)))
     return {.free = true};
@@ -128,7 +204,7 @@ CubeVerdict CubeQuery::test(const Vector3d& center_world_m, double half_edge_m) 
   int may_hold = 0, center_on = 0;
   bool center_off = !rule_.within_world_m.contains(center_world_m);
   for (const CubeCamera& camera : cameras_) {
-    const CubeProjection p = project_cube(camera, center_world_m, half_edge_m);
+    const CubeProjection p = project(camera, center_world_m, extent);
     if (!p.may_hold && (all || p.sees_all)) return {.free = true};
     may_hold += p.may_hold;
     center_on += p.center_on;

@@ -16,6 +16,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "common/collision/detection/triangle.h"
 #include "common/hull/query/hull_query.h"
 
 namespace fivepipe::collision {
@@ -27,28 +28,44 @@ struct CubeVerdict {
   bool center_in_hull = false;
 };
 
+// What surrounds a body: it moves by up to sweep_world_m to either side, and each coordinate of its
+// points may be wrong by rounding_m.
+struct SweptMargin {
+  Eigen::Vector3d sweep_world_m;
+  double rounding_m;
+};
+
 class CubeQuery {
  public:
   // Borrows the query's hull, which must not be empty and must outlive this object.
   explicit CubeQuery(const hull::HullQuery& query);
   CubeVerdict test(const Eigen::Vector3d& center_world_m, double half_edge_m) const;
+  // Return true only if no point of the hull is where a closed box with edges along the world's
+  // axes, or a triangle, passes. Such bodies are flat where a cube is not: one test certifies a
+  // face beside a flat border of the hull.
+  bool is_free(const Eigen::Vector3d& center_world_m, const Eigen::Vector3d& half_m,
+               const SweptMargin& margin) const;
+  bool is_free(const Triangle& triangle_world_m, const SweptMargin& margin) const;
 
  private:
   struct CubeCamera {
     Eigen::Matrix3d r;  // camera_from_world
     Eigen::Vector3d t;
     double fx_px, fy_px, cx_px, cy_px;
-    double axis_z;         // 1-norm of row z of r: how far z changes per half edge of a cube
     double rounding;       // relative rounding error of camera-frame points and their pixels
     double translation_m;  // 1-norm of t
     hull::PixelRect image;
     const hull::SkipMap* skip_map;
   };
   struct CubeProjection;
+  template <class Extent>
   static bool meets_pyramid(const CubeCamera& camera, const Eigen::Vector3d& p_camera_m,
-                            double half_edge_m, double rounding_m);
-  static CubeProjection project_cube(const CubeCamera& camera,
-                                     const Eigen::Vector3d& center_world_m, double half_edge_m);
+                            const Extent& extent, double rounding_m);
+  template <class Extent>
+  static CubeProjection project(const CubeCamera& camera, const Eigen::Vector3d& center_world_m,
+                                const Extent& extent);
+  template <class Extent>
+  CubeVerdict verdict(const Eigen::Vector3d& center_world_m, const Extent& extent) const;
 
   std::vector<CubeCamera> cameras_;
   hull::HullRule rule_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <queue>
 #include <stdexcept>
 #include <utility>
@@ -18,9 +19,9 @@ using Eigen::Vector3d;
 
 // Relative rounding error of a box's centre and size, per sum of their sizes.
 constexpr double kBoxRounding = 32 * std::numeric_limits<double>::epsilon();
-// Cubes that one sweep tests. A part that is nearer to the hull than it is divided, along much of
+// Pieces that one sweep tests. A part that is nearer to the hull than it is divided, along much of
 // the range, would need more.
-constexpr int kMaxCubes = 2'000'000;
+constexpr int kMaxTests = 2'000'000;
 // Pieces of the part that are not free and are refined together.
 constexpr std::size_t kMaxPieces = 4;
 // Boxes and parts of triangles that a search for the centre of a ball in the hull opens. It does
@@ -90,7 +91,7 @@ class SpacingSweep::Search {
   Search(const SpacingSweep& sweep, const MovablePart& part)
       : query_(*sweep.query_),
         options_(sweep.options_),
-        cubes_(query_),
+        swept_(query_),
         tree_(part.tree()),
         axis_(part.axis_world()),
         offset_m_(part.move_world_m(0)) {}
@@ -98,8 +99,13 @@ class SpacingSweep::Search {
   SpacingVerdicts operator()(const SpacingInterval& range) {
     std::vector<Piece> all;
     if (!tree_.empty()) push_nodes(tree_.levels() - 1, 0, all);
-    decide(range, std::move(all));
-    found_.is_complete = cubes_left_ > 0;
+    waiting_.push({range, std::make_shared<const std::vector<Piece>>(std::move(all))});
+    while (!waiting_.empty() && tests_left_ > 0) {
+      const Waiting next = waiting_.top();
+      waiting_.pop();
+      decide(next.range, *next.pieces);
+    }
+    found_.is_complete = tests_left_ > 0;
     // A ball may reach beyond the range.
     for (auto* const list : {&found_.touching, &found_.colliding})
       for (SpacingInterval& i : *list)
@@ -108,10 +114,20 @@ class SpacingSweep::Search {
   }
 
  private:
-  // The rest of the part is certified free at each spacing of the range.
-  void decide(SpacingInterval range, std::vector<Piece> pieces) {
-    if (cubes_left_ == 0 || !trim(range)) return;
-    pieces = not_free(range, std::move(pieces));
+  struct Waiting {
+    SpacingInterval range;
+    // Both halves of a range share them. The rest of the part is certified free at each of its
+    // spacings.
+    std::shared_ptr<const std::vector<Piece>> pieces;
+    double length_m() const { return range.high_m - range.low_m; }
+    bool operator<(const Waiting& other) const {
+      return std::pair(length_m(), -range.low_m) < std::pair(other.length_m(), -other.range.low_m);
+    }
+  };
+
+  void decide(SpacingInterval range, const std::vector<Piece>& of_range) {
+    if (!trim(range)) return;
+    std::vector<Piece> pieces = not_free(range, of_range);
     if (pieces.empty()) return add(found_.free, range);
     const double mid_m = range.low_m / 2 + range.high_m / 2, half_m = mid_m - range.low_m;
     const double touching_m = kBelowOne * ball_radius(mid_m, half_m + 2 * options_.solid_m, pieces),
@@ -120,8 +136,9 @@ class SpacingSweep::Search {
     if (colliding_m > 0) add(found_.colliding, {mid_m - colliding_m, mid_m + colliding_m});
     const bool is_divisible = range.low_m < mid_m && mid_m < range.high_m;
     if (range.high_m - range.low_m <= options_.tolerance_m || !is_divisible) return;
-    decide({range.low_m, mid_m}, pieces);
-    decide({mid_m, range.high_m}, std::move(pieces));
+    const auto shared = std::make_shared<const std::vector<Piece>>(std::move(pieces));
+    waiting_.push({{range.low_m, mid_m}, shared});
+    waiting_.push({{mid_m, range.high_m}, shared});
   }
 
   // Shortens the range by the intervals that are known to collide. Returns false if they cover it.
@@ -134,16 +151,22 @@ class SpacingSweep::Search {
     return true;
   }
 
-  // Also false once the sweep has tested kMaxCubes.
-  bool is_certified_free(const Box& box, double mid_m, double reach_m) {
-    if (cubes_left_ == 0) return false;
-    --cubes_left_;
-    const Vector3d center_m = box.center_m + offset_m_ + mid_m * axis_,
-                   half_m = box.half_m + reach_m * axis_.cwiseAbs();
+  // Whether all that the piece sweeps within reach_m of the spacing is free. Also false once the
+  // sweep has made kMaxTests tests.
+  bool is_certified_free(const Piece& piece, double spacing_m, double reach_m) {
+    if (tests_left_ == 0) return false;
+    --tests_left_;
+    const auto& [center_m, half_m] = box_of(piece);
+    const Vector3d move_m = offset_m_ + spacing_m * axis_;
     const double rounding_m =
-        kBoxRounding * (box.center_m.cwiseAbs().sum() + offset_m_.cwiseAbs().sum() +
-                        std::abs(mid_m) + half_m.sum());
-    return cubes_.test(center_m, half_m.maxCoeff() + rounding_m).free;
+        kBoxRounding * (center_m.cwiseAbs().sum() + half_m.sum() + offset_m_.cwiseAbs().sum() +
+                        std::abs(spacing_m) + reach_m);
+    const SweptMargin margin{reach_m * axis_, rounding_m};
+    if (const Part* const part = std::get_if<Part>(&piece)) {
+      const auto& [a, b, c] = part->triangle;
+      return swept_.is_free(Triangle{a + move_m, b + move_m, c + move_m}, margin);
+    }
+    return swept_.is_free(Vector3d(center_m + move_m), half_m, margin);
   }
 
   // Returns the pieces of which the volume that they sweep in the range is not certified free.
@@ -155,8 +178,8 @@ class SpacingSweep::Search {
     std::vector<Piece> left;
     while (!pieces.empty() && left.size() < kMaxPieces) {
       const Piece piece = taken(pieces);
-      if (is_certified_free(box_of(piece), mid_m, reach_m)) continue;
-      if (is_divisible(piece, finest_m) && cubes_left_ > 0)
+      if (is_certified_free(piece, mid_m, reach_m)) continue;
+      if (is_divisible(piece, finest_m) && tests_left_ > 0)
         push_pieces_of(piece, pieces);
       else
         left.push_back(piece);
@@ -195,7 +218,7 @@ class SpacingSweep::Search {
     double best_m = 0;
     const auto push = [&](const Piece& piece) {
       const Box& box = box_of(piece);
-      if (is_certified_free(box, spacing_m, 0)) return;
+      if (is_certified_free(piece, spacing_m, 0)) return;
       const Part* const part = std::get_if<Part>(&piece);
       const Vector3d middle_m = part ? centroid(part->triangle) : box.center_m;
       const double radius_m = query_.solid_radius_m(middle_m + offset_m_ + spacing_m * axis_);
@@ -233,12 +256,15 @@ class SpacingSweep::Search {
 
   const hull::HullQuery& query_;
   const SpacingOptions& options_;
-  CubeQuery cubes_;
+  CubeQuery swept_;
   const Bvh& tree_;
   Vector3d axis_;
   Vector3d offset_m_;  // at spacing 0
   SpacingVerdicts found_;
-  int cubes_left_ = kMaxCubes;
+  // The longest first, so that a search that reaches its limit leaves the shortest undecided, which
+  // are beside contact, and not all that is behind the first of them.
+  std::priority_queue<Waiting> waiting_;
+  int tests_left_ = kMaxTests;
 };
 
 SpacingSweep::SpacingSweep(const hull::HullQuery& query, const SpacingOptions& options)

@@ -2,10 +2,11 @@
 // collides, certified over whole intervals of spacing and not only at samples.
 //
 //      part            hull      An interval is free if the volume that the part sweeps in it has
-//     +----+  axis     .--.      no hull point: cubes around the swept triangles are certified by
+//     +----+  axis     .--.      no hull point: what its boxes and triangles sweep is certified by
 //     |    | ------>  ( o  )     one camera each (CubeQuery). It collides if a point of the part's
 //     +----+           '--'      surface stays in a ball that is in the hull
-//     |----free----|??|--colliding--|    (HullQuery::solid_radius_m). The rest is bisected.
+//     |----free----|??|--colliding--|    (HullQuery::solid_radius_m). The rest is bisected, the
+//                                        longest intervals first.
 //
 // One search decides a frame for any number of layouts: the verdict on a layout is that of the
 // interval with its spacing. Freedom is not monotone in the spacing, because an arm may be behind
@@ -38,8 +39,9 @@ struct SpacingVerdicts {
   // Also the centre of a ball in the hull with a radius of SpacingOptions::solid_m. Each of these
   // intervals is in one of `touching`.
   std::vector<SpacingInterval> colliding;
-  // False if the search ended early and left more undecided: it has a limit, which a part reaches
-  // that slides along the hull at a fraction of a millimetre.
+  // False if the search ended early and left more undecided: the shortest intervals, beside what
+  // touches. It has a limit, which a part may reach that slides along the hull at a fraction of a
+  // millimetre.
   bool is_complete = true;
 };
 

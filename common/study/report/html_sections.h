@@ -2,6 +2,7 @@
 #pragma once
 #include <cstddef>
 #include <string>
+#include <vector>
 
 #include "common/study/report/study.h"
 
@@ -15,6 +16,10 @@ std::string answers_section(const Study& study);
 std::string limits_section(const Study& study);
 // A trial, the `index`-th of the page from 0: its answers, collisions, charts and 3D view.
 std::string trial_section(const Participant& participant, const Trial& trial, std::size_t index);
+
+// Curves of parts over their ranges, and their free intervals. They are the what-if of the
+// `index`-th trial of the page's data.
+std::string what_if_charts(const std::vector<WhatIfCurve>& curves, std::size_t index);
 
 // Lengths in cm with two decimals, rounded so that the statement stays true; "–" for infinity.
 std::string cm_at_least(double length_m);

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "common/base/result_file.h"
-#include "common/study/report/assets.h"
 #include "common/study/report/csv.h"
+#include "common/study/report/document.h"
 #include "common/study/report/escape.h"
 #include "common/study/report/html_sections.h"
 #include "common/study/report/page_data.h"
@@ -16,26 +16,11 @@
 namespace fivepipe::study::report {
 namespace {
 
-std::string head(const Study& study, const std::string& script) {
-  const std::string policy = fmt::format(
-      "default-src 'none'; script-src {} {}; style-src {}; img-src data:; base-uri 'none'; "
-      "form-action 'none'",
-      csp_hash(kLibraries), csp_hash(script), csp_hash(kStyles));
-  return fmt::format(
-      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
-      "<meta http-equiv=\"Content-Security-Policy\" content=\"{}\">\n"
-      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
-      "<meta name=\"generator\" content=\"fivepipe {}\">\n<title>Spacing study: {}</title>\n"
-      "<style>{}</style>\n</head>\n",
-      policy, html_text(study.version), html_text(study.name), kStyles);
-}
-
 std::string title_block(const Study& study) {
   std::string text = fmt::format(
-      "<header>\n<div class=\"tools\"><button type=\"button\" id=\"theme\" hidden>Theme: "
-      "auto</button><button type=\"button\" id=\"print\" hidden>Print</button></div>\n"
-      "<p class=\"kind\">Payload spacing study</p>\n<h1>{}</h1>\n<dl class=\"meta\">\n",
-      html_name(study.name));
+      "<header>\n{}<p class=\"kind\">Payload spacing study</p>\n<h1>{}</h1>\n"
+      "<dl class=\"meta\">\n",
+      kTools, html_name(study.name));
   for (const auto& [name, value] :
        std::vector<std::pair<std::string, std::string>>{{"Date", study.date},
                                                         {"Scene", study.scene},
@@ -73,18 +58,15 @@ std::string trials(const Study& study) {
 
 std::string report_page(const Study& study) {
   check(study);
-  const std::string script = fmt::format("(() => {{\n\"use strict\";\n{}}})();\n", kScripts);
-  return head(study, script) +
-         "<body>\n<a class=\"skip\" href=\"#summary\">Skip to the summary</a>\n" +
-         title_block(study) + contents(study) + "<main>\n" + summary_section(study) +
-         answers_section(study) + limits_section(study) + trials(study) +
-         "</main>\n<footer><p>Written by fivepipe. All data are in this file, which loads nothing "
-         "from elsewhere. The same numbers are in trials.csv, events.csv, clearance.csv and "
-         "what-if.csv. Charts: uPlot; 3D view: three.js; both under the MIT licence, which is in "
-         "the source of this page.</p></footer>\n<div id=\"error\" role=\"alert\" hidden></div>\n"
-         "<script type=\"application/json\" id=\"data\">" +
-         script_json(page_data(study)) + "</script>\n<script>" + kLibraries +
-         "</script>\n<script>" + script + "</script>\n</body>\n</html>\n";
+  const std::string body =
+      "<a class=\"skip\" href=\"#summary\">Skip to the summary</a>\n" + title_block(study) +
+      contents(study) + "<main>\n" + summary_section(study) + answers_section(study) +
+      limits_section(study) + trials(study) +
+      "</main>\n<footer><p>Written by fivepipe. All data are in this file, which loads nothing "
+      "from elsewhere. The same numbers are in trials.csv, events.csv, clearance.csv and "
+      "what-if.csv. Charts: uPlot; 3D view: three.js; both under the MIT licence, which is in "
+      "the source of this page.</p></footer>\n";
+  return html_of({"Spacing study: " + study.name, study.version, body}, page_data(study));
 }
 
 void write_report(const Study& study, const std::filesystem::path& folder) {

@@ -20,8 +20,6 @@ constexpr double kSteps = 65535;  // of a coordinate in 16 bits
 ordered_json rounded(double value) {
   return std::isfinite(value) ? ordered_json(std::round(1e3 * value) / 1e3) : nullptr;
 }
-ordered_json json_cm(double length_m) { return rounded(100 * length_m); }
-
 ordered_json vector_json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
 void append_little_endian(std::uint32_t value, int bytes, std::string& text) {
@@ -57,30 +55,6 @@ ordered_json part_result_json(const PartResult& result) {
   for (const Event& event : result.events)
     json["events_s"].push_back({rounded(event.start_s), rounded(event.end_s)});
   json["clearance"] = result.clearance ? clearance_json(*result.clearance) : ordered_json();
-  return json;
-}
-
-ordered_json curve_json(const WhatIfCurve& curve) {
-  ordered_json json{{"part", curve.part},
-                    {"range_cm", {json_cm(curve.range.low_m), json_cm(curve.range.high_m)}},
-                    {"with_distances", curve.with_distances},
-                    {"free_cm", ordered_json::array()}};
-  // Rounded inwards: what is drawn as free is certified.
-  for (const collision::SpacingInterval& free : curve.result.free)
-    json["free_cm"].push_back(
-        {std::ceil(1e5 * free.low_m - 1e-6) / 1e3, std::floor(1e5 * free.high_m + 1e-6) / 1e3});
-  for (const char* list : {"spacing_cm", "collision_s", "undecided", "penetration_min_cm",
-                           "penetration_max_cm", "clearance_min_cm", "clearance_max_cm"})
-    json[list] = ordered_json::array();
-  for (const LayoutResult& layout : curve.result.layouts) {
-    json["spacing_cm"].push_back(json_cm(layout.spacing_m));
-    json["collision_s"].push_back(rounded(layout.collision_s));
-    json["undecided"].push_back(layout.undecided_frames > 0);
-    json["penetration_min_cm"].push_back(json_cm(layout.penetration.min_m));
-    json["penetration_max_cm"].push_back(json_cm(layout.penetration.max_m));
-    json["clearance_min_cm"].push_back(json_cm(layout.clearance.min_m));
-    json["clearance_max_cm"].push_back(json_cm(layout.clearance.max_m));
-  }
   return json;
 }
 
@@ -135,6 +109,33 @@ ordered_json answers_json(const Study& study) {
 }
 
 }  // namespace
+
+ordered_json json_cm(double length_m) { return rounded(100 * length_m); }
+ordered_json json_s(double time_s) { return rounded(time_s); }
+
+ordered_json curve_json(const WhatIfCurve& curve) {
+  ordered_json json{{"part", curve.part},
+                    {"range_cm", {json_cm(curve.range.low_m), json_cm(curve.range.high_m)}},
+                    {"with_distances", curve.with_distances},
+                    {"free_cm", ordered_json::array()}};
+  // Rounded inwards: what is drawn as free is certified.
+  for (const collision::SpacingInterval& free : curve.result.free)
+    json["free_cm"].push_back(
+        {std::ceil(1e5 * free.low_m - 1e-6) / 1e3, std::floor(1e5 * free.high_m + 1e-6) / 1e3});
+  for (const char* list : {"spacing_cm", "collision_s", "undecided", "penetration_min_cm",
+                           "penetration_max_cm", "clearance_min_cm", "clearance_max_cm"})
+    json[list] = ordered_json::array();
+  for (const LayoutResult& layout : curve.result.layouts) {
+    json["spacing_cm"].push_back(json_cm(layout.spacing_m));
+    json["collision_s"].push_back(rounded(layout.collision_s));
+    json["undecided"].push_back(layout.undecided_frames > 0);
+    json["penetration_min_cm"].push_back(json_cm(layout.penetration.min_m));
+    json["penetration_max_cm"].push_back(json_cm(layout.penetration.max_m));
+    json["clearance_min_cm"].push_back(json_cm(layout.clearance.min_m));
+    json["clearance_max_cm"].push_back(json_cm(layout.clearance.max_m));
+  }
+  return json;
+}
 
 ordered_json packed_mesh(const geometry::Mesh& mesh) {
   const Eigen::AlignedBox3d box = geometry::bounds_m(mesh);

@@ -11,6 +11,11 @@ namespace fivepipe::study::report {
 // numbered in the order of the participants and their trials, as in the page.
 nlohmann::ordered_json page_data(const Study& study);
 
+nlohmann::ordered_json curve_json(const WhatIfCurve& curve);
+// A length in cm, rounded to 0.001 cm, and a time in s, rounded to 1 ms; null: infinity.
+nlohmann::ordered_json json_cm(double length_m);
+nlohmann::ordered_json json_s(double time_s);
+
 // Returns {"low_m": [x, y, z], "step_m": [x, y, z], "vertices": n, "triangles": n, "packed": base64
 // of zlib}. Unpacked, x of all vertices, then y, then z, are 16-bit numbers of steps from low_m,
 // so a position differs by at most half a step: the size of the mesh / 131070. Then follow the

@@ -145,30 +145,6 @@ std::string free_text(const WhatIfCurve& curve) {
                   : "The largest spacings of the range are not free.");
 }
 
-std::string what_if_charts(const Trial& trial, std::size_t index) {
-  if (trial.what_if.empty()) return "";
-  std::string text = "<h4>What if: the same movements at other spacings</h4>\n";
-  for (std::size_t i = 0; i < trial.what_if.size(); ++i) {
-    const WhatIfCurve& curve = trial.what_if[i];
-    const std::string free = free_text(curve);
-    text += fmt::format("<p><strong>{}</strong>: {}</p>\n<div class=\"charts\">\n",
-                        html_name(curve.part), free);
-    for (const char* quantity : {"collision", "distance"}) {
-      if (curve.result.layouts.empty() ||
-          (quantity == std::string("distance") && !curve.with_distances))
-        continue;
-      text += fmt::format(
-          "<figure class=\"chart\" data-chart=\"what-if-{}\" data-trial=\"{}\" data-curve=\"{}\" "
-          "data-summary=\"{}\"><figcaption>{} against the spacing of {}</figcaption></figure>\n",
-          quantity, index, i, html_text(free),
-          quantity == std::string("distance") ? "Clearance and penetration" : "Collision time",
-          html_name(curve.part));
-    }
-    text += "</div>\n";
-  }
-  return text;
-}
-
 }  // namespace
 
 std::string cm_at_least(double length_m) {
@@ -189,6 +165,29 @@ std::string bracket_text(const Bracket& bracket) {
                            : "0";
 }
 
+std::string what_if_charts(const std::vector<WhatIfCurve>& curves, std::size_t index) {
+  std::string text;
+  for (std::size_t i = 0; i < curves.size(); ++i) {
+    const WhatIfCurve& curve = curves[i];
+    const std::string free = free_text(curve);
+    text += fmt::format("<p><strong>{}</strong>: {}</p>\n<div class=\"charts\">\n",
+                        html_name(curve.part), free);
+    for (const char* quantity : {"collision", "distance"}) {
+      if (curve.result.layouts.empty() ||
+          (quantity == std::string("distance") && !curve.with_distances))
+        continue;
+      text += fmt::format(
+          "<figure class=\"chart\" data-chart=\"what-if-{}\" data-trial=\"{}\" data-curve=\"{}\" "
+          "data-summary=\"{}\"><figcaption>{} against the spacing of {}</figcaption></figure>\n",
+          quantity, index, i, html_text(free),
+          quantity == std::string("distance") ? "Clearance and penetration" : "Collision time",
+          html_name(curve.part));
+    }
+    text += "</div>\n";
+  }
+  return text;
+}
+
 std::string trial_section(const Participant& participant, const Trial& trial, std::size_t index) {
   std::string status = trial.is_kept ? "" : " <span class=\"badge\">discarded</span>";
   std::string text = fmt::format(
@@ -200,8 +199,10 @@ std::string trial_section(const Participant& participant, const Trial& trial, st
       trial.discarded_because.empty() ? "" : " · discarded: " + html_name(trial.discarded_because));
   text += "<div class=\"columns\">\n<div>\n<h4>Answers</h4>\n" + answers_list(trial) +
           "</div>\n<div>\n" + timeline(trial) + "</div>\n</div>\n";
-  text += parts_table(trial) + events(trial) + clearance_charts(trial, index) +
-          what_if_charts(trial, index);
+  text += parts_table(trial) + events(trial) + clearance_charts(trial, index);
+  if (!trial.what_if.empty())
+    text += "<h4>What if: the same movements at other spacings</h4>\n" +
+            what_if_charts(trial.what_if, index);
   text += "<h4>Parts and swept volume</h4>\n";
   if (trial.scene)
     text += fmt::format(

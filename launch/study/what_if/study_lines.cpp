@@ -119,6 +119,37 @@ StudyLines lines_of_ranges(const std::vector<PartOnLine>& parts, int layouts, bo
   return found;
 }
 
+void add_combinations(StudyLines& lines, const std::vector<PartOnLine>& parts,
+                      std::size_t max_combinations) {
+  // A part with one spacing is in all of them.
+  const auto combinations_with = [&](std::size_t per_line) {
+    double product = 1;
+    for (const Line& line : lines.lines)
+      product *= double(std::min(per_line, line.spacings_m.size()));
+    return product;
+  };
+  std::size_t most = 0, per_line = 1;
+  for (const Line& line : lines.lines) most = std::max(most, line.spacings_m.size());
+  while (per_line < most && combinations_with(per_line + 1) <= double(max_combinations)) ++per_line;
+  if (per_line < 2 && most > 1) return;
+  std::vector<JointLayout> found{{}};
+  std::vector<std::string> names;
+  for (std::size_t line = 0; line < lines.lines.size(); ++line) {
+    names.push_back(parts[line].part.name);
+    const std::size_t spacings = lines.lines[line].spacings_m.size(),
+                      taken = std::min(per_line, spacings);
+    std::vector<JointLayout> longer;
+    for (const JointLayout& layout : found)
+      for (std::size_t i = 0; i < taken; ++i) {
+        longer.push_back(layout);
+        longer.back().push_back({line, taken > 1 ? i * (spacings - 1) / (taken - 1) : 0});
+      }
+    found = std::move(longer);
+  }
+  lines.joint_layouts = std::move(found);
+  lines.parts.assign(lines.joint_layouts.size(), names);
+}
+
 StudyLines lines_of_table(const LayoutTable& table, const std::map<std::string, PartOnLine>& parts,
                           bool with_distances, double margin_m) {
   StudyLines found;

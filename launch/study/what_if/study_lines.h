@@ -23,6 +23,11 @@ struct StudyLines {
 // the nearest spacing at which the part is free.
 StudyLines lines_of_ranges(const std::vector<PartOnLine>& parts, int layouts, bool with_distances,
                            double margin_m);
+// Adds the combinations of the spacings of all lines as joint layouts: of each line as many, at
+// equal distances in their order and with both ends, as max_combinations permits. Adds none if a
+// line has several spacings and only one is permitted.
+void add_combinations(StudyLines& lines, const std::vector<PartOnLine>& parts,
+                      std::size_t max_combinations);
 
 // The rows of a table. Rows that differ in one column of a part share a line: its spacing, or the
 // axis with the most different values. margin_m: how far a line goes beyond its rows, as above.

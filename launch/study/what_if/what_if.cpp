@@ -103,8 +103,13 @@ class WhatIfParts {
 
   StudyLines lines(const WhatIfOptions& options) const {
     const double margin_m = StudyOptions().clearance_cap_m;
-    if (!options.table)
-      return lines_of_ranges(all_, options.layouts, options.with_distances, margin_m);
+    if (!options.table) {
+      StudyLines lines = lines_of_ranges(all_, options.layouts, options.with_distances, margin_m);
+      // The curves of a single part show its layouts, if it has several.
+      if (options.with_combinations && (all_.size() > 1 || lines.lines[0].spacings_m.size() == 1))
+        add_combinations(lines, all_, kMaxCombinations);
+      return lines;
+    }
     std::map<std::string, PartOnLine> by_name;
     for (const PartOnLine& part : all_) by_name.emplace(part.part.name, part);
     return lines_of_table(*options.table, by_name, options.with_distances, margin_m);
@@ -172,16 +177,17 @@ void clip(std::vector<collision::SpacingInterval>& intervals,
   std::erase_if(intervals, [](const auto& i) { return i.low_m > i.high_m; });
 }
 
-// One per row of the table.
+// One per joint layout.
 std::vector<RowResult> rows_of(const StudyLines& lines, const std::vector<LineResult>& results,
                                const std::vector<LayoutResult>& layouts) {
   std::vector<RowResult> rows;
   for (std::size_t row = 0; row < layouts.size(); ++row) {
-    rows.push_back({layouts[row], {}});
+    rows.push_back({layouts[row]});
     for (std::size_t i = 0; i < lines.joint_layouts[row].size(); ++i) {
       const auto& [line, spacing] = lines.joint_layouts[row][i];
       if (results[line].layouts[spacing].colliding_frames > 0)
         rows.back().colliding_parts.push_back(lines.parts[row][i]);
+      rows.back().spacings_m.push_back(results[line].layouts[spacing].spacing_m);
     }
   }
   return rows;
@@ -211,9 +217,9 @@ WhatIf what_if(const WhatIfOptions& options, const Progress& progress) {
   progress(1);
   for (const LineResult& result : results)
     found.incomplete_frames = std::max(found.incomplete_frames, result.incomplete_frames);
-  if (options.table)
-    found.rows = rows_of(lines, results, study.joint_results());
-  else
+  (options.table ? found.rows : found.combinations) =
+      rows_of(lines, results, study.joint_results());
+  if (!options.table)
     for (std::size_t i = 0; i < results.size(); ++i) {
       const auto& [part, movable] = parts.all()[i];
       found.parts.push_back(

@@ -43,6 +43,8 @@ struct WhatIfOptions {
   // at_m in all layouts.
   std::optional<LayoutTable> table = std::nullopt;
   bool with_distances = true;  // clearance and penetration
+  // Without a table: also layouts of all parts together, at most kMaxCombinations.
+  bool with_combinations = false;
   int threads = 2;
 };
 
@@ -58,10 +60,11 @@ struct PartResult {
   LineResult result = {};
 };
 
-// One row of the table of layouts.
+// One row of the table of layouts, or a combination of spacings.
 struct RowResult {
   LayoutResult layout;
   std::vector<std::string> colliding_parts = {};
+  std::vector<double> spacings_m = {};  // of a combination: of each part
 };
 
 struct WhatIf {
@@ -76,6 +79,8 @@ struct WhatIf {
   std::vector<std::string> warnings;           // of added meshes: probably a wrong unit
   std::vector<PartResult> parts;               // without a table
   std::vector<RowResult> rows;                 // of the table
+  std::vector<RowResult> combinations;         // if requested; empty for one part with several
+                                               // spacings
 };
 
 // Called with the part of the work that is done, 0 to 1, when it has grown.
@@ -92,6 +97,14 @@ nlohmann::ordered_json json_of(const WhatIf& found);
 // One line per part and spacing, or per row of the table; lengths in metres.
 std::string csv_of(const WhatIf& found);
 
+// A page with charts (common/study/report/layouts_page.h).
+std::string html_of(const WhatIf& found);
+// The spacings of the part while the session was recorded, in a line; empty if nobody moved it.
+std::string recorded_text(const PartResult& of);
+// What limits the results of all parts, one or several lines per sentence.
+std::string limits_of(const WhatIf& found);
+
 inline constexpr std::size_t kShownLayouts = 30;
+inline constexpr std::size_t kMaxCombinations = 2500;
 
 }  // namespace fivepipe::study

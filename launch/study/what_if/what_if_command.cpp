@@ -17,7 +17,7 @@ constexpr const char* kPartGroup = "Options of a part";
 struct WhatIfWords {
   std::vector<PartWord> of_parts;
   std::vector<std::string> settings;
-  std::filesystem::path layout_file, csv, json;
+  std::filesystem::path layout_file, csv, json, html;
   bool verdicts_only = false, has_layouts = false;
 };
 
@@ -33,6 +33,7 @@ int run_what_if(WhatIfOptions options, const WhatIfWords& words) {
     throw base::UsageError("--part or --layout-file is required");
   }
   options.with_distances = !words.verdicts_only;
+  options.with_combinations = !words.html.empty();
   WhatIf found;
   {
     base::ProgressLine progress("what-if");
@@ -40,6 +41,7 @@ int run_what_if(WhatIfOptions options, const WhatIfWords& words) {
   }
   if (!words.csv.empty()) base::write_file(words.csv, csv_of(found));
   if (!words.json.empty()) base::write_json(words.json, json_of(found));
+  if (!words.html.empty()) base::write_file(words.html, html_of(found));
   std::cout << text_of(found, words.csv);
   return 0;
 }
@@ -97,7 +99,8 @@ void add_what_if(CLI::App& app, Command& command) {
       "  fivepipe study what-if session.mcap --part near_tower --axis -x --at 14cm --range "
       "14cm:30cm --layouts 1000 --verdicts --csv layouts.csv\n"
       "  fivepipe study what-if session.mcap --part side_block --axis x --range 0cm:20cm --part "
-      "bracket --mesh bracket.stl,mm --position 30cm,0cm,52cm\n"
+      "bracket --mesh bracket.stl,mm --position 30cm,0cm,52cm --range -10cm:10cm --html "
+      "layouts.html\n"
       "  fivepipe study what-if session.mcap --layout-file layouts.csv --csv results.csv\n\n"
       "Exit codes: 0 done, 1 the recording cannot be used, 2 usage or configuration.");
   sub->add_option("recording", options->recording, "recording with object-pixel maps (.mcap)")
@@ -117,6 +120,9 @@ void add_what_if(CLI::App& app, Command& command) {
       ->check(CLI::Range(1, 1024));
   sub->add_option("--csv", words->csv, "also writes all layouts, one per line, lengths in metres");
   sub->add_option("--json", words->json, "also writes the results as JSON");
+  sub->add_option("--html", words->html,
+                  "also writes a page with charts: curves of each part, and of several parts a map "
+                  "or bars of the layouts of all of them");
   launch::add_set_option(sub, words->settings);
   sub->callback([=, &command] {
     words->of_parts = words_of_parts(*sub);

@@ -56,16 +56,6 @@ std::string rest_text(std::size_t layouts, const std::string& which,
                      csv.empty() ? "--csv FILE writes all" : csv.string() + " has all");
 }
 
-// The spacings of the part while the session was recorded; empty if nobody moved it.
-std::string recorded_text(const PartResult& of) {
-  if (of.recorded.size() < 2) return "";
-  std::string text = "Recorded with " + of.part.name + " at ";
-  for (std::size_t i = 0; i < of.recorded.size(); ++i)
-    text += fmt::format("{}{}{}", i > 0 ? ", " : "", text_of_length(of.recorded[i].spacing_m),
-                        i > 0 ? fmt::format(" from {:.1f} s on", of.recorded[i].time_s) : "");
-  return text + ". The table does not depend on it.\n";
-}
-
 std::string view_text(const PartResult& of) {
   const collision::SpacingInterval& range = of.part.range;
   if (!of.in_view)
@@ -135,21 +125,31 @@ std::string rows_text(const WhatIf& found, const std::filesystem::path& csv) {
   base::TextTable text(columns);
   std::size_t free = 0;
   for (std::size_t row = 0; row < found.rows.size(); ++row) {
-    const auto& [layout, colliding_parts] = found.rows[row];
+    const LayoutResult& layout = found.rows[row].layout;
     free += layout.colliding_frames == 0 && layout.undecided_frames == 0;
     if (row >= kShownLayouts) continue;
     std::vector<std::string> cells{std::to_string(table.rows[row].line)};
     for (const double cell_m : table.rows[row].cell_m) cells.push_back(exact_cm(cell_m));
     add_result(cells, layout, found.options.with_distances);
-    cells.push_back(base::joined(colliding_parts, ", "));
+    cells.push_back(base::joined(found.rows[row].colliding_parts, ", "));
     text.add(std::move(cells));
   }
   return text.text() + rest_text(found.rows.size(), "The first ", csv) +
          fmt::format("\nFree in all frames: {} of {} layouts.\n", free, found.rows.size());
 }
 
-// What limits the results of all parts.
-std::string notes_of(const WhatIf& found) {
+}  // namespace
+
+std::string recorded_text(const PartResult& of) {
+  if (of.recorded.size() < 2) return "";
+  std::string text = "Recorded with " + of.part.name + " at ";
+  for (std::size_t i = 0; i < of.recorded.size(); ++i)
+    text += fmt::format("{}{}{}", i > 0 ? ", " : "", text_of_length(of.recorded[i].spacing_m),
+                        i > 0 ? fmt::format(" from {:.1f} s on", of.recorded[i].time_s) : "");
+  return text + ". The results do not depend on it.\n";
+}
+
+std::string limits_of(const WhatIf& found) {
   std::string notes;
   if (found.parts.size() > 1)
     notes +=
@@ -168,10 +168,10 @@ std::string notes_of(const WhatIf& found) {
     notes += base::printable(found.damage) + ": only what could be read was studied.\n";
   for (const std::string& warning : found.warnings)
     notes += "warning: " + base::printable(warning) + '\n';
-  return notes;
+  return notes +
+         "The visual hull is larger than the objects, so a collision may be less deep or not "
+         "exist. In\nanother layout, a person would have moved differently.\n";
 }
-
-}  // namespace
 
 std::string text_of(const WhatIf& found, const std::filesystem::path& csv) {
   std::string text =
@@ -181,9 +181,7 @@ std::string text_of(const WhatIf& found, const std::filesystem::path& csv) {
     text +=
         part_text(part, found.options.with_distances, csv) + (found.parts.size() > 1 ? "\n" : "");
   if (found.options.table) text += rows_text(found, csv);
-  return text + notes_of(found) +
-         "The visual hull is larger than the objects, so a collision may be less deep or not "
-         "exist. In\nanother layout, a person would have moved differently.\n";
+  return text + limits_of(found);
 }
 
 }  // namespace fivepipe::study

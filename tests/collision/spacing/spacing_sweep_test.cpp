@@ -167,6 +167,80 @@ TEST(SpacingSweep, AgreesWithDetectionWithOtherRules) {
   EXPECT_GT(colliding_m, 0.5);
 }
 
+// A box with edges of 0.3 m, as seen by three cameras along its axes from 30 m, and a plate of the
+// same width that moves through it: their faces are parallel. All is turned by world_from_box.
+struct FlatFaces {
+  static constexpr double kHalf_m = 0.15, kPlate_m = 0.01;
+  Eigen::Isometry3d world_from_box;
+  Frame frame;
+  SpacingInterval range{0, 1.2};  // the plate's middle is in the middle of the box at 0.6
+
+  FlatFaces(const Eigen::Isometry3d& pose, const Vector3d& up)
+      : world_from_box(pose), frame(silhouettes(pose, up)) {}
+  // camera_from_world of all cameras turns by the inverse of the pose.
+  static std::vector<hull::Silhouette> silhouettes(const Eigen::Isometry3d& pose,
+                                                   const Vector3d& up) {
+    const geometry::OrientedBox box{pose, Vector3d::Constant(kHalf_m)};
+    std::vector<hull::Silhouette> seen;
+    for (const Vector3d& eye_m : {Vector3d(0, -30, 0), Vector3d(30, 0, 0), Vector3d(0, 0, 30)}) {
+      geometry::Camera camera = test::camera_at(eye_m, 600, 1.2, test::kOrigin, up);
+      camera.camera_from_world = camera.camera_from_world * pose.inverse();
+      seen.push_back({camera, hull::true_object_pixels(box, camera)});
+    }
+    return seen;
+  }
+  MovablePart plate(double max_edge_m) const {
+    return {geometry::box_mesh({kPlate_m, 2 * kHalf_m, 2 * kHalf_m}, max_edge_m),
+            world_from_box * test::at({-0.6, 0, 0}), world_from_box.linear() * Vector3d::UnitX()};
+  }
+  // Up to the hull, which is larger than the box: by a pixel of 2 mm, and by the width of a pyramid
+  // of pixels, which grows by 0.15 / 30 of its half width from the middle of the box to its end,
+  // and by as much from its near end to the middle.
+  void expect_free_up_to_the_hull(const SpacingVerdicts& found, double pixel_m) const {
+    const double contact_m = 0.6 - kHalf_m - kPlate_m / 2,
+                 excess_m = pixel_m + 2 * kHalf_m * kHalf_m / 30;
+    ASSERT_EQ(found.free.size(), 2u);
+    EXPECT_EQ(found.free[0].low_m, range.low_m);
+    EXPECT_LE(found.free[0].high_m, contact_m);
+    EXPECT_GT(found.free[0].high_m, contact_m - excess_m - 1e-3);
+    EXPECT_GE(found.free[1].low_m, 1.2 - contact_m);
+    EXPECT_LT(found.free[1].low_m, 1.2 - contact_m + excess_m + 1e-3);
+    EXPECT_EQ(found.free[1].high_m, range.high_m);
+    EXPECT_LT(1.2 - length_m(found.free) - length_m(found.touching), 2e-3);
+  }
+};
+
+Eigen::Isometry3d turned(double angle_rad) {
+  return Eigen::Isometry3d(Eigen::AngleAxisd(angle_rad, Vector3d(1, 2, 3).normalized()));
+}
+
+// Each test certifies a whole part of the face: with cubes, a face would need about (0.3 m / d)^2
+// of them at a distance of d.
+TEST(SpacingSweep, AFlatFaceBesideAParallelBorderIsFreeUpToTheHull) {
+  for (const double angle_rad : {0.0, 0.8})
+    for (const double max_edge_m : {0.0, 0.02}) {
+      SCOPED_TRACE(testing::Message() << angle_rad << ' ' << max_edge_m);
+      FlatFaces faces(turned(angle_rad), Vector3d(0, 1, 1));
+      const MovablePart part = faces.plate(max_edge_m);
+      const SpacingVerdicts found = faces.frame.sweep(part, faces.range);
+      EXPECT_TRUE(found.is_complete);
+      expect_well_formed(found, faces.range);
+      faces.expect_free_up_to_the_hull(found, 2e-3);
+      expect_agreement(faces.frame, part, faces.range, found, 40);
+    }
+}
+
+// The images are rolled, and the tolerance is too small for the limit of the search.
+TEST(SpacingSweep, AtItsLimitTheSearchLeavesOnlyWhatIsBesideContact) {
+  FlatFaces faces(turned(0), Vector3d(0.3, 0.35, 0.8));
+  const MovablePart part = faces.plate(0.02);
+  const SpacingVerdicts found = faces.frame.sweep(part, faces.range, {.tolerance_m = 1e-9});
+  EXPECT_FALSE(found.is_complete);
+  expect_well_formed(found, faces.range);
+  // A row of pixels that is not along the border has steps of two pixels.
+  faces.expect_free_up_to_the_hull(found, 4e-3);
+}
+
 // A plate slides along a flat side of the hull at 0.2 mm: the search ends and says so.
 TEST(SpacingSweep, EndsForAPartThatSlidesAlongTheHull) {
   const Eigen::AlignedBox3d box(Vector3d(-0.2, -0.2, -0.05), Vector3d(0.2, 0.2, 0.05));

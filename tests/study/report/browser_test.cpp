@@ -148,5 +148,53 @@ TEST(ReportInBrowser, ShowsTableChartsPicturesAndViewWithoutErrorOrRequest) {
   EXPECT_THAT(found[3]["requests"].dump(), ::testing::HasSubstr("http://127.0.0.1:9/x.png"));
 }
 
+void expect_map(const json& map, const std::string& quantity) {
+  EXPECT_EQ(map["quantity"], quantity);
+  EXPECT_EQ(map["free"], 47);
+  EXPECT_EQ(map["colliding"], 69);
+  EXPECT_EQ(map["undecided"], 1);
+  EXPECT_EQ(map["hatched"], 1);
+  EXPECT_EQ(map["rings"], quantity == "clearance" ? 0 : 47) << "free differs by its shape, too";
+  EXPECT_EQ(map["darkest"], 1);
+  EXPECT_LT(map["lightest"], 0.4);
+  EXPECT_GT(map["width_px"], 5);
+  EXPECT_EQ(map["readout"],
+            "payload A 12.00 cm, payload B 10.00 cm: collision 7.50 s, penetration 12.50–12.58 cm, "
+            "clearance 0 (payload A)");
+  EXPECT_EQ(map["title"], map["readout"]);
+}
+
+TEST(LayoutsInBrowser, ShowMapsBarsAndCurvesWithoutErrorOrRequest) {
+  const std::string chromium = program_in_path("chromium");
+  if (chromium.empty()) FIVEPIPE_SKIP_WITHOUT_PACKAGE("chromium is not installed");
+  LayoutsPage rows = test::example_layouts();
+  rows.curves.clear();
+  rows.places[0] = test::hostile_texts()[3];
+  rows.layouts.pop_back();
+  rows.layouts[0].name = test::hostile_texts()[4];
+  const auto found = visits({layouts_page(test::example_layouts()), layouts_page(rows)}, chromium);
+  ASSERT_EQ(found.size(), 2u);
+  for (const json& visit : found) {
+    expect_no_request(visit);
+    EXPECT_FALSE(visit["value"]["attacked"]);
+    EXPECT_LE(visit["value"]["overflow_px"], 0) << "the page is wider than the window";
+    for (const json& chart : visit["value"]["charts"]) {
+      EXPECT_EQ(chart["drawn"], "yes");
+      if (chart["chart"] != "layout-map") {
+        EXPECT_GT(chart["colours"], 4) << chart;
+      }
+      EXPECT_THAT(chart["label"], ::testing::StartsWith("Chart: "));
+    }
+  }
+  const json& maps = found[0]["value"]["maps"];
+  ASSERT_EQ(maps.size(), 3u);
+  expect_map(maps[0], "collision");
+  expect_map(maps[1], "penetration");
+  expect_map(maps[2], "clearance");
+  EXPECT_EQ(found[0]["value"]["charts"].size(), 9u) << "maps, bars, and two curves of each part";
+  EXPECT_EQ(found[1]["value"]["maps"], json::array()) << "a combination is missing";
+  EXPECT_EQ(found[1]["value"]["charts"].size(), 2u);
+}
+
 }  // namespace
 }  // namespace fivepipe::study::report

@@ -21,6 +21,22 @@
         colours: Math.max(0, ...[...figure.querySelectorAll("canvas")].map(colours)),
         label: figure.querySelector("[role=img]")?.getAttribute("aria-label")})),
     pictures: all("img").map((img) => ({width: img.naturalWidth, alt: img.alt})),
+    maps: all("figure.chart[data-chart=layout-map]").map((figure) => {
+      const cells = [...figure.querySelectorAll("div > svg .cell")];
+      const count = (name) => cells.filter((cell) => cell.classList.contains(name)).length;
+      const hits = cells.map((cell) => cell.querySelector(".hit, .clear"))
+        .filter((hit) => hit !== null).map((hit) => Number(hit.getAttribute("fill-opacity")));
+      cells[0].dispatchEvent(new PointerEvent("pointerenter"));
+      const readout = text(figure.querySelector(".readout"));
+      const box = cells.at(-1).querySelector(".ground").getBoundingClientRect();
+      const middle = document.elementFromPoint(box.x + box.width / 2, box.y + box.height / 2);
+      return {quantity: figure.dataset.quantity, free: count("free"), colliding: count("colliding"),
+        undecided: count("undecided"), rings: figure.querySelectorAll("div > svg .cell .ring").length,
+        hatched: figure.querySelectorAll("div > svg .cell [fill^=url]").length,
+        darkest: Math.max(...hits), lightest: Math.min(...hits), readout,
+        title: text(cells[0].querySelector("title")), width_px: box.width,
+        is_shown: middle === null || figure.contains(middle)};
+    }),
     views: [],
     overflow_px: document.documentElement.scrollWidth - document.documentElement.clientWidth,
     theme: [],

@@ -217,4 +217,36 @@ Study study_of(std::size_t count, ParticipantKind kind) {
   return study;
 }
 
+LayoutsPage example_layouts() {
+  LayoutsPage page{.recording = "session.mcap",
+                   .scene = "payload",
+                   .version = "0.1.0",
+                   .frames = 1800,
+                   .duration_s = 60,
+                   .limits = "The visual hull is larger than the objects."};
+  page.curves = {example_curve(0.24), example_curve(0.2)};
+  page.curves[1].part = "payload B";
+  page.places = {"payload A", "payload B"};
+  for (int a = 0; a < 13; ++a)
+    for (int b = 0; b < 9; ++b) {
+      PlacedLayout layout{"", {0.12 + 0.01 * a, 0.1 + 0.02 * b}, {}};
+      const double over_a_m = layout.places_m[0] - 0.18, over_b_m = layout.places_m[1] - 0.165,
+                   least_m = std::min(over_a_m, over_b_m + 0.01 * a - 0.06);
+      LayoutResult& result = layout.result;
+      if (b == 0 && a >= 12) {
+        result.undecided_frames = 3;
+        result.clearance = {0, 0.0008};
+      } else if (least_m < 0) {
+        result.collision_s = -60 * least_m;
+        result.colliding_frames = std::size_t(1 + 30 * result.collision_s);
+        result.penetration = {-least_m, 0.0008 - least_m};
+        layout.colliding_parts = {over_a_m < 0 ? "payload A" : "payload B"};
+      } else {
+        result.clearance = {least_m, least_m + 0.0008};
+      }
+      page.layouts.push_back(layout);
+    }
+  return page;
+}
+
 }  // namespace fivepipe::test

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <string>
 
-#include "common/study/report/study.h"
+#include "common/study/report/layouts_page.h"
 
 namespace fivepipe::test {
 
@@ -15,5 +15,9 @@ study::report::Study example_study();
 
 // `count` participants with one trial without measurements.
 study::report::Study study_of(std::size_t count, study::report::ParticipantKind kind);
+
+// Layouts of two parts: payload A at 13 spacings, and payload B at 9. A row with B at 10 cm is
+// undecided where A is at least 24 cm.
+study::report::LayoutsPage example_layouts();
 
 }  // namespace fivepipe::test

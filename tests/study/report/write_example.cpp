@@ -1,6 +1,8 @@
-// Writes the report of the example study to a folder, to look at it: write_example_report FOLDER
+// Writes the report of the example study, and the page of example layouts, to a folder, to look at
+// them: write_example_report FOLDER
 #include <cstdio>
 
+#include "common/base/result_file.h"
 #include "common/study/report/page.h"
 #include "tests/study/report/example_study.h"
 
@@ -10,5 +12,7 @@ int main(int argc, char** argv) {
     return 2;
   }
   fivepipe::study::report::write_report(fivepipe::test::example_study(), argv[1]);
-  std::printf("wrote %s/report.html\n", argv[1]);
+  fivepipe::base::write_file(std::string(argv[1]) + "/layouts.html",
+                             layouts_page(fivepipe::test::example_layouts()));
+  std::printf("wrote %s/report.html and %s/layouts.html\n", argv[1], argv[1]);
 }

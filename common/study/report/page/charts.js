@@ -181,14 +181,33 @@ function chartOf(figure, data) {
   return distanceChart(trial, curve);
 }
 
-// Returns a function that draws the figure's chart again.
-function startChart(figure, data) {
+// An element for the chart in its figure.
+function chartPlace(figure) {
   const caption = figure.querySelector("figcaption");
   const place = document.createElement("div");
   place.setAttribute("role", "img");
   place.setAttribute("aria-label",
     `Chart: ${caption.textContent}. ${figure.dataset.summary ?? "The table has its numbers."}`);
   figure.append(place);
+  return place;
+}
+
+function keyOf(items) {
+  const key = document.createElement("ul");
+  key.className = "key";
+  for (const [name, text] of items) {
+    const item = document.createElement("li");
+    item.className = name;
+    item.append(document.createElement("i"), text);
+    key.append(item);
+  }
+  return key;
+}
+
+// Returns a function that draws the figure's chart again.
+function startChart(figure, data) {
+  if (figure.dataset.chart.startsWith("layout-")) return startLayouts(figure, data.joint);
+  const place = chartPlace(figure);
   let plot = null, drawnWidth = 0;
   const draw = () => {
     plot?.destroy();
@@ -201,15 +220,7 @@ function startChart(figure, data) {
     drawnWidth = Math.max(figure.clientWidth, 240);
     plot = new uPlot({width: drawnWidth, height: kChartHeight_px, cursor: {y: false},
       ...chart.options}, chart.data, place);
-    const key = document.createElement("ul");
-    key.className = "key";
-    for (const [name, text] of chart.key) {
-      const item = document.createElement("li");
-      item.className = name;
-      item.append(document.createElement("i"), text);
-      key.append(item);
-    }
-    place.append(key);
+    place.append(keyOf(chart.key));
     figure.dataset.drawn = "yes";
   };
   draw();

@@ -1,0 +1,40 @@
+// The page of `fivepipe study what-if`: what the real objects of a recording would have hit with
+// parts elsewhere. Curves of each part over its range, and charts of layouts of several parts.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "common/study/report/study.h"
+
+namespace fivepipe::study::report {
+
+// One layout of several parts.
+struct PlacedLayout {
+  std::string name;              // "line 12"; empty: its places are its name
+  std::vector<double> places_m;  // as LayoutsPage::places
+  LayoutResult result;
+  std::vector<std::string> colliding_parts = {};
+};
+
+// Texts may hold anything, as those of a Study.
+struct LayoutsPage {
+  std::string recording, scene, version;
+  std::size_t frames = 0;
+  double duration_s = 0;
+  std::string limits;  // of the results, sentences
+  bool with_distances = true;
+  std::vector<WhatIfCurve> curves = {};    // one per part, over its range
+  std::vector<std::string> places = {};    // "payload A": what the numbers of a layout are
+  std::vector<PlacedLayout> layouts = {};  // in any order
+};
+
+// Layouts of two places that are all combinations of some values of each, at least two, are also
+// a map. Returns the page; throws std::invalid_argument if a layout has another number of places,
+// or a number is not finite.
+std::string layouts_page(const LayoutsPage& page);
+
+// The page draws at most this many layouts, at equal distances in the order of their collision
+// times, and names the others.
+inline constexpr std::size_t kMaxDrawnLayouts = 5000;
+
+}  // namespace fivepipe::study::report
