@@ -88,11 +88,11 @@ void VideoFile::encode(std::promise<std::string> opened) {
   }
   opened.set_value("");
   encode_frames(*encoder);
-  if (!failure_.empty()) return;
+  if (!is_usable_) return;
   try {
-    encoder->finish();
+    encoder->finish();  // also if the disk counts as full: min_free_bytes are for these frames
   } catch (const OutputError& error) {
-    failure_ = error.what();
+    if (failure_.empty()) failure_ = error.what();
   }
 }
 
@@ -110,12 +110,13 @@ void VideoFile::encode_frames(VideoEncoder& encoder) {
 }
 
 // Returns why the image could not be written, or an empty text.
-std::string VideoFile::write(VideoEncoder& encoder, const cv::Mat& image_bgr) const {
+std::string VideoFile::write(VideoEncoder& encoder, const cv::Mat& image_bgr) {
   if (const std::string full = why_disk_full(file_, options_.min_free_bytes); !full.empty())
     return full;
   try {
     encoder.write(image_bgr);
   } catch (const OutputError& error) {
+    is_usable_ = false;
     return error.what();
   }
   return {};

@@ -53,7 +53,7 @@ class VideoFile {
 
   void encode(std::promise<std::string> opened);
   void encode_frames(VideoEncoder& encoder);
-  std::string write(VideoEncoder& encoder, const cv::Mat& image_bgr) const;
+  std::string write(VideoEncoder& encoder, const cv::Mat& image_bgr);
   void close(std::chrono::milliseconds timeout);
 
   std::filesystem::path file_;
@@ -64,7 +64,8 @@ class VideoFile {
   std::atomic<std::uint64_t> dropped_ = 0;
   // The encoder thread writes these; finish() reads them after it has joined the thread.
   std::uint64_t written_ = 0;
-  std::string failure_;  // why a write failed; empty if none has
+  std::string failure_;    // why a write failed; empty if none has
+  bool is_usable_ = true;  // the encoder: no write() of it has thrown
   std::thread encoder_;
 };
 

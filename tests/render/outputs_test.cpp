@@ -287,6 +287,25 @@ TEST_F(Outputs, AfterAFailedWriteTheVideoDropsEveryFrameAndFinishThrows) {
   EXPECT_EQ(error_of([&] { video.finish(); }), "no error");  // a second call does nothing
 }
 
+// The frames that the codec holds back at that time are not lost.
+TEST_F(Outputs, AVideoThatEndsOnAFullDiskHasAllFramesBeforeIt) {
+  constexpr int kFrames = 30;
+  fs::create_directory(folder_ / "sub");
+  VideoFile video(folder_ / "sub" / "v.mp4", kSize, roomy());
+  const int calls = statvfs_calls;
+  for (int i = 0; i < kFrames; ++i) EXPECT_TRUE(video.add(frame_image(i)));
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+  while (statvfs_calls < calls + kFrames) ASSERT_LT(std::chrono::steady_clock::now(), deadline);
+  std::unique_lock gate(statvfs_gate);             // the last query has ended
+  fs::rename(folder_ / "sub", folder_ / "moved");  // the next one fails
+  gate.unlock();
+  EXPECT_TRUE(video.add(frame_image(kFrames)));
+  EXPECT_EQ(error_of([&] { video.finish(std::chrono::seconds(20)); }),
+            (folder_ / "sub" / "v.mp4").string() + ": No such file or directory");
+  EXPECT_EQ(video.dropped(), 1u);
+  EXPECT_EQ(frames_in(folder_ / "moved" / "v.mp4"), kFrames);
+}
+
 TEST_F(Outputs, AVideoThatHasDisappearedIsAnErrorIfItHadFrames) {
   for (const bool with_frame : {false, true}) {
     VideoFile video(folder_ / "v.mp4", kSize, roomy());
