@@ -56,9 +56,12 @@ std::string why_wrong_unit(const std::set<double>& units_mm, std::optional<doubl
   return "";
 }
 
+// A damaged direction may have fewer than two ratios.
 gp_XYZ vector_of(const Handle(StepGeom_Direction) & direction) {
-  return {direction->DirectionRatiosValue(1), direction->DirectionRatiosValue(2),
-          direction->NbDirectionRatios() < 3 ? 0 : direction->DirectionRatiosValue(3)};
+  const auto ratio = [&](int i) {
+    return i <= direction->NbDirectionRatios() ? direction->DirectionRatiosValue(i) : 0;
+  };
+  return {ratio(1), ratio(2), ratio(3)};
 }
 
 // Without an axis, STEP takes one that makes the placement right-handed.
