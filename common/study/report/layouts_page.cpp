@@ -8,6 +8,7 @@
 #include <set>
 #include <stdexcept>
 #include <tuple>
+#include <utility>
 
 #include "common/base/text_table.h"
 #include "common/study/report/document.h"
@@ -43,18 +44,20 @@ std::vector<PlacedLayout> sorted(std::vector<PlacedLayout> layouts) {
   return layouts;
 }
 
-// Whether the layouts of two places are all combinations of at least two values of each.
+// Returns whether the layouts of two places are all combinations of at least two values of each.
+// The values are those of the page, which rounds them.
 bool is_grid(const std::vector<PlacedLayout>& layouts) {
-  std::set<double> first_m, second_m;
-  std::set<std::vector<double>> different_m;
+  std::set<double> first_cm, second_cm;
+  std::set<std::pair<double, double>> different_cm;
   for (const PlacedLayout& layout : layouts) {
     if (layout.places_m.size() != 2) return false;
-    first_m.insert(layout.places_m[0]);
-    second_m.insert(layout.places_m[1]);
-    different_m.insert(layout.places_m);
+    const double a_cm = json_cm(layout.places_m[0]), b_cm = json_cm(layout.places_m[1]);
+    first_cm.insert(a_cm);
+    second_cm.insert(b_cm);
+    different_cm.emplace(a_cm, b_cm);
   }
-  return first_m.size() > 1 && second_m.size() > 1 && layouts.size() == different_m.size() &&
-         layouts.size() == first_m.size() * second_m.size();
+  return first_cm.size() > 1 && second_cm.size() > 1 && layouts.size() == different_cm.size() &&
+         layouts.size() == first_cm.size() * second_cm.size();
 }
 
 // At equal distances in their order, with both ends.
@@ -80,6 +83,8 @@ ordered_json layouts_json(const LayoutsPage& page, const std::vector<PlacedLayou
     added["collision_s"] = json_s(result.collision_s);
     added["parts"] = layout.colliding_parts;
     if (!page.with_distances) continue;
+    added["penetration"] = bracket_text(result.penetration);
+    added["clearance"] = bracket_text(result.clearance);
     added["penetration_cm"] = {json_cm(result.penetration.min_m),
                                json_cm(result.penetration.max_m)};
     added["clearance_cm"] = {json_cm(result.clearance.min_m), json_cm(result.clearance.max_m)};

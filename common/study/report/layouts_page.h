@@ -28,13 +28,13 @@ struct LayoutsPage {
   std::vector<PlacedLayout> layouts = {};  // in any order
 };
 
-// Layouts of two places that are all combinations of some values of each, at least two, are also
-// a map. Returns the page; throws std::invalid_argument if a layout has another number of places,
-// or a number is not finite.
+// Returns the page. If the layouts are all combinations of at least two values of each of two
+// places, it also has maps. Throws std::invalid_argument if a layout has another number of places
+// than the page, or if a place or a collision time is not finite.
 std::string layouts_page(const LayoutsPage& page);
 
-// The page draws at most this many layouts, at equal distances in the order of their collision
-// times, and names the others.
+// The charts show at most this many layouts, at equal distances in the order of their collision
+// times, and the page states how many. A larger grid has no map.
 inline constexpr std::size_t kMaxDrawnLayouts = 5000;
 
 }  // namespace fivepipe::study::report

@@ -29,13 +29,11 @@
       cells[0].dispatchEvent(new PointerEvent("pointerenter"));
       const readout = text(figure.querySelector(".readout"));
       const box = cells.at(-1).querySelector(".ground").getBoundingClientRect();
-      const middle = document.elementFromPoint(box.x + box.width / 2, box.y + box.height / 2);
       return {quantity: figure.dataset.quantity, free: count("free"), colliding: count("colliding"),
         undecided: count("undecided"), rings: figure.querySelectorAll("div > svg .cell .ring").length,
         hatched: figure.querySelectorAll("div > svg .cell [fill^=url]").length,
         darkest: Math.max(...hits), lightest: Math.min(...hits), readout,
-        title: text(cells[0].querySelector("title")), width_px: box.width,
-        is_shown: middle === null || figure.contains(middle)};
+        title: text(cells[0].querySelector("title")), width_px: box.width};
     }),
     views: [],
     overflow_px: document.documentElement.scrollWidth - document.documentElement.clientWidth,

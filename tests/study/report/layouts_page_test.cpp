@@ -17,6 +17,9 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 
+// In the text of a figure. The style names the same chart.
+const std::string kMap = "data-chart=\"layout-map\" data-quantity=";
+
 nlohmann::json data_of(const std::string& page) {
   const std::string begin = "id=\"data\">";
   const std::size_t at = page.find(begin) + begin.size();
@@ -38,6 +41,7 @@ TEST(LayoutsPage, SortsTheLongestCollisionFirstThenUndecidedThenFree) {
   page.layouts[2].name = "line 4";
   page.layouts[2].colliding_parts = {"A"};
   page.layouts[2].result.penetration = {0.01, std::numeric_limits<double>::infinity()};
+  page.layouts[2].result.clearance = {0.01238, 0.01312};
   const std::string html = layouts_page(page);
   const nlohmann::json joint = data_of(html)["joint"];
   ASSERT_EQ(joint["layouts"].size(), 4u);
@@ -51,16 +55,18 @@ TEST(LayoutsPage, SortsTheLongestCollisionFirstThenUndecidedThenFree) {
   EXPECT_EQ(verdicts, (std::vector<std::string>{"colliding", "colliding", "undecided", "free"}));
   EXPECT_EQ(joint["layouts"][1]["name"], "line 4");
   EXPECT_EQ(joint["layouts"][1]["penetration_cm"], nlohmann::json::parse("[1.0, null]"));
+  EXPECT_EQ(joint["layouts"][1]["penetration"], "at least 1.00 cm");
+  EXPECT_EQ(joint["layouts"][1]["clearance"], "1.23–1.32 cm") << "rounded outwards";
   EXPECT_THAT(
       html,
       HasSubstr("1 of 4 layouts are certified free in all frames, 2 collide, 1 are undecided."));
   EXPECT_THAT(html, HasSubstr("data-chart=\"layout-bars\""));
-  EXPECT_THAT(html, Not(HasSubstr("data-chart=\"layout-map\"")));
+  EXPECT_THAT(html, Not(HasSubstr(kMap)));
 }
 
 TEST(LayoutsPage, HasAMapIfTheLayoutsAreAllCombinationsOfTwoPlaces) {
   const auto has_map = [](const LayoutsPage& page) {
-    return layouts_page(page).find("data-chart=\"layout-map\"") != std::string::npos;
+    return layouts_page(page).find(kMap) != std::string::npos;
   };
   LayoutsPage page = test::example_layouts();
   EXPECT_TRUE(has_map(page));
@@ -73,6 +79,8 @@ TEST(LayoutsPage, HasAMapIfTheLayoutsAreAllCombinationsOfTwoPlaces) {
   page.layouts.push_back(placed({0.2, 0.2}, 0));
   page.layouts.push_back(placed({0.2, 0.3}, 0));
   EXPECT_TRUE(has_map(page));
+  for (PlacedLayout& layout : page.layouts) layout.places_m[1] *= 1e-5;
+  EXPECT_FALSE(has_map(page)) << "the page rounds two values to one";
   page.places = {"A", "B", "C"};
   for (PlacedLayout& layout : page.layouts) layout.places_m.push_back(0);
   EXPECT_FALSE(has_map(page)) << "three places";

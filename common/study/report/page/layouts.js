@@ -13,12 +13,6 @@ function svg(name, attributes, ...children) {
 const kWholeSteps = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000];
 const kHint = "Point at a layout to see its values.";
 
-function bracket([min, max]) {
-  if (min == null) return "the whole range";
-  if (max == null) return min > 0 ? `at least ${min.toFixed(2)} cm` : "unknown";
-  return max > 0 ? `${min.toFixed(2)}–${max.toFixed(2)} cm` : "0";
-}
-
 // All that is known of a layout, in one line.
 function layoutText(joint, layout) {
   const places = joint.places.map((name, i) => `${name} ${layout.places_cm[i].toFixed(2)} cm`);
@@ -26,8 +20,8 @@ function layoutText(joint, layout) {
   const verdicts = {free: "certified free", undecided: "undecided"};
   text += verdicts[layout.verdict] ?? `collision ${seconds(layout.collision_s)}`;
   if (joint.with_distances) {
-    if (layout.verdict === "colliding") text += `, penetration ${bracket(layout.penetration_cm)}`;
-    text += `, clearance ${bracket(layout.clearance_cm)}`;
+    if (layout.verdict === "colliding") text += `, penetration ${layout.penetration}`;
+    text += `, clearance ${layout.clearance}`;
   }
   return layout.parts.length > 0 ? `${text} (${layout.parts.join(", ")})` : text;
 }
