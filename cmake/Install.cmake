@@ -4,7 +4,7 @@ include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
 # Programs of general names, such as capture_node, are not in the search path: `fivepipe` starts
-# them from its own folder, where it also looks for the modules of cameras.
+# them from its own folder, where it also looks for the optional modules.
 set(fivepipe_programs_dir lib/fivepipe)
 set(fivepipe_programs fivepipe capture_node recon_node sim_node render_node fivepipe_cameras
   fivepipe_export fivepipe_maps fivepipe_segment fivepipe_study fivepipe_measure)
@@ -20,7 +20,7 @@ if(fivepipe_modules)
   install(TARGETS ${fivepipe_modules} LIBRARY DESTINATION ${fivepipe_programs_dir}
     COMPONENT programs)
 endif()
-# Open CASCADE and what its packages depend on have 150 MB, so its module is a package of its own.
+# Open CASCADE and its dependencies need 150 MB, so its module is a package of its own.
 set(fivepipe_packages programs development)
 if(TARGET fivepipe_step)
   list(APPEND fivepipe_packages step)

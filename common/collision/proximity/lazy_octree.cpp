@@ -31,7 +31,8 @@ bool is_empty_rect(const hull::SkipMap& skip_map, const hull::PixelRect& rect) {
   return true;
 }
 
-// How far a margin extends along a direction, times the direction's length, and along the axes.
+// How far a margin extends along a direction, times the length of that; below, along each axis of
+// the world.
 template <class Direction>
 double beyond(const SweptMargin& margin, const Eigen::MatrixBase<Direction>& direction) {
   return std::abs(direction.dot(margin.sweep_world_m)) +
@@ -56,7 +57,7 @@ struct CubeExtent {
   Vector3d half_m() const { return Vector3d::Constant(half_edge_m); }
   double sum_m() const { return 3 * half_edge_m; }
 };
-// Of what a body passes; the box's edges are along the world's axes.
+// A box with edges along the world's axes, and its margin.
 struct SweptBoxExtent {
   Vector3d box_half_m;
   SweptMargin margin;
@@ -68,6 +69,7 @@ struct SweptBoxExtent {
   Vector3d half_m() const { return box_half_m + beyond_m(margin); }
   double sum_m() const { return half_m().sum(); }
 };
+// A triangle, by its corners relative to its centroid, and its margin.
 struct SweptTriangleExtent {
   Triangle from_center_m;
   SweptMargin margin;

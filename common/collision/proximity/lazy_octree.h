@@ -28,8 +28,8 @@ struct CubeVerdict {
   bool center_in_hull = false;
 };
 
-// What surrounds a body: it moves by up to sweep_world_m to either side, and each coordinate of its
-// points may be wrong by rounding_m.
+// The margin of a body that moves from -sweep_world_m to +sweep_world_m about its given place, and
+// of which each coordinate of each point has a rounding error of at most rounding_m (>= 0).
 struct SweptMargin {
   Eigen::Vector3d sweep_world_m;
   double rounding_m;
@@ -40,9 +40,9 @@ class CubeQuery {
   // Borrows the query's hull, which must not be empty and must outlive this object.
   explicit CubeQuery(const hull::HullQuery& query);
   CubeVerdict test(const Eigen::Vector3d& center_world_m, double half_edge_m) const;
-  // Return true only if no point of the hull is where a closed box with edges along the world's
-  // axes, or a triangle, passes. Such bodies are flat where a cube is not: one test certifies a
-  // face beside a flat border of the hull.
+  // Return true only if a body contains no point of the hull at any place of its margin: a closed
+  // box with edges along the world's axes, or a triangle. Coordinates must be finite. A box or a
+  // triangle can be flat, so that one test certifies a face beside a flat border of the hull.
   bool is_free(const Eigen::Vector3d& center_world_m, const Eigen::Vector3d& half_m,
                const SweptMargin& margin) const;
   bool is_free(const Triangle& triangle_world_m, const SweptMargin& margin) const;

@@ -19,8 +19,8 @@ using Eigen::Vector3d;
 
 // Relative rounding error of a box's centre and size, per sum of their sizes.
 constexpr double kBoxRounding = 32 * std::numeric_limits<double>::epsilon();
-// Pieces that one sweep tests. A part that is nearer to the hull than it is divided, along much of
-// the range, would need more.
+// Tests that one sweep makes at most. A part that slides along the hull, at a distance less than
+// the size of its smallest pieces, would need more.
 constexpr int kMaxTests = 2'000'000;
 // Pieces of the part that are not free and are refined together.
 constexpr std::size_t kMaxPieces = 4;
@@ -151,8 +151,8 @@ class SpacingSweep::Search {
     return true;
   }
 
-  // Whether all that the piece sweeps within reach_m of the spacing is free. Also false once the
-  // sweep has made kMaxTests tests.
+  // Returns true only if the volume that the piece sweeps within reach_m of the spacing is free of
+  // the hull. Returns false once the sweep has made kMaxTests tests.
   bool is_certified_free(const Piece& piece, double spacing_m, double reach_m) {
     if (tests_left_ == 0) return false;
     --tests_left_;
@@ -261,8 +261,8 @@ class SpacingSweep::Search {
   Vector3d axis_;
   Vector3d offset_m_;  // at spacing 0
   SpacingVerdicts found_;
-  // The longest first, so that a search that reaches its limit leaves the shortest undecided, which
-  // are beside contact, and not all that is behind the first of them.
+  // The longest first: a search that reaches its limit leaves only the shortest undecided, which
+  // are beside contact.
   std::priority_queue<Waiting> waiting_;
   int tests_left_ = kMaxTests;
 };

@@ -39,9 +39,9 @@ struct SpacingVerdicts {
   // Also the centre of a ball in the hull with a radius of SpacingOptions::solid_m. Each of these
   // intervals is in one of `touching`.
   std::vector<SpacingInterval> colliding;
-  // False if the search ended early and left more undecided: the shortest intervals, beside what
-  // touches. It has a limit, which a part may reach that slides along the hull at a fraction of a
-  // millimetre.
+  // False if the search reached its limit of tests. It then leaves more undecided: the shortest
+  // intervals, beside contact. A part that slides along the hull at a distance of a fraction of a
+  // millimetre may reach the limit.
   bool is_complete = true;
 };
 

@@ -99,7 +99,7 @@ std::string csv_of(const WhatIf& found);
 
 // A page with charts (common/study/report/layouts_page.h).
 std::string html_of(const WhatIf& found);
-// The spacings of the part while the session was recorded, in a line; empty if nobody moved it.
+// The spacings of the part while the session was recorded, in a line; empty if it did not move.
 std::string recorded_text(const PartResult& of);
 // What limits the results of all parts, one or several lines per sentence.
 std::string limits_of(const WhatIf& found);

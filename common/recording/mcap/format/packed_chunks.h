@@ -1,8 +1,12 @@
 // The chunk indexes of a file that is being written, in little memory. The file has its summary at
-// its end, so a recorder keeps one index per chunk as long as it runs: as ChunkIndex a kilobyte per
-// chunk with 20 channels, here a tenth of it.
+// its end, so a recorder keeps one index per chunk as long as it runs. A chunk with 20 channels
+// takes a kilobyte as ChunkIndex, and here a tenth of it.
 #pragma once
+#include <cstdint>
 #include <deque>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include "common/recording/mcap/format/summary.h"
 
@@ -10,9 +14,10 @@ namespace fivepipe::mcap {
 
 class PackedChunks {
  public:
-  // `compression` of all chunks.
+  // All chunks have this `compression`; that of their indexes is ignored.
   explicit PackedChunks(std::string_view compression) : compression_(compression) {}
-  // Chunks must come in file order, and no message index record may be before its chunk.
+  // Keeps all fields of the index but `compression` and `unchunked`. Needs little memory if the
+  // chunks are in the order of the file, and each message index record is behind its chunk.
   void add(const ChunkIndex& chunk);
   // Returns all chunks that were added, in this order.
   std::vector<ChunkIndex> unpacked() const;
