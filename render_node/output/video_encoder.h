@@ -33,8 +33,8 @@ class VideoEncoder {
   VideoEncoder(const VideoEncoder&) = delete;
   VideoEncoder& operator=(const VideoEncoder&) = delete;
 
-  // Appends an 8-bit BGR image of the file's size. The codec holds back some 50 images until it has
-  // seen the following ones. Throws OutputError, and then the encoder cannot be used any more.
+  // Appends an 8-bit BGR image of the file's size. The codec holds back about 50 images until it
+  // has seen the following ones. Throws OutputError, and then the encoder cannot be used any more.
   void write(const cv::Mat& image_bgr);
 
   // Writes all images that have not been written, and closes the file. Throws OutputError. Call it

@@ -223,7 +223,7 @@ ImportedMesh import_step(const std::filesystem::path& file, std::optional<double
     read_step = reinterpret_cast<ReadStep*>(base::function_of(kStepModule, kReadStep));
   } catch (const std::runtime_error& missing) {
     return failed(std::string(missing.what()) +
-                  "; beside the Debian package fivepipe, install fivepipe-step");
+                  "; with the Debian package fivepipe, install fivepipe-step instead");
   }
   read_step(file.string(), unit_m, mesh);
   return mesh;

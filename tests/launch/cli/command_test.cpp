@@ -536,8 +536,8 @@ TEST(Command, AStepFileWithoutTheModuleNamesThePackages) {
   EXPECT_EQ(answer.exit_code, 2) << answer.text;
   EXPECT_TRUE(test::contains(answer.text,
                              "this build has no Open CASCADE: install libocct-data-exchange-dev "
-                             "and build again; beside the Debian package fivepipe, install "
-                             "fivepipe-step"))
+                             "and build again; with the Debian package fivepipe, install "
+                             "fivepipe-step instead"))
       << answer.text;
 }
 
