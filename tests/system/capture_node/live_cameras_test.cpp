@@ -39,10 +39,10 @@ class LiveCameras : public testing::Test {
   // them.
   static void SetUpTestSuite() {
     has_own_network_ =
-        capture::exists(capture::kGenicamModule) && enter_own_network({kFirst, kSecond});
+        base::exists(capture::kGenicamModule) && enter_own_network({kFirst, kSecond});
   }
   void SetUp() override {
-    if (!capture::exists(capture::kGenicamModule))
+    if (!base::exists(capture::kGenicamModule))
       FIVEPIPE_SKIP_WITHOUT_PACKAGE("built without Aravis (libaravis-dev)");
     if (!has_own_network_)
       FIVEPIPE_SKIP_WITHOUT_PACKAGE("CAP_SYS_ADMIN (root), to give the test a network of its own");
