@@ -128,7 +128,7 @@ TEST_F(HostClocks, ARigThatDiffersIsNamedWithBothSides) {
 
 // Cameras with a clock of their own, on both hosts.
 TEST_F(HostClocks, StampsOfASecondCaptureHostAreByTheClockOfTheFirst) {
-  if (!capture::exists(capture::kGstreamerModule))
+  if (!base::exists(capture::kGstreamerModule))
     FIVEPIPE_SKIP_WITHOUT_PACKAGE("built without GStreamer (libgstreamer1.0-dev)");
   const std::string live =
       "{gstreamer: \"videotestsrc is-live=true ! "
