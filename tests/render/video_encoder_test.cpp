@@ -7,6 +7,8 @@
 #include <gtest/gtest.h>
 #include <malloc.h>
 
+#include <functional>
+#include <numeric>
 #include <opencv2/core.hpp>
 #include <opencv2/videoio.hpp>
 #include <optional>
