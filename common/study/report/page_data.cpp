@@ -118,7 +118,7 @@ ordered_json curve_json(const WhatIfCurve& curve) {
                     {"range_cm", {json_cm(curve.range.low_m), json_cm(curve.range.high_m)}},
                     {"with_distances", curve.with_distances},
                     {"free_cm", ordered_json::array()}};
-  // Rounded inwards: what is drawn as free is certified.
+  // Rounds both ends towards the middle, so that the chart shows only certified spacings as free.
   for (const collision::SpacingInterval& free : curve.result.free)
     json["free_cm"].push_back(
         {std::ceil(1e5 * free.low_m - 1e-6) / 1e3, std::floor(1e5 * free.high_m + 1e-6) / 1e3});
