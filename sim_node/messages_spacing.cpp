@@ -28,9 +28,14 @@ messages::Received<SpacingChange> checked_change(const std::string& name, double
 
 }  // namespace
 
+messages::Received<SpacingChange> change_to(const std::string& object, double spacing_m,
+                                            const config::Scene& scene) {
+  return checked_change(object, spacing_m, 0, scene);
+}
+
 messages::Received<SpacingChange> change_from(const fivepipe_v1_SpacingRequest& message,
                                               const config::Scene& scene) {
-  return checked_change(message.object, message.spacing_m, 0, scene);
+  return change_to(message.object, message.spacing_m, scene);
 }
 
 messages::Received<SpacingChange> change_from(const fivepipe_v1_ObjectSpacing& message,

@@ -16,9 +16,11 @@ struct SpacingChange {
   std::int64_t capture_stamp_ns = 0;  // of the first frame with this spacing; 0: the next frame
 };
 
-// Both return BadMessage ("bad_spacing") if the scene has no such object, the object has no
-// spacing, or the spacing is not finite or out of its range; the second one also if frame or stamp
-// is implausible.
+// All return BadMessage ("bad_spacing") if the scene has no such object, the object has no spacing,
+// or the spacing is not finite or out of its range; the third one also if frame or stamp is
+// implausible. The first two hold from the next frame on.
+messages::Received<SpacingChange> change_to(const std::string& object, double spacing_m,
+                                            const config::Scene& scene);
 messages::Received<SpacingChange> change_from(const fivepipe_v1_SpacingRequest& message,
                                               const config::Scene& scene);
 messages::Received<SpacingChange> change_from(const fivepipe_v1_ObjectSpacing& message,

@@ -16,6 +16,13 @@ SpacingPipe::SpacingPipe(node::NodeContext& node) : node_(node), scene_(node.dep
   requests_.emplace(node.bus.reader<bus::topics::SpacingRequest>());
   recorded_.emplace(node.bus.reader<bus::topics::ObjectSpacing>());
   spacings_.emplace(node.bus.writer<bus::topics::ObjectSpacing>());
+  for (const auto& [object, spacing_m] : node.spacings_m) {
+    const auto change = change_to(object, spacing_m, scene_);
+    if (const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&change))
+      node.status.drop(*bad);
+    else
+      add(std::get<SpacingChange>(change));
+  }
 }
 
 void SpacingPipe::reset() {

@@ -13,6 +13,7 @@ namespace fivepipe::sim {
 // Reads and writes nothing if no object of the scene has a spacing.
 class SpacingPipe {
  public:
+  // Begins with NodeContext::spacings_m; drops and counts those that the scene does not permit.
   explicit SpacingPipe(node::NodeContext& node);
 
   // Call before the frame sets are taken. Drops and counts invalid messages.
@@ -21,7 +22,7 @@ class SpacingPipe {
   void apply(std::int64_t capture_stamp_ns, Simulation& simulation);
   // Sends the spacings that this frame is the first to have; none during a replay.
   void publish(std::uint64_t frame, std::int64_t capture_stamp_ns, bool replaying);
-  // Returns to the scene's spacings, for a new simulation.
+  // Returns to the scene's spacings, for a new simulation in a replay.
   void reset();
 
  private:

@@ -1,5 +1,7 @@
 #include "launch/supervise/node_programs.h"
 
+#include <fmt/format.h>
+
 #include <limits>
 
 #include "launch/supervise/own_files.h"
@@ -7,7 +9,8 @@
 namespace fivepipe::launch {
 
 std::vector<Program> programs_of(const std::vector<config::Node>& nodes,
-                                 const RunSettings& settings) {
+                                 const RunSettings& settings,
+                                 std::function<std::map<std::string, double>()> spacings) {
   std::vector<Program> programs;
   for (const config::Node& node : nodes) {
     Program program{node.name,
@@ -26,6 +29,13 @@ std::vector<Program> programs_of(const std::vector<config::Node>& nodes,
       program.argv.insert(program.argv.end(), {"--host", node.host});
     if (settings.every_frame && config::program_of(node) == "capture_node")
       program.argv.push_back("--every-frame");
+    if (config::program_of(node) == "sim_node")
+      program.arguments_at_start = [spacings] {
+        std::vector<std::string> arguments;
+        for (const auto& [object, spacing_m] : spacings())
+          arguments.insert(arguments.end(), {"--spacing", object, fmt::format("{}", spacing_m)});
+        return arguments;
+      };
     programs.push_back(std::move(program));
   }
   return programs;

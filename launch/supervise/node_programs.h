@@ -1,5 +1,7 @@
 // How `fivepipe up` starts and watches the nodes of this host and the recorder.
 #pragma once
+#include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,8 +12,10 @@
 
 namespace fivepipe::launch {
 
+// spacings: returns the spacings [m], by object, with which sim_node begins. Called at each start.
 std::vector<Program> programs_of(const std::vector<config::Node>& nodes,
-                                 const RunSettings& settings);
+                                 const RunSettings& settings,
+                                 std::function<std::map<std::string, double>()> spacings);
 // The arguments of `fivepipe record` for RunSettings::record.
 std::vector<std::string> recorder_arguments(const RunSettings& settings);
 // nullopt: stalled nodes are not noticed.

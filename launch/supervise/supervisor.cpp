@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <iterator>
 #include <system_error>
 #include <utility>
 
@@ -124,8 +125,10 @@ void Supervisor::start(Supervised& node) {
     node.watchdog = Watchdog(watchdog_.value_or(WatchdogSettings{}));
     node.handles_frames = false;
     node.killed.reset();
-    node.child =
-        std::make_unique<ChildProcess>(node.program.argv, node.program.cores, node.heartbeat.get());
+    std::vector<std::string> argv = node.program.argv;
+    if (node.program.arguments_at_start)
+      std::ranges::copy(node.program.arguments_at_start(), std::back_inserter(argv));
+    node.child = std::make_unique<ChildProcess>(argv, node.program.cores, node.heartbeat.get());
     node.processes.push_back({node.child->pid(), stamp_ns, {}});
   } catch (const std::system_error& error) {
     stop_deployment(node, StopDeployment{1, error.what()});

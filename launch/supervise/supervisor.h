@@ -25,6 +25,8 @@ struct Program {
   std::vector<int> cores;         // pins the process to these; empty: no pinning
   std::filesystem::path log;      // receives all output, also after restarts; empty: none
   bool is_dispensable = false;    // RestartSettings
+  // Called at each start of the process: further arguments. Empty: none.
+  std::function<std::vector<std::string>()> arguments_at_start = {};
 };
 
 struct ProcessRecord {

@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <iostream>
+#include <utility>
 #include <vector>
 
 #include "common/base/version.h"
@@ -18,6 +19,7 @@ Arguments parse_arguments(const std::string& program, int argc, char** argv) {
                                         base::build_type() + ")");
   Arguments args;
   std::vector<std::string> settings;
+  std::vector<std::pair<std::string, double>> spacings_m;
   std::uint32_t domain = 0;
   app.add_option("--deployment", args.deployment, "deployment file (YAML)")->required();
   app.add_option("--node", args.node, "name of the node in the deployment")->required();
@@ -30,6 +32,10 @@ Arguments parse_arguments(const std::string& program, int argc, char** argv) {
   app.add_flag(
       "--every-frame", args.every_frame,
       "capture_node: process every frame of the files, without a clock, and end with them");
+  app.add_option("--spacing", spacings_m,
+                 "OBJECT METRES: sim_node: the object begins with this spacing instead of the "
+                 "scene's; repeatable")
+      ->allow_extra_args(false);
   app.add_option("--host", args.host, "name of this machine in the deployment");
   app.add_flag("--local", args.local,
                "use the loopback interface instead of the deployment's network");
@@ -39,6 +45,7 @@ Arguments parse_arguments(const std::string& program, int argc, char** argv) {
     throw CommandLineExit{app.exit(error) == 0 ? 0 : 2};
   }
   if (*domain_option) args.domain = domain;
+  for (const auto& [object, spacing_m] : spacings_m) args.spacings_m[object] = spacing_m;
   for (const std::string& setting : settings) {
     const std::size_t equals = setting.find('=');
     if (equals == std::string::npos || equals == 0) {

@@ -14,6 +14,7 @@ struct Arguments {
   std::optional<std::uint32_t> domain;
   std::map<std::string, std::string> settings;
   bool every_frame = false;
+  std::map<std::string, double> spacings_m;  // by object
   std::string host;    // name of this machine in the deployment; empty: find it
   bool local = false;  // use the loopback interface, whatever the deployment's network is
 };
@@ -25,7 +26,7 @@ struct CommandLineExit {
 };
 
 // Parses --deployment FILE --node NAME [--domain N] [--out DIR] [--set KEY=VALUE]...
-// [--every-frame] [--host NAME] [--local]. Throws CommandLineExit.
+// [--every-frame] [--spacing OBJECT METRES]... [--host NAME] [--local]. Throws CommandLineExit.
 Arguments parse_arguments(const std::string& program, int argc, char** argv);
 
 }  // namespace fivepipe::node

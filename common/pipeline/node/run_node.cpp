@@ -50,7 +50,8 @@ int run(const std::string& program, const Arguments& args,
   const std::unique_ptr<CaptureClock> clock =
       capture_clock_of(deployment, args.host, args.local, bus);
   NodeStatusReporter status(bus, node->name, clock.get());
-  NodeContext context{deployment, *node, args.out, args.every_frame, bus, status, clock.get()};
+  NodeContext context{deployment, *node,  args.out,    args.every_frame,
+                      bus,        status, clock.get(), args.spacings_m};
   body(context);
   return bus::keys_expired() ? 2 : 0;
 }

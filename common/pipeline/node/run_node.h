@@ -3,6 +3,7 @@
 #pragma once
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <string>
 
 #include "common/config/deployment.h"
@@ -27,6 +28,7 @@ struct NodeContext {
   NodeStatusReporter& status;
   // As capture_clock_of() returns it.
   const CaptureClock* capture_clock = nullptr;
+  std::map<std::string, double> spacings_m = {};  // --spacing, by object; not checked
 };
 
 // Returns false after SIGTERM, SIGINT or stop_running(). Loops must test it at least every

@@ -9,6 +9,12 @@ void SpacingKeeper::add(const SeenSpacing& seen) {
     known->second.is_lost = known->second.requested_m != seen.spacing_m;
 }
 
+std::map<std::string, double> SpacingKeeper::requested() const {
+  std::map<std::string, double> requested;
+  for (const auto& [name, object] : objects_) requested[name] = object.requested_m;
+  return requested;
+}
+
 std::map<std::string, double> SpacingKeeper::due(Clock::time_point now) {
   std::map<std::string, double> due;
   for (auto& [name, object] : objects_) {

@@ -1,5 +1,5 @@
-// Requests the spacings of the objects again after sim_node was restarted. Spacings live in
-// sim_node, which begins with those of the scene.
+// Gives the spacings of the objects to a restarted sim_node. Spacings live in sim_node, which
+// begins with those of the scene.
 #pragma once
 #include <chrono>
 #include <map>
@@ -21,9 +21,11 @@ class SpacingKeeper {
   using Clock = std::chrono::steady_clock;
 
   void add(const SeenSpacing& seen);
-  // Returns the spacings [m] to request now, by object: those that a restarted sim_node does not
-  // have yet, each at most every kRepeat, because a request may precede the discovery of its
-  // reader.
+  // Returns the newest requested spacings [m], by object, for the start of a sim_node on this host.
+  std::map<std::string, double> requested() const;
+  // For a sim_node that another process started. Returns the spacings [m] to request now, by
+  // object: those that a restarted sim_node does not have yet, each at most every kRepeat, because
+  // a request may precede the discovery of its reader.
   std::map<std::string, double> due(Clock::time_point now);
 
   static constexpr std::chrono::milliseconds kRepeat{200};

@@ -1,6 +1,8 @@
 // Connects SpacingKeeper with the topics of the deployment.
 #pragma once
+#include <map>
 #include <optional>
+#include <string>
 
 #include "common/config/scene.h"
 #include "common/pipeline/bus/bus.h"
@@ -14,6 +16,8 @@ class SpacingPipe {
   SpacingPipe(bus::Bus& bus, const config::Scene& scene);
   // Call often, from one thread.
   void step();
+  // The newest requested spacings [m], by object.
+  std::map<std::string, double> requested() const { return keeper_.requested(); }
 
  private:
   const config::Scene& scene_;

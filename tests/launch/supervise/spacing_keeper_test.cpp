@@ -18,6 +18,7 @@ TEST(SpacingKeeper, RequestsWhatARestartedSimulationHasLost) {
   keeper.add({"a", 0.3, true});
   keeper.add({"a", 0.4, true});
   EXPECT_EQ(keeper.due(kStart), Due{}) << "the simulation has it";
+  EXPECT_EQ(keeper.requested(), (Due{{"a", 0.4}}));
   keeper.add({"a", 0.1, false});
   keeper.add({"b", 0.2, false});
   EXPECT_EQ(keeper.due(kStart), (Due{{"a", 0.4}}));
@@ -25,6 +26,7 @@ TEST(SpacingKeeper, RequestsWhatARestartedSimulationHasLost) {
   EXPECT_EQ(keeper.due(kStart + SpacingKeeper::kRepeat), (Due{{"a", 0.4}})) << "no answer yet";
   keeper.add({"a", 0.4, true});
   EXPECT_EQ(keeper.due(kStart + 10s), Due{});
+  EXPECT_EQ(keeper.requested(), (Due{{"a", 0.4}})) << "also after the loss";
 }
 
 TEST(SpacingKeeper, ALaterRequestReplacesTheLostOne) {

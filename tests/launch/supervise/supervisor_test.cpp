@@ -69,6 +69,17 @@ TEST_F(SupervisorTest, AStepEndsAtTheNextEvent) {
   EXPECT_EQ(stopping.killed(), std::vector<std::string>{"render"});
 }
 
+TEST_F(SupervisorTest, AsksForTheArgumentsOfEachStart) {
+  launch::Program sim = node("sim", "echo $1; exit ${1#start}");
+  int starts = 0;
+  sim.arguments_at_start = [&] {
+    return std::vector<std::string>{"sh", "start" + std::to_string(2 - ++starts)};
+  };
+  launch::Supervisor supervisor({sim}, {}, output());
+  ASSERT_TRUE(step_until(supervisor, [&] { return supervisor.all_exited(); }));
+  EXPECT_EQ(lines, (std::vector<std::string>{"sim: start1", "sim: start0"}));
+}
+
 TEST_F(SupervisorTest, AStepWaitsWhileNothingHappens) {
   launch::Supervisor supervisor({node("sim", kRunsForever)}, {}, output());
   ASSERT_TRUE(step_until(supervisor, [&] { return printed("sim: up"); }));

@@ -50,13 +50,17 @@ TEST(NodeArguments, HaveTheValuesOfTheirOptions) {
   EXPECT_EQ(required_only.arguments.out, "");
   EXPECT_EQ(required_only.arguments.domain, std::nullopt);
   EXPECT_TRUE(required_only.arguments.settings.empty());
+  EXPECT_TRUE(required_only.arguments.spacings_m.empty());
   const Parsed all = parsed(with({"--out", "folder", "--domain", "0", "--set", "a=1", "--set",
-                                  "path=x=y", "--set", "empty=", "--set", "b=2"}));
+                                  "path=x=y", "--set", "empty=", "--set", "b=2", "--spacing",
+                                  "part", "-0.05", "--spacing", "other=1", "1.5e-3"}));
   EXPECT_FALSE(all.exit_code) << all.printed;
   EXPECT_EQ(all.arguments.out, "folder");
   EXPECT_EQ(all.arguments.domain, 0u);
   EXPECT_EQ(all.arguments.settings, (std::map<std::string, std::string>{
                                         {"a", "1"}, {"path", "x=y"}, {"empty", ""}, {"b", "2"}}));
+  EXPECT_EQ(all.arguments.spacings_m,
+            (std::map<std::string, double>{{"part", -0.05}, {"other=1", 1.5e-3}}));
 }
 
 TEST(NodeArguments, WrongOnesExitWithTwoAndTheReason) {
@@ -72,6 +76,8 @@ TEST(NodeArguments, WrongOnesExitWithTwoAndTheReason) {
               "sim_node: --set expects KEY=VALUE, got '" + std::string(setting) + "'\n");
   EXPECT_TRUE(test::contains(reason(with({"--set", "a=1", "b=2"})), "b=2"))
       << "one value per option";
+  EXPECT_TRUE(test::contains(reason(with({"--spacing", "part", "wide"})), "wide"));
+  EXPECT_TRUE(test::contains(reason(with({"--spacing", "part"})), "--spacing"));
   EXPECT_TRUE(test::contains(reason(with({"--domain", "231"})), "231"));
   EXPECT_TRUE(test::contains(reason(with({"--domain", "-1"})), "-1"));
   EXPECT_FALSE(parsed(with({"--domain", "230"})).exit_code) << "the largest domain";

@@ -50,7 +50,7 @@ class SimNodeSpacing : public ScriptedCapture {
   Collected<bus::topics::CollisionResult, PartVerdict> verdicts_{bus_, verdict_of};
   Collected<bus::topics::ObjectSpacing, PartSpacing> spacings_{bus_, spacing_of};
 
-  void start_node() {
+  void start_node(const std::vector<std::string>& more = {}) {
     start("sim_node", "simulation",
           three_cameras(R"(
 name: layout
@@ -59,7 +59,8 @@ objects:
      spacing: {axis: [2, 0, 0], at_m: 0.4, range_m: [0.1, 0.5]}}
   - {name: still, box: {size_m: [0.1, 0.1, 0.1]}, position_m: [0, 0, -5], reaction: none}
 )",
-                        "  - {name: simulation, program: sim_node}\n"));
+                        "  - {name: simulation, program: sim_node}\n"),
+          more);
     wait_for_readers(infos_, maps_, requests_);
   }
   void request(double spacing_m, const std::string& object = "part") {
@@ -114,6 +115,22 @@ TEST_F(SimNodeSpacing, RequestsMoveThePartFromTheNextFrameOn) {
   EXPECT_EQ(late.all()[0], spacings_.all()[2]);
   EXPECT_TRUE(ended().drops.empty());
   EXPECT_EQ(spacings_.take().size(), 3u) << "none without a change";
+}
+
+// As `fivepipe up` does at a restart.
+TEST_F(SimNodeSpacing, TheFirstFrameHasTheSpacingOfTheCommandLine) {
+  start_node(
+      {"--spacing", "part", "0.12", "--spacing", "still", "0.1", "--spacing", "gone", "0.1"});
+  EXPECT_NEAR(simulate(0), 0.02, 1e-12);
+  EXPECT_TRUE(collides(0));
+  ASSERT_TRUE(has_spacings(1)) << said();
+  EXPECT_EQ(spacings_.all()[0], (PartSpacing{"part", 0, stamp_of(0), 0.12, true}));
+  request(0.4);
+  EXPECT_NEAR(simulate(1), 0.3, 1e-12);
+  const NodeReport report = ended();
+  EXPECT_EQ(drops_of(report, "bad_spacing"), 2u);
+  EXPECT_EQ(report.drops.at("bad_spacing: still: has no spacing"), 1u);
+  EXPECT_EQ(report.drops.at("bad_spacing: gone: not in the scene"), 1u);
 }
 
 TEST_F(SimNodeSpacing, BadRequestsAreDroppedAndCounted) {

@@ -2,7 +2,7 @@
 #include <signal.h>
 
 #include <fstream>
-#include <opencv2/imgcodecs.hpp>
+#include <opencv2/videoio.hpp>
 
 #include "common/recording/schema/cdr.h"
 #include "tests/support/recording/replayed_nodes.h"
@@ -33,13 +33,9 @@ class StudySpace : public ReplayedNodesTest {
  protected:
   std::string deployment_file() {
     std::ofstream(folder_ / "layout.yaml") << kScene;
-    const std::string path = changed_deployment(
-        folder_ / "layout", "scene: " FIVEPIPE_SOURCE_DIR "/scenes/demo/scene.yaml",
-        "scene: " + (folder_ / "layout.yaml").string());
-    const std::string text = replaced(test::text_of(path), "program: render_node}",
-                                      "program: render_node, still_frame: 1000000}");
-    std::ofstream(path) << text;
-    return path;
+    return changed_deployment(folder_ / "layout",
+                              "scene: " FIVEPIPE_SOURCE_DIR "/scenes/demo/scene.yaml",
+                              "scene: " + (folder_ / "layout.yaml").string());
   }
   // Runs the command. Returns its exit code and sets `said`.
   std::optional<int> space(const std::vector<std::string>& words, std::string& said) {
@@ -68,6 +64,14 @@ double red_part(const cv::Mat& image_bgr) {
   return double(red) / double(image_bgr.total());
 }
 
+cv::Mat last_image(const std::filesystem::path& video) {
+  cv::VideoCapture capture(video.string(), cv::CAP_FFMPEG);
+  cv::Mat image, last;
+  while (capture.read(image)) last = image.clone();
+  EXPECT_FALSE(last.empty()) << video;
+  return last;
+}
+
 TEST_F(StudySpace, MovesAPartThatCollidesIsDrawnSurvivesARestartAndIsReplayed) {
   const std::string deployment = deployment_file();
   const std::filesystem::path recorded = folder_ / "recorded.mcap";
@@ -93,16 +97,16 @@ TEST_F(StudySpace, MovesAPartThatCollidesIsDrawnSurvivesARestartAndIsReplayed) {
     EXPECT_EQ(said, "part: 120.0 cm -> 5.0 cm\n");
     ASSERT_TRUE(has_verdicts(true, 5)) << deployed.said();
 
-    // A restarted simulation has it again.
+    // A restarted simulation begins with it.
     spacings.take();
     const std::size_t before = spacings.all().size();
     ::kill(deployed.pid_of("simulation").value(), SIGKILL);
     ASSERT_TRUE(eventually(bus_, kStart, [&] {
       spacings.take();
-      return spacings.all().size() > before && spacings.all().back().requested;
+      return spacings.all().size() > before;
     })) << deployed.said();
-    EXPECT_FALSE(spacings.all()[before].requested) << "it began with the scene's";
-    EXPECT_EQ(spacings.all().back().spacing_m, 0.05);
+    EXPECT_TRUE(spacings.all()[before].requested) << "it began with the scene's";
+    EXPECT_EQ(spacings.all()[before].spacing_m, 0.05);
     ASSERT_EQ(space({"--deployment", deployment}, said), 0) << said;
     EXPECT_EQ(said, "part: 5.0 cm, 0.0 cm to 150.0 cm\n");
     ASSERT_EQ(space({"-2cm", "--part", "part", "--deployment", deployment}, said), 0) << said;
@@ -112,10 +116,9 @@ TEST_F(StudySpace, MovesAPartThatCollidesIsDrawnSurvivesARestartAndIsReplayed) {
     deployed.signal(SIGINT);
     EXPECT_EQ(deployed.wait_for_end(kStart), 130) << deployed.said();
   }
-  // The part fills much of the picture, red.
-  const cv::Mat composite = cv::imread((folder_ / "up" / "composite.png").string());
-  ASSERT_FALSE(composite.empty());
-  EXPECT_GT(red_part(composite), 0.2);
+  // The part fills much of the picture, red. The video is there also on a machine so busy that `up`
+  // kills render_node before it has written a still.
+  EXPECT_GT(red_part(last_image(folder_ / "up" / "composite.mp4")), 0.2);
 
   const recording::Recording recording(recorded);
   std::vector<double> changes_m;
@@ -132,7 +135,7 @@ TEST_F(StudySpace, MovesAPartThatCollidesIsDrawnSurvivesARestartAndIsReplayed) {
     else
       changes_m.push_back(json["spacing_m"]);
   }
-  const std::vector<double> expected_m{1.2, 0.05, 1.2, 0.05, 0.03};
+  const std::vector<double> expected_m{1.2, 0.05, 0.05, 0.03};
   ASSERT_EQ(changes_m.size(), expected_m.size());
   for (std::size_t i = 0; i < expected_m.size(); ++i)
     EXPECT_NEAR(changes_m[i], expected_m[i], 1e-12) << i;
