@@ -8,7 +8,7 @@ include(CMakePackageConfigHelpers)
 set(fivepipe_programs_dir lib/fivepipe)
 set(fivepipe_programs fivepipe capture_node recon_node sim_node render_node fivepipe_cameras
   fivepipe_export fivepipe_maps fivepipe_segment fivepipe_study fivepipe_measure)
-set(fivepipe_modules)
+set(fivepipe_modules fivepipe_images fivepipe_video)
 foreach(module fivepipe_genicam fivepipe_gstreamer)
   if(TARGET ${module})
     list(APPEND fivepipe_modules ${module})
@@ -16,10 +16,8 @@ foreach(module fivepipe_genicam fivepipe_gstreamer)
 endforeach()
 install(TARGETS ${fivepipe_programs} RUNTIME DESTINATION ${fivepipe_programs_dir}
   COMPONENT programs)
-if(fivepipe_modules)
-  install(TARGETS ${fivepipe_modules} LIBRARY DESTINATION ${fivepipe_programs_dir}
-    COMPONENT programs)
-endif()
+install(TARGETS ${fivepipe_modules} LIBRARY DESTINATION ${fivepipe_programs_dir}
+  COMPONENT programs)
 # Open CASCADE and its dependencies need 150 MB, so its module is a package of its own.
 set(fivepipe_packages programs development)
 if(TARGET fivepipe_step)

@@ -282,6 +282,7 @@ class ParentPipe {
                    views_.light_of(hull));
     if (overlays_) draw_overlays(eyes, virtual_frame);
     const bool wanted = present(hull.frame);
+    presenter_.prepare_still();
     steps.end();
     const node::InputTimes times = input_times(eyes);
     const std::int64_t now_ns = base::now_realtime_ns();
@@ -312,7 +313,8 @@ class ParentPipe {
   // Presents the last drawn frame. If no output needs it, waits for the GPU but does not read it
   // back. Returns false after the user has closed the window.
   bool present(std::uint64_t frame) {
-    if (presenter_.wants(frame)) return presenter_.present(frame, image_bgr());
+    const WhenFull when_full = replay_.lossless() ? WhenFull::wait : WhenFull::drop;
+    if (presenter_.wants(frame)) return presenter_.present(frame, image_bgr(), when_full);
     unread_frame_ = frame;
     renderer_.finish();
     return true;

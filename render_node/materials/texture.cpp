@@ -4,13 +4,13 @@
 
 #include <algorithm>
 #include <bit>
-#include <opencv2/imgcodecs.hpp>
 #include <set>
 
 #include "common/config/mesh/image_header.h"
 #include "common/config/mesh/mesh_file.h"
 #include "common/config/yaml/config_error.h"
 #include "common/gl/gl_error.h"
+#include "common/images/image_codecs.h"
 
 namespace fivepipe::render {
 namespace {
@@ -34,8 +34,7 @@ GLint gl_wrap(config::Wrap wrap) {
 
 DecodedImage decoded(const std::string& bytes) {
   try {
-    const cv::Mat file(1, int(bytes.size()), CV_8U, const_cast<char*>(bytes.data()));
-    cv::Mat bgr = cv::imdecode(file, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
+    const cv::Mat bgr = images::decode(bytes, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
     if (!bgr.empty() && bgr.type() == CV_8UC3) return {bgr, ""};
   } catch (const cv::Exception& error) {
     return {{}, "the image is damaged: " + error.err};

@@ -6,9 +6,10 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <opencv2/imgcodecs.hpp>
 #include <optional>
 #include <vector>
+
+#include "common/images/image_codecs.h"
 
 namespace fivepipe::render {
 namespace {
@@ -35,6 +36,32 @@ std::string why_disk_full(const std::filesystem::path& file, std::uintmax_t min_
   if (space.available >= min_free_bytes) return {};
   return file.string() + ": disk full: " + std::to_string(space.available >> 20) + " MiB free, " +
          std::to_string(min_free_bytes >> 20) + " MiB needed; free disk space";
+}
+
+// Throws OutputError.
+std::unique_ptr<VideoWriter> open_encoder(const std::filesystem::path& file, cv::Size size_px,
+                                          double frame_rate_hz) {
+  MakeVideoEncoder* make = nullptr;
+  try {
+    make = reinterpret_cast<MakeVideoEncoder*>(function_of(kVideoModule, kMakeVideoEncoder));
+  } catch (const std::runtime_error& error) {
+    throw OutputError(file.string() + ": " + error.what());
+  }
+  std::unique_ptr<VideoWriter> encoder;
+  make(file, size_px, frame_rate_hz, encoder);
+  return encoder;
+}
+
+// Returns the bytes of the PNG file. Throws OutputError.
+std::vector<std::uint8_t> png_of(const std::filesystem::path& file, const cv::Mat& image_bgr) {
+  std::vector<std::uint8_t> png;
+  try {
+    png = images::png_of(image_bgr);
+  } catch (const std::runtime_error& error) {
+    throw OutputError(file.string() + ": " + error.what());
+  }
+  if (png.empty()) throw OutputError(file.string() + ": not an image that PNG supports");
+  return png;
 }
 
 }  // namespace
@@ -67,8 +94,9 @@ VideoFile::VideoFile(const std::filesystem::path& file, cv::Size size_px,
 
 VideoFile::~VideoFile() { close(kFinishTimeout); }
 
-bool VideoFile::add(const cv::Mat& image_bgr) {
-  if (image_bgr.size() == size_px_ && image_bgr.type() == CV_8UC3 && queue_.try_push(image_bgr))
+bool VideoFile::add(const cv::Mat& image_bgr, WhenFull when_full) {
+  const bool fits = image_bgr.size() == size_px_ && image_bgr.type() == CV_8UC3;
+  if (fits && (when_full == WhenFull::wait ? queue_.push(image_bgr) : queue_.try_push(image_bgr)))
     return true;
   ++dropped_;
   return false;
@@ -79,9 +107,9 @@ bool VideoFile::add(const cv::Mat& image_bgr) {
 // text.
 void VideoFile::encode(std::promise<std::string> opened) {
   setpriority(PRIO_PROCESS, id_t(gettid()), kEncoderNiceness);
-  std::optional<VideoEncoder> encoder;
+  std::unique_ptr<VideoWriter> encoder;
   try {
-    encoder.emplace(file_, size_px_, options_.frame_rate_hz);
+    encoder = open_encoder(file_, size_px_, options_.frame_rate_hz);
   } catch (const OutputError& error) {
     opened.set_value(error.what());
     return;
@@ -96,7 +124,7 @@ void VideoFile::encode(std::promise<std::string> opened) {
   }
 }
 
-void VideoFile::encode_frames(VideoEncoder& encoder) {
+void VideoFile::encode_frames(VideoWriter& encoder) {
   while (const std::optional<cv::Mat> image = queue_.pop()) {
     const bool is_late = Clock::now() >= deadline_.load();
     if (!is_late) failure_ = write(encoder, *image);
@@ -110,7 +138,7 @@ void VideoFile::encode_frames(VideoEncoder& encoder) {
 }
 
 // Returns why the image could not be written, or an empty text.
-std::string VideoFile::write(VideoEncoder& encoder, const cv::Mat& image_bgr) {
+std::string VideoFile::write(VideoWriter& encoder, const cv::Mat& image_bgr) {
   if (const std::string full = why_disk_full(file_, options_.min_free_bytes); !full.empty())
     return full;
   try {
@@ -141,9 +169,7 @@ void VideoFile::finish(std::chrono::milliseconds timeout) {
 
 void write_png(const std::filesystem::path& file, const cv::Mat& image_bgr) {
   check_folder(file);
-  std::vector<std::uint8_t> png;
-  if (image_bgr.empty() || !cv::imencode(".png", image_bgr, png))
-    throw OutputError(file.string() + ": not an image that PNG supports");
+  const std::vector<std::uint8_t> png = png_of(file, image_bgr);
   const std::filesystem::path part = file.string() + ".part";
   const auto fail = [&](const std::string& what) {
     const std::string reason = std::strerror(errno);

@@ -11,13 +11,16 @@
 
 #include "common/base/containers/bounded_queue.h"
 #include "render_node/output/output_error.h"
-#include "render_node/output/video_encoder.h"
+#include "render_node/output/video_module.h"
 
 namespace fivepipe::render {
 
+// What happens to an image if the queue of the encoder is full.
+enum class WhenFull { drop, wait };
+
 struct VideoOptions {
   double frame_rate_hz = 30;
-  std::size_t queue_frames = 30;  // at most this many wait for the encoder; add() drops the rest
+  std::size_t queue_frames = 30;  // at most this many wait for the encoder
   // Writing stops when less than this is free on the disk: enough for the frames that the codec
   // still holds back, and for the other files of a run.
   std::uintmax_t min_free_bytes = 64 * 1024 * 1024;
@@ -35,9 +38,9 @@ class VideoFile {
   VideoFile& operator=(const VideoFile&) = delete;
 
   // Queues an 8-bit BGR image of the file's size, which the caller must not modify afterwards.
-  // Never waits. Returns false if it drops and counts the image, because the queue is full, an
+  // Returns false if it drops and counts the image, because the queue is full (WhenFull::drop), an
   // earlier write failed, or the image has another size or type.
-  bool add(const cv::Mat& image_bgr);
+  bool add(const cv::Mat& image_bgr, WhenFull when_full = WhenFull::drop);
 
   // Encodes the queued frames for at most `timeout`, then closes the file and counts the remaining
   // frames as dropped. Throws OutputError if the file is incomplete. A second call does nothing.
@@ -52,8 +55,8 @@ class VideoFile {
   using Clock = std::chrono::steady_clock;
 
   void encode(std::promise<std::string> opened);
-  void encode_frames(VideoEncoder& encoder);
-  std::string write(VideoEncoder& encoder, const cv::Mat& image_bgr);
+  void encode_frames(VideoWriter& encoder);
+  std::string write(VideoWriter& encoder, const cv::Mat& image_bgr);
   void close(std::chrono::milliseconds timeout);
 
   std::filesystem::path file_;

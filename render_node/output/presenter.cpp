@@ -1,5 +1,7 @@
 #include "render_node/output/presenter.h"
 
+#include "common/images/image_codecs.h"
+
 namespace fivepipe::render {
 namespace {
 
@@ -36,17 +38,17 @@ Presenter::Presenter(const config::RenderConfig& config, const config::Viewer& v
                                        size_px.width, size_px.height);
 }
 
-void Presenter::add_to_video(std::uint64_t frame, const cv::Mat& image_bgr) {
+void Presenter::add_to_video(std::uint64_t frame, const cv::Mat& image_bgr, WhenFull when_full) {
   // Unsigned, so that a lower number of a restarted source is a long gap.
   const double gap_s = double(frame - last_frame_) / frame_rate_hz_;
   if (!last_image_.empty() && gap_s <= kMaxRepeat_s)
     for (std::uint64_t missing = last_frame_ + 1; missing < frame; ++missing)
-      video_->add(last_image_);
-  video_->add(image_bgr);
+      video_->add(last_image_, when_full);
+  video_->add(image_bgr, when_full);
 }
 
-bool Presenter::present(std::uint64_t frame, const cv::Mat& image_bgr) {
-  if (video_) add_to_video(frame, image_bgr);
+bool Presenter::present(std::uint64_t frame, const cv::Mat& image_bgr, WhenFull when_full) {
+  if (video_) add_to_video(frame, image_bgr, when_full);
   if (needs_still() && std::int64_t(frame) >= config_.still_frame) {
     write_png(out_ / (name_ + ".png"), image_bgr);
     still_written_ = true;
@@ -54,6 +56,10 @@ bool Presenter::present(std::uint64_t frame, const cv::Mat& image_bgr) {
   last_frame_ = frame;
   last_image_ = image_bgr;
   return !window_ || window_->show(image_bgr);
+}
+
+void Presenter::prepare_still() {
+  if (needs_still() && !codecs_.valid()) codecs_ = std::async(std::launch::async, images::load);
 }
 
 void Presenter::finish() {

@@ -3,6 +3,7 @@
 #pragma once
 #include <cstdint>
 #include <filesystem>
+#include <future>
 #include <memory>
 #include <opencv2/core/mat.hpp>
 #include <string>
@@ -29,8 +30,13 @@ class Presenter {
   bool needs_still() const { return !out_.empty() && !still_written_; }
 
   // The caller must not modify image_bgr afterwards. The video keeps capture time: it repeats the
-  // previous image for each missing frame. Returns false after the user has closed the window.
-  bool present(std::uint64_t frame, const cv::Mat& image_bgr);
+  // previous image for each missing frame. when_full: what happens if the video's encoder is slower
+  // than the frames. Returns false after the user has closed the window.
+  bool present(std::uint64_t frame, const cv::Mat& image_bgr, WhenFull when_full = WhenFull::drop);
+
+  // Loads what the still needs, in another thread. Loaded before the first frame, it would delay
+  // that; loaded when the still is written, it would delay the next frame, or the end of the run.
+  void prepare_still();
 
   Window* window() { return window_.get(); }  // nullptr: there is none
 
@@ -41,7 +47,7 @@ class Presenter {
   std::uint64_t video_frames_dropped() const { return video_ ? video_->dropped() : 0; }
 
  private:
-  void add_to_video(std::uint64_t frame, const cv::Mat& image_bgr);
+  void add_to_video(std::uint64_t frame, const cv::Mat& image_bgr, WhenFull when_full);
 
   config::RenderConfig config_;
   std::filesystem::path out_;
@@ -49,6 +55,7 @@ class Presenter {
   double frame_rate_hz_;
   std::unique_ptr<VideoFile> video_;
   std::unique_ptr<Window> window_;
+  std::future<void> codecs_;  // see prepare_still(); invalid until then
   bool still_written_ = false;
   std::uint64_t last_frame_ = 0;
   cv::Mat last_image_;

@@ -12,6 +12,7 @@
 #include <string>
 
 #include "render_node/output/output_error.h"
+#include "render_node/output/video_module.h"
 
 struct AVCodecContext;
 struct AVFormatContext;
@@ -23,23 +24,23 @@ namespace fivepipe::render {
 
 // The stream is H.264 of constant quality (CRF 23), or MPEG-4 part 2 with 2 bits per pixel if
 // FFmpeg cannot encode H.264.
-class VideoEncoder {
+class VideoEncoder final : public VideoWriter {
  public:
   // Creates or replaces the file. Width and height must be even, the rate above 0. The codec's
   // threads inherit the niceness of the calling thread. Throws OutputError.
   VideoEncoder(const std::filesystem::path& file, cv::Size size_px, double frame_rate_hz);
   // Without finish(), the file ends with the last complete fragment.
-  ~VideoEncoder();
+  ~VideoEncoder() override;
   VideoEncoder(const VideoEncoder&) = delete;
   VideoEncoder& operator=(const VideoEncoder&) = delete;
 
   // Appends an 8-bit BGR image of the file's size. The codec holds back about 50 images until it
   // has seen the following ones. Throws OutputError, and then the encoder cannot be used any more.
-  void write(const cv::Mat& image_bgr);
+  void write(const cv::Mat& image_bgr) override;
 
   // Writes all images that have not been written, and closes the file. Throws OutputError. Call it
   // once; no write() may follow.
-  void finish();
+  void finish() override;
 
  private:
   struct Free {

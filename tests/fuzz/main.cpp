@@ -11,8 +11,8 @@
 namespace fivepipe::fuzz {
 namespace {
 
-// A run with fewer inputs than this tests little: of this many, each target accepts some and
-// rejects some.
+// A run with fewer inputs than this tests little, so it goes on until it has read this many. Of
+// these, each target accepts some and rejects some.
 constexpr std::uint32_t kMinInputs = 100;
 
 std::vector<Target> targets() {
@@ -24,8 +24,8 @@ int print_usage() {
   std::fputs(R"(Usage: fuzz TARGET SECONDS [FIRST_SEED]
        fuzz TARGET FOLDER
 
-Reads damaged inputs for SECONDS, one for each seed from FIRST_SEED (1) on. The same seed gives the
-same input. A finding is a crash, a sanitizer report, an undocumented exception, a broken invariant,
+Reads damaged inputs for SECONDS, at least 100, one for each seed from FIRST_SEED (1) on. The same
+seed gives the same input. A finding is a crash, a sanitizer report, an undocumented exception, a broken invariant,
 or an input that needs more than 2 s or 1 GiB (five times as much with the sanitizers). The program
 then prints target and seed, keeps the input in the folder fuzz_TARGET_SEED, and ends with code 1.
 
@@ -58,7 +58,8 @@ int repeat(const Target& target, const char* folder) {
 }
 
 int fuzz(const Target& target, double duration_s, std::uint32_t first_seed) {
-  const Report report = run(target, duration_s, first_seed, std::filesystem::current_path());
+  const Report report =
+      run(target, duration_s, kMinInputs, first_seed, std::filesystem::current_path());
   if (!report.finding.empty()) {
     fmt::print("{}, seed {}: {}\ninput: {}\nrepeat: fuzz {} {} {}\n", target.name, report.seed,
                report.finding, report.kept_input.string(), target.name, duration_s, report.seed);
@@ -66,9 +67,8 @@ int fuzz(const Target& target, double duration_s, std::uint32_t first_seed) {
   }
   fmt::print("{}: {} inputs, seeds from {} on, {} accepted: no finding\n", target.name,
              report.inputs, first_seed, report.accepted);
-  if (report.inputs >= kMinInputs && report.accepted > 0 && report.accepted < report.inputs)
-    return 0;
-  fmt::print("too few inputs, or the target accepted all or none of them\n");
+  if (report.accepted > 0 && report.accepted < report.inputs) return 0;
+  fmt::print("the target accepted all or none of the inputs\n");
   return 1;
 }
 

@@ -53,10 +53,11 @@ Verdict verdict_of(const Target& target, std::uint32_t seed, const fs::path& fol
 }
 
 [[noreturn]] void check_inputs(const Target& target, Clock::time_point end,
-                               std::uint32_t first_seed, const fs::path& folder,
-                               Progress& progress) {
+                               std::uint32_t min_inputs, std::uint32_t first_seed,
+                               const fs::path& folder, Progress& progress) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
-  for (std::uint32_t seed = first_seed; Clock::now() < end; ++seed) {
+  for (std::uint32_t seed = first_seed; Clock::now() < end || progress.inputs < min_inputs;
+       ++seed) {
     progress.start_cpu_s = test::cpu_s(getpid());
     progress.seed = seed;
     ++progress.inputs;
@@ -121,8 +122,8 @@ struct SharedProgress {
 
 }  // namespace
 
-Report run(const Target& target, double duration_s, std::uint32_t first_seed,
-           const fs::path& keep_in, const Limits& limits) {
+Report run(const Target& target, double duration_s, std::uint32_t min_inputs,
+           std::uint32_t first_seed, const fs::path& keep_in, const Limits& limits) {
   const test::TestFolder folder;
   const SharedProgress shared;
   const auto end = Clock::now() + std::chrono::duration_cast<Clock::duration>(
@@ -130,7 +131,7 @@ Report run(const Target& target, double duration_s, std::uint32_t first_seed,
   std::fflush(nullptr);
   const pid_t child = fork();
   if (child < 0) throw std::runtime_error("fork failed");
-  if (child == 0) check_inputs(target, end, first_seed, folder.path, *shared.progress);
+  if (child == 0) check_inputs(target, end, min_inputs, first_seed, folder.path, *shared.progress);
   Report report;
   report.finding = watch(child, *shared.progress, limits);
   report.inputs = shared.progress->inputs;

@@ -25,10 +25,11 @@ struct Report {
   std::filesystem::path kept_input;  // folder with the files of the finding
 };
 
-// Checks the inputs of first_seed, first_seed + 1, ... for duration_s seconds, or until a finding,
-// whose files it copies to `keep_in`/fuzz_TARGET_SEED. Must be called from a process with one
-// thread.
-Report run(const Target& target, double duration_s, std::uint32_t first_seed,
-           const std::filesystem::path& keep_in, const Limits& limits = {});
+// Checks the inputs of first_seed, first_seed + 1, ... for duration_s seconds and at least
+// min_inputs of them, or until a finding, whose files it copies to `keep_in`/fuzz_TARGET_SEED. Must
+// be called from a process with one thread.
+Report run(const Target& target, double duration_s, std::uint32_t min_inputs,
+           std::uint32_t first_seed, const std::filesystem::path& keep_in,
+           const Limits& limits = {});
 
 }  // namespace fivepipe::fuzz

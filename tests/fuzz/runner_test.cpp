@@ -33,9 +33,9 @@ class FuzzRunner : public ::testing::Test {
  protected:
   // Runs a target whose check does something wrong with one number of ten.
   Report run_with(Verdict (*check)(const fs::path&), double duration_s = kDuration_s,
-                  const Limits& limits = kLimits) {
+                  const Limits& limits = kLimits, std::uint32_t min_inputs = 1) {
     const Report report =
-        run({"made_up", "", random_number, check}, duration_s, 1, folder_, limits);
+        run({"made_up", "", random_number, check}, duration_s, min_inputs, 1, folder_, limits);
     if (!report.finding.empty()) {
       Random random(report.seed);
       const std::string again = random_number(random).front().bytes;
@@ -49,6 +49,15 @@ class FuzzRunner : public ::testing::Test {
   const test::TestFolder test_folder_;
   const fs::path folder_ = test_folder_.path;
 };
+
+TEST_F(FuzzRunner, ReadsTheLeastNumberOfInputsHoweverLongItTakes) {
+  const Report report = run_with(
+      [](const fs::path&) {
+        return Verdict{true, ""};
+      },
+      0.001, kLimits, 40);
+  EXPECT_EQ(report.inputs, 40u);
+}
 
 TEST_F(FuzzRunner, CountsWhatIsAccepted) {
   const Report report = run_with(

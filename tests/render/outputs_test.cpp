@@ -111,6 +111,20 @@ TEST_F(Outputs, AddToAFullQueueDropsTheNewFrame) {
   EXPECT_EQ(video.dropped(), kFrames - taken);
 }
 
+TEST_F(Outputs, AddWaitsForRoomIfToldTo) {
+  VideoOptions options = roomy();
+  options.queue_frames = 2;
+  const cv::Size large(1280, 960);
+  VideoFile video(folder_ / "v.mp4", large, options);
+  cv::Mat noise(large, CV_8UC3);
+  cv::randu(noise, 0, 255);
+  constexpr std::uint64_t kFrames = 20;
+  for (std::uint64_t i = 0; i < kFrames; ++i) EXPECT_TRUE(video.add(noise, WhenFull::wait));
+  video.finish(std::chrono::seconds(20));
+  EXPECT_EQ(frames_in(folder_ / "v.mp4"), kFrames);
+  EXPECT_EQ(video.dropped(), 0u);
+}
+
 TEST_F(Outputs, FinishDropsTheFramesThatMissTheDeadline) {
   const cv::Size large(1280, 960);
   VideoFile video(folder_ / "v.mp4", large, roomy());

@@ -1,6 +1,7 @@
-// The modules of optional libraries: shared libraries beside the program, which are loaded when
-// their first function is needed. A module exists only if its library was installed when fivepipe
-// was built. A module holds no library of fivepipe, and only functions of its header are called.
+// Modules: shared libraries beside the program, which are loaded when their first function is
+// needed. They hold the use of a library that is optional or slow to load; that of an optional
+// library exists only if the library was installed when fivepipe was built. Only the functions of
+// its header are called.
 #pragma once
 
 namespace fivepipe::base {
