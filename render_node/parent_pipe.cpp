@@ -282,7 +282,6 @@ class ParentPipe {
                    views_.light_of(hull));
     if (overlays_) draw_overlays(eyes, virtual_frame);
     const bool wanted = present(hull.frame);
-    presenter_.prepare_still();
     steps.end();
     const node::InputTimes times = input_times(eyes);
     const std::int64_t now_ns = base::now_realtime_ns();

@@ -29,6 +29,4 @@ std::vector<std::uint8_t> png_of(const cv::Mat& image) {
   return bytes;
 }
 
-void load() { decode_function(); }
-
 }  // namespace fivepipe::images

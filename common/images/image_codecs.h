@@ -20,7 +20,4 @@ cv::Mat decode(const std::string& bytes, int flags);
 // cv::imencode(): the bytes of a PNG file. Returns nothing if PNG does not support the image.
 std::vector<std::uint8_t> png_of(const cv::Mat& image);
 
-// Loads the module, so that a later call does not.
-void load();
-
 }  // namespace fivepipe::images

@@ -14,8 +14,8 @@
 namespace fivepipe::render {
 namespace {
 
-// The encoder must not slow down the nodes. On Linux each thread has its own niceness.
-constexpr int kEncoderNiceness = 10;
+// On Linux each thread has its own niceness.
+constexpr int kBackgroundNiceness = 10;
 
 void check_folder(const std::filesystem::path& file) {
   const std::filesystem::path folder = file.has_parent_path() ? file.parent_path() : ".";
@@ -106,7 +106,7 @@ bool VideoFile::add(const cv::Mat& image_bgr, WhenFull when_full) {
 // inherit the niceness of the thread that opens it. `opened` gets why that failed, or an empty
 // text.
 void VideoFile::encode(std::promise<std::string> opened) {
-  setpriority(PRIO_PROCESS, id_t(gettid()), kEncoderNiceness);
+  lower_priority();
   std::unique_ptr<VideoWriter> encoder;
   try {
     encoder = open_encoder(file_, size_px_, options_.frame_rate_hz);
@@ -166,6 +166,8 @@ void VideoFile::finish(std::chrono::milliseconds timeout) {
     throw OutputError(file_.string() + ": the encoder wrote nothing" +
                       (error ? ": " + error.message() : std::string()));
 }
+
+void lower_priority() { setpriority(PRIO_PROCESS, id_t(gettid()), kBackgroundNiceness); }
 
 void write_png(const std::filesystem::path& file, const cv::Mat& image_bgr) {
   check_folder(file);

@@ -72,6 +72,9 @@ class VideoFile {
   std::thread encoder_;
 };
 
+// Lowers the priority of the calling thread, so that its work does not slow down the nodes.
+void lower_priority();
+
 // Writes a PNG atomically: writes FILE.part, then renames it. Throws OutputError.
 void write_png(const std::filesystem::path& file, const cv::Mat& image_bgr);
 

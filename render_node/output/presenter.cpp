@@ -1,7 +1,5 @@
 #include "render_node/output/presenter.h"
 
-#include "common/images/image_codecs.h"
-
 namespace fivepipe::render {
 namespace {
 
@@ -16,6 +14,12 @@ std::filesystem::path unused_name(const std::filesystem::path& folder, const std
   for (int number = 2; std::filesystem::exists(file); ++number)
     file = folder / (stem + "-" + std::to_string(number) + extension);
   return file;
+}
+
+// The codec loads and compresses for a fraction of a second, which no frame shall wait for.
+void write_still(const std::filesystem::path& file, const cv::Mat& image_bgr) {
+  lower_priority();
+  write_png(file, image_bgr);
 }
 
 }  // namespace
@@ -50,20 +54,19 @@ void Presenter::add_to_video(std::uint64_t frame, const cv::Mat& image_bgr, When
 bool Presenter::present(std::uint64_t frame, const cv::Mat& image_bgr, WhenFull when_full) {
   if (video_) add_to_video(frame, image_bgr, when_full);
   if (needs_still() && std::int64_t(frame) >= config_.still_frame) {
-    write_png(out_ / (name_ + ".png"), image_bgr);
-    still_written_ = true;
+    still_ = std::async(std::launch::async, write_still, out_ / (name_ + ".png"), image_bgr);
+    still_begun_ = true;
   }
+  if (still_.valid() && still_.wait_for(std::chrono::seconds(0)) == std::future_status::ready)
+    still_.get();
   last_frame_ = frame;
   last_image_ = image_bgr;
   return !window_ || window_->show(image_bgr);
 }
 
-void Presenter::prepare_still() {
-  if (needs_still() && !codecs_.valid()) codecs_ = std::async(std::launch::async, images::load);
-}
-
 void Presenter::finish() {
   if (needs_still() && !last_image_.empty()) write_png(out_ / (name_ + ".png"), last_image_);
+  if (still_.valid()) still_.get();
   if (video_) video_->finish();
 }
 

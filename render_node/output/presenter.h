@@ -27,20 +27,18 @@ class Presenter {
   bool wants(std::uint64_t frame) const {
     return video_ || window_ || (needs_still() && std::int64_t(frame) >= config_.still_frame);
   }
-  bool needs_still() const { return !out_.empty() && !still_written_; }
+  bool needs_still() const { return !out_.empty() && !still_begun_; }
 
   // The caller must not modify image_bgr afterwards. The video keeps capture time: it repeats the
   // previous image for each missing frame. when_full: what happens if the video's encoder is slower
-  // than the frames. Returns false after the user has closed the window.
+  // than the frames. Another thread writes the still. Throws OutputError if it could not. Returns
+  // false after the user has closed the window.
   bool present(std::uint64_t frame, const cv::Mat& image_bgr, WhenFull when_full = WhenFull::drop);
-
-  // Loads what the still needs, in another thread. Loaded before the first frame, it would delay
-  // that; loaded when the still is written, it would delay the next frame, or the end of the run.
-  void prepare_still();
 
   Window* window() { return window_.get(); }  // nullptr: there is none
 
-  // Closes the video. Writes the last presented frame as the still if no still has been written.
+  // Closes the video. Writes the last presented frame as the still if there is none, and waits for
+  // the still.
   // Throws OutputError.
   void finish();
 
@@ -55,8 +53,9 @@ class Presenter {
   double frame_rate_hz_;
   std::unique_ptr<VideoFile> video_;
   std::unique_ptr<Window> window_;
-  std::future<void> codecs_;  // see prepare_still(); invalid until then
-  bool still_written_ = false;
+  std::future<void>
+      still_;  // the still that another thread writes; valid until its result is taken
+  bool still_begun_ = false;
   std::uint64_t last_frame_ = 0;
   cv::Mat last_image_;
 };

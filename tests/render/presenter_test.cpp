@@ -93,7 +93,16 @@ TEST_F(PresenterTest, TheFilesOfASpectatorHaveItsName) {
 TEST_F(PresenterTest, TheStillIsTheConfiguredFrame) {
   Presenter presenter({.video = false, .still_frame = 10}, viewer_, 30, folder_);
   for (const int frame : {9, 10, 11}) presenter.present(std::uint64_t(frame), image(frame));
+  presenter.finish();
   EXPECT_EQ(number_of(cv::imread((folder_ / "composite.png").string())), 10);
+}
+
+// Another thread writes it, so its error is reported later.
+TEST_F(PresenterTest, AStillThatCannotBeWrittenIsReported) {
+  fs::create_directory(folder_ / "composite.png.part");
+  Presenter presenter({.video = false}, viewer_, 30, folder_);
+  EXPECT_TRUE(presenter.present(0, image(1)));
+  EXPECT_THROW(presenter.finish(), OutputError);
 }
 
 TEST_F(PresenterTest, AWindowNeedsADisplay) {
