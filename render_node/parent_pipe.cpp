@@ -63,9 +63,9 @@ class ParentPipe {
       : node_(node),
         spectator_(config::spectator_of(node.node)),
         viewer_(spectator_ ? *spectator_ : node.deployment.viewer),
-        renderer_(node.deployment.scene, viewer_),
         presenter_(node::config_of<config::RenderConfig>(node), viewer_,
                    node.deployment.frame_rate_hz, node.out),
+        renderer_(node.deployment.scene, viewer_),
         views_(config::hull_views(node.deployment.scene, viewer_)),
         is_split_by_frames_(is_split_by_frames(node.deployment)),
         has_simulation_(has_simulation(node.deployment)),
@@ -85,6 +85,7 @@ class ParentPipe {
   }
 
   void run() {
+    presenter_.wait_until_open();
     while (node::running()) {
       node_.bus.wait(pending_.empty() ? node::kMaxWait : 5ms);
       spacing_.step();
@@ -341,9 +342,9 @@ class ParentPipe {
   node::NodeContext& node_;
   const config::Viewer* const spectator_;  // nullptr: the node draws for the deployment's viewer
   const config::Viewer& viewer_;
+  Presenter presenter_;  // first: its video opens while the renderer compiles its shaders
   Renderer renderer_;
   std::optional<OverlayPainter> overlays_;  // present if the scene has overlays
-  Presenter presenter_;
   ViewAssembler views_;
   ViewCounts reported_;
   std::uint64_t reported_video_drops_ = 0;

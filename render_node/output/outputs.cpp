@@ -82,17 +82,17 @@ VideoFile::VideoFile(const std::filesystem::path& file, cv::Size size_px,
                       std::to_string(size_px.width) + "x" + std::to_string(size_px.height));
   if (const std::string full = why_disk_full(file, options.min_free_bytes); !full.empty())
     throw OutputError(full);
-  std::promise<std::string> opened;
-  std::future<std::string> problem = opened.get_future();
+  std::promise<void> opened;
+  opened_ = opened.get_future();
   encoder_ =
       std::thread([this, promise = std::move(opened)]() mutable { encode(std::move(promise)); });
-  if (const std::string why = problem.get(); !why.empty()) {
-    encoder_.join();
-    throw OutputError(why);
-  }
 }
 
 VideoFile::~VideoFile() { close(kFinishTimeout); }
+
+void VideoFile::wait_until_open() {
+  if (opened_.valid()) opened_.get();
+}
 
 bool VideoFile::add(const cv::Mat& image_bgr, WhenFull when_full) {
   const bool fits = image_bgr.size() == size_px_ && image_bgr.type() == CV_8UC3;
@@ -103,18 +103,19 @@ bool VideoFile::add(const cv::Mat& image_bgr, WhenFull when_full) {
 }
 
 // Runs in the encoder thread. It also opens and closes the file, because the codec's own threads
-// inherit the niceness of the thread that opens it. `opened` gets why that failed, or an empty
-// text.
-void VideoFile::encode(std::promise<std::string> opened) {
+// inherit the niceness of the thread that opens it. `opened` gets the OutputError if that failed.
+void VideoFile::encode(std::promise<void> opened) {
   lower_priority();
   std::unique_ptr<VideoWriter> encoder;
   try {
     encoder = open_encoder(file_, size_px_, options_.frame_rate_hz);
-  } catch (const OutputError& error) {
-    opened.set_value(error.what());
+  } catch (const OutputError&) {
+    queue_.close();
+    dropped_ += queue_.clear().size();
+    opened.set_exception(std::current_exception());
     return;
   }
-  opened.set_value("");
+  opened.set_value();
   encode_frames(*encoder);
   if (!is_usable_) return;
   try {
@@ -160,6 +161,7 @@ void VideoFile::close(std::chrono::milliseconds timeout) {
 void VideoFile::finish(std::chrono::milliseconds timeout) {
   if (!encoder_.joinable()) return;
   close(timeout);
+  wait_until_open();
   if (!failure_.empty()) throw OutputError(failure_);
   std::error_code error;
   if (written_ > 0 && (std::filesystem::file_size(file_, error) == 0 || error))

@@ -31,11 +31,15 @@ struct VideoOptions {
 // the codec held back and those of an incomplete fragment, about 2.5 s at 30 Hz.
 class VideoFile {
  public:
-  // Creates or replaces the file. Throws OutputError if that fails or size_px is not even.
+  // Checks the arguments, the folder and the disk, and throws OutputError. The encoder's thread
+  // then loads FFmpeg, and creates or replaces the file.
   VideoFile(const std::filesystem::path& file, cv::Size size_px, const VideoOptions& options = {});
   ~VideoFile();  // calls finish() and ignores its errors
   VideoFile(const VideoFile&) = delete;
   VideoFile& operator=(const VideoFile&) = delete;
+
+  // Waits until the file is open. Throws OutputError if that failed; finish() does so, too.
+  void wait_until_open();
 
   // Queues an 8-bit BGR image of the file's size, which the caller must not modify afterwards.
   // Returns false if it drops and counts the image, because the queue is full (WhenFull::drop), an
@@ -54,7 +58,7 @@ class VideoFile {
  private:
   using Clock = std::chrono::steady_clock;
 
-  void encode(std::promise<std::string> opened);
+  void encode(std::promise<void> opened);
   void encode_frames(VideoWriter& encoder);
   std::string write(VideoWriter& encoder, const cv::Mat& image_bgr);
   void close(std::chrono::milliseconds timeout);
@@ -67,8 +71,9 @@ class VideoFile {
   std::atomic<std::uint64_t> dropped_ = 0;
   // The encoder thread writes these; finish() reads them after it has joined the thread.
   std::uint64_t written_ = 0;
-  std::string failure_;    // why a write failed; empty if none has
-  bool is_usable_ = true;  // the encoder: no write() of it has thrown
+  std::string failure_;       // why a write failed; empty if none has
+  bool is_usable_ = true;     // the encoder: no write() of it has thrown
+  std::future<void> opened_;  // valid until its result is taken
   std::thread encoder_;
 };
 

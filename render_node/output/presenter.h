@@ -18,9 +18,14 @@ class Presenter {
  public:
   // Creates the folder `out` if needed and writes the files into it: composite.png and
   // composite.mp4, or composite_NAME.* for the spectator `viewer`. Writes no files if `out` is
-  // empty. Throws OutputError or WindowError.
+  // empty. The video opens in another thread. Throws OutputError or WindowError.
   Presenter(const config::RenderConfig& config, const config::Viewer& viewer, double frame_rate_hz,
             const std::filesystem::path& out);
+
+  // Waits until the video is open. Throws OutputError.
+  void wait_until_open() {
+    if (video_) video_->wait_until_open();
+  }
 
   // Returns true if present() would use this frame: there is a video or a window, or this frame is
   // the still. The caller need not read back other frames.

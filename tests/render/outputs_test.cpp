@@ -163,7 +163,7 @@ TEST_F(Outputs, AFrameOfAnotherSizeOrTypeIsDropped) {
 TEST_F(Outputs, ErrorExplainsUnwritableVideo) {
   const auto message = [&](const fs::path& file, cv::Size size,
                            const VideoOptions& options = roomy()) {
-    return error_of([&] { VideoFile(file, size, options); });
+    return error_of([&] { VideoFile(file, size, options).wait_until_open(); });
   };
   EXPECT_NE(message(folder_ / "missing" / "v.mp4", kSize).find("missing does not exist"),
             std::string::npos);
@@ -252,7 +252,8 @@ TEST_F(Outputs, TheEncoderHasALowPriority) {
     return ids;
   };
   const std::set<id_t> before = threads();
-  const VideoFile video(folder_ / "v.mp4", kSize, roomy());
+  VideoFile video(folder_ / "v.mp4", kSize, roomy());
+  video.wait_until_open();
   int encoders = 0;
   for (const id_t thread : threads()) {
     if (before.contains(thread)) continue;
@@ -290,6 +291,7 @@ TEST_F(Outputs, AFailedWriteAtTheEndIsAnError) {
 TEST_F(Outputs, AfterAFailedWriteTheVideoDropsEveryFrameAndFinishThrows) {
   fs::create_directory(folder_ / "sub");
   VideoFile video(folder_ / "sub" / "v.mp4", kSize, roomy());
+  video.wait_until_open();
   fs::remove_all(folder_ / "sub");
   EXPECT_TRUE(video.add(frame_image(1)));
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
@@ -320,9 +322,20 @@ TEST_F(Outputs, AVideoThatEndsOnAFullDiskHasAllFramesBeforeIt) {
   EXPECT_EQ(frames_in(folder_ / "moved" / "v.mp4"), kFrames);
 }
 
+TEST_F(Outputs, AVideoThatCannotBeOpenedDropsEveryFrameAndFinishThrows) {
+  fs::create_directory(folder_ / "v.mp4");
+  VideoFile video(folder_ / "v.mp4", kSize, roomy());
+  video.add(frame_image(1));
+  EXPECT_EQ(error_of([&] { video.finish(std::chrono::seconds(20)); }),
+            (folder_ / "v.mp4").string() + ": cannot create it: Is a directory");
+  EXPECT_FALSE(video.add(frame_image(2)));
+  EXPECT_EQ(video.dropped(), 2u);
+}
+
 TEST_F(Outputs, AVideoThatHasDisappearedIsAnErrorIfItHadFrames) {
   for (const bool with_frame : {false, true}) {
     VideoFile video(folder_ / "v.mp4", kSize, roomy());
+    video.wait_until_open();
     fs::remove(folder_ / "v.mp4");
     if (with_frame) video.add(frame_image(1));
     EXPECT_EQ(error_of([&] { video.finish(std::chrono::seconds(20)); }),
@@ -334,6 +347,7 @@ TEST_F(Outputs, AVideoThatHasDisappearedIsAnErrorIfItHadFrames) {
 
 TEST_F(Outputs, AnEmptyVideoIsAnErrorIfItHadFrames) {
   VideoFile video(folder_ / "v.mp4", kSize, roomy());
+  video.wait_until_open();
   video.add(frame_image(1));
   // The encoder writes into the file that had this name.
   fs::remove(folder_ / "v.mp4");
