@@ -308,14 +308,18 @@ bool reports(const SceneObject& object, Overlay overlay) {
   return false;
 }
 
-std::vector<std::string> mesh_warnings(const Scene& scene) {
+std::vector<std::string> mesh_warnings(const Scene& scene, const Eigen::AlignedBox3d& volume_m) {
   constexpr double kCmPerM = 100;
+  const double max_size_m =
+      volume_m.isEmpty()
+          ? kMaxPlausibleSize_m
+          : std::min(kMaxPlausibleSize_m, kMaxPlausibleDiagonals * volume_m.diagonal().norm());
   std::vector<std::string> warnings;
   for (const SceneObject& object : scene.objects) {
     const auto* shape = std::get_if<MeshShape>(&object.shape);
     if (shape == nullptr) continue;
     const Eigen::Vector3d size_m = geometry::bounds_m(shape->mesh).sizes();
-    if (!(size_m.maxCoeff() >= kMinPlausibleSize_m && size_m.maxCoeff() <= kMaxPlausibleSize_m))
+    if (!(size_m.maxCoeff() >= kMinPlausibleSize_m && size_m.maxCoeff() <= max_size_m))
       warnings.push_back(fmt::format(
           "object {} is {:.6g} x {:.6g} x {:.6g} cm: check the unit of {}", object.name,
           kCmPerM * size_m.x(), kCmPerM * size_m.y(), kCmPerM * size_m.z(), shape->file.string()));

@@ -109,14 +109,17 @@ bool has_spacings(const Scene& scene);
 bool moves_objects(const Scene& scene);
 
 // Returns one line for each mesh that is usable but probably wrong: larger than kMaxPlausibleSize_m
-// or smaller than kMinPlausibleSize_m, as with another unit; or with reaction contact and not
-// closed.
-std::vector<std::string> mesh_warnings(const Scene& scene);
+// or than kMaxPlausibleDiagonals of the rig's volume, or smaller than kMinPlausibleSize_m, as with
+// another unit; or with reaction contact and not closed. volume_m: empty if it is not known.
+std::vector<std::string> mesh_warnings(const Scene& scene,
+                                       const Eigen::AlignedBox3d& volume_m = {});
 // Returns one line for each part of a mesh's materials that is drawn in another way than its file
 // states (MeshMaterials::notes).
 std::vector<std::string> material_warnings(const Scene& scene);
 // The size of a hall, and of a 2 cm part whose millimetres were read as metres.
 inline constexpr double kMaxPlausibleSize_m = 20.0;
+// A room is larger than the volume in it; a part is not.
+inline constexpr double kMaxPlausibleDiagonals = 2.0;
 // About two pixels of a camera, and the size of a 5 m part whose metres were read as millimetres.
 inline constexpr double kMinPlausibleSize_m = 0.005;
 

@@ -204,10 +204,12 @@ SpacingStudy::LineFrame SpacingStudy::frame_of(FrameHull& hull, std::size_t inde
   double reach_m = -kInfinity;
   for (std::size_t i = 0; i < line.spacings_m.size(); ++i) {
     const double spacing_m = line.spacings_m[i];
+    const double to_free_m = distance_to(found.verdicts.free, spacing_m);
     found.penetrations.push_back(
-        found.collides[i] ? Bracket{certified_depth_m(found.verdicts, line.range, spacing_m),
-                                    distance_to(found.verdicts.free, spacing_m)}
-                          : Bracket{0, 0});
+        found.collides[i]
+            ? Bracket{certified_depth_m(found.verdicts, line.range, spacing_m), to_free_m}
+        : found.is_undecided[i] ? Bracket{0, to_free_m}
+                                : Bracket{0, 0});
     if (found.collides[i]) {
       found.clearances.push_back({0, 0});
       continue;

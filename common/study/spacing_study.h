@@ -78,9 +78,10 @@ struct LayoutResult {
   // Minimum distance between the part and the hull; {0, 0} if they collide in a frame.
   Bracket clearance{};
   // Largest distance, over the frames with a collision, to the nearest spacing of the range at
-  // which the part is free in that frame: how far the part is in the way along its axis. {0, 0}
-  // without a collision. max_m is infinite if no spacing of the range is certified free in such a
-  // frame, and min_m, too, if the part collides at each spacing of the range.
+  // which the part is free in that frame: how far the part is in the way along its axis. {0, 0} if
+  // all frames are free. In an undecided frame min_m is 0 and max_m as in one with a collision:
+  // infinite if no spacing of the range is certified free in that frame. min_m is infinite if the
+  // part collides at each spacing of the range.
   Bracket penetration{};
 };
 

@@ -76,7 +76,8 @@ int run_up(UpOptions options) {
     spdlog::warn("this is a {} build, which is many times slower than Release", base::build_type());
   if (run.local && deployment.security)
     spdlog::warn("--local: the nodes use the loopback interface, without security");
-  for (const std::string& warning : config::mesh_warnings(deployment.scene))
+  for (const std::string& warning :
+       config::mesh_warnings(deployment.scene, deployment.rig.volume_m))
     spdlog::warn("{}", warning);
   for (const std::string& warning : config::material_warnings(deployment.scene))
     spdlog::warn("{}", warning);

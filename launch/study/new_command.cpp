@@ -86,7 +86,8 @@ int run_new(const NewWords& words) {
   for (const config::SceneObject& object : deployment.scene.objects) sizes += text_of(object);
   std::cout << fmt::format("{}: study of the scene {}\n{}", study.path().string(),
                            deployment.scene.name, sizes);
-  for (const std::string& warning : config::mesh_warnings(deployment.scene))
+  for (const std::string& warning :
+       config::mesh_warnings(deployment.scene, deployment.rig.volume_m))
     std::cout << "warning: " << warning << '\n';
   if (!config::has_spacings(deployment.scene))
     std::cout << "No part can be moved: give one a `spacing` in the scene file.\n";

@@ -81,6 +81,7 @@ int run_report(ReportOptions options) {
     }
   }
   report::write_report(shown, study.report_folder());
+  for (const std::string& remark : shown.remarks) std::cerr << "warning: " << remark << '\n';
   for (const report::Participant& participant : shown.participants)
     for (const report::Trial& trial : participant.trials)
       for (const report::WhatIfCurve& curve : trial.what_if)
@@ -104,8 +105,8 @@ void add_report(CLI::App& app, Command& command) {
       "Examples:\n"
       "  fivepipe study report spacing\n"
       "  fivepipe study report spacing --layouts 100 --no-swept\n\n"
-      "Exit codes: 0 done, 1 a recording cannot be used or a file not written, 2 usage or "
-      "configuration.");
+      "A recording that cannot be used is named in the page and on stderr.\n"
+      "Exit codes: 0 done, 1 a file cannot be written, 2 usage or configuration.");
   sub->add_option("folder", options->folder, "folder of the study")->required();
   sub->add_option("--layouts", options->request.layouts,
                   "spacings per curve, at equal distances in the range of the part (default 25)")

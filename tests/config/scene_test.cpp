@@ -266,6 +266,14 @@ TEST_F(SceneFile, WarnsOfImplausibleMeshSizes) {
   EXPECT_EQ(mesh_warnings(load(mesh_scene("file: part.obj, unit: m"))),
             std::vector<std::string>{"object part is 12000 x 8000 x 6000 cm: check the unit of " +
                                      (folder() / "part.obj").string()});
+  // Of a small part the unit is only suspicious beside the volume of the rig.
+  write("part.obj", "v 0 0 0\nv 12 0 0\nv 0 8 0\nv 0 0 6\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+  const Eigen::AlignedBox3d table_m(Eigen::Vector3d(-1, -1, 0), Eigen::Vector3d(1, 1, 1)),
+      hall_m(Eigen::Vector3d(-5, -5, 0), Eigen::Vector3d(5, 5, 3));
+  const Scene twelve_m = load(mesh_scene("file: part.obj, unit: m"));
+  EXPECT_TRUE(mesh_warnings(twelve_m).empty());
+  EXPECT_TRUE(mesh_warnings(twelve_m, hall_m).empty());
+  EXPECT_EQ(mesh_warnings(twelve_m, table_m).size(), 1u);
   write("part.obj",
         "v 0 0 0\nv 0.12 0 0\nv 0 0.08 0\nv 0 0 0.06\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
   EXPECT_EQ(mesh_warnings(load(mesh_scene("file: part.obj, unit: mm"))).size(), 1u) << "0.12 mm";

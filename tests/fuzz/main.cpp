@@ -25,9 +25,10 @@ int print_usage() {
        fuzz TARGET FOLDER
 
 Reads damaged inputs for SECONDS, at least 100, one for each seed from FIRST_SEED (1) on. The same
-seed gives the same input. A finding is a crash, a sanitizer report, an undocumented exception, a broken invariant,
-or an input that needs more than 2 s or 1 GiB (five times as much with the sanitizers). The program
-then prints target and seed, keeps the input in the folder fuzz_TARGET_SEED, and ends with code 1.
+seed gives the same input. A finding is a crash, a sanitizer report, an undocumented exception, a
+broken invariant, or an input that needs more than 2 s or 1 GiB (five times as much with the
+sanitizers). The program then prints target and seed, keeps the input in the folder
+fuzz_TARGET_SEED, and ends with code 1.
 
 FOLDER: reads such an input again in this process, for a debugger.
 

@@ -289,6 +289,8 @@ TEST(SpacingStudy, KnowsFramesWithoutAHullAndUnknownOnes) {
   EXPECT_EQ(result.layouts[0].undecided_frames, 1u);
   EXPECT_EQ(result.layouts[0].colliding_frames, 0u);
   EXPECT_EQ(result.layouts[0].clearance.min_m, 0);
+  EXPECT_EQ(result.layouts[0].penetration, (Bracket{0, std::numeric_limits<double>::infinity()}))
+      << "the part may be as deep in the hull as any";
 }
 
 TEST(SpacingStudy, UsesTheRuleOfTheHull) {

@@ -89,7 +89,7 @@ void check_clearance(const Clearance& clearance, const std::string& place, Probl
     problems.require(std::isfinite(distance.min_m), place, "a minimum is infinite");
   }
   for (const ErrorSource& error : clearance.errors)
-    problems.amount(error.bound_mm, place + ", error bound of " + error.name);
+    if (error.bound_mm) problems.amount(*error.bound_mm, place + ", error bound of " + error.name);
 }
 
 void check_part_result(const PartResult& result, const std::string& place, Problems& problems) {
@@ -161,7 +161,7 @@ void check_parts(const std::vector<Part>& scene, Problems& problems) {
 
 double Clearance::error_m() const {
   double sum_mm = 0;
-  for (const ErrorSource& error : errors) sum_mm += error.bound_mm;
+  for (const ErrorSource& error : errors) sum_mm += error.bound_mm.value_or(0);
   return 1e-3 * sum_mm;
 }
 

@@ -57,8 +57,8 @@ struct Event {
 
 // A source of error of the clearance: at most `bound_mm` to either side.
 struct ErrorSource {
-  std::string name;  // "map resolution", "calibration", "eps"
-  double bound_mm;
+  std::string name;                // "map resolution", "calibration", "eps"
+  std::optional<double> bound_mm;  // nullopt: not known
 };
 
 // Distance between the part and the hull over time.
@@ -67,7 +67,7 @@ struct Clearance {
   std::vector<Bracket> distances;  // one per time; {cap_m, infinity}: at least the cap
   double cap_m = 0;                // larger clearances are not measured
   std::vector<ErrorSource> errors;
-  // Sum of the bounds, which no combination of the errors exceeds.
+  // Sum of the known bounds, which no combination of these errors exceeds.
   double error_m() const;
 };
 
@@ -76,6 +76,8 @@ struct PartResult {
   double collision_s = 0;     // duration of the frames in which it collides
   std::vector<Event> events;  // ascending by start_s
   std::optional<Clearance> clearance = std::nullopt;
+  // Of the frames in which it is neither known to collide nor certified free.
+  double undecided_s = 0;
 };
 
 // Other spacings of a part, computed from the recording of the trial.

@@ -70,6 +70,13 @@ std::string min_clearance_text(const PartResult& result) {
   return bracket_text(least);
 }
 
+// "1.20", or "1.20 and 0.07 undecided".
+std::string collision_text(const PartResult& result) {
+  std::string text = fmt::format("{:.2f}", result.collision_s);
+  if (result.undecided_s > 0) text += fmt::format(" and {:.2f} undecided", result.undecided_s);
+  return text;
+}
+
 std::string parts_table(const Trial& trial) {
   if (trial.parts.empty()) return "<p>No collisions were computed for this trial.</p>\n";
   std::string text =
@@ -78,7 +85,7 @@ std::string parts_table(const Trial& trial) {
       table_head({"part", "collision, s", "events", "deepest penetration", "minimum clearance"}) +
       "<tbody>\n";
   for (const PartResult& result : trial.parts)
-    text += table_row({html_name(result.part), fmt::format("{:.2f}", result.collision_s),
+    text += table_row({html_name(result.part), collision_text(result),
                        std::to_string(result.events.size()), deepest_text(result),
                        min_clearance_text(result)});
   return text + "</tbody></table></div>\n";
@@ -110,10 +117,14 @@ std::string events(const Trial& trial) {
 
 std::string error_text(const Clearance& clearance) {
   if (clearance.errors.empty()) return "no error bound is known";
-  std::vector<std::string> sources;
+  std::vector<std::string> sources, unknown;
   for (const ErrorSource& error : clearance.errors)
-    sources.push_back(fmt::format("{} {:.2f} mm", html_name(error.name), error.bound_mm));
-  return fmt::format("error at most ±{:.2f} mm: {}", 1e3 * clearance.error_m(),
+    if (error.bound_mm)
+      sources.push_back(fmt::format("{} {:.2f} mm", html_name(error.name), *error.bound_mm));
+    else
+      unknown.push_back(html_name(error.name));
+  return fmt::format("error at most ±{:.2f} mm{}: {}", 1e3 * clearance.error_m(),
+                     unknown.empty() ? "" : " without that of " + base::joined(unknown, ", "),
                      base::joined(sources, ", "));
 }
 

@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <fstream>
+#include <set>
 
 #include "common/base/result_file.h"
 #include "common/base/text_table.h"
 #include "common/base/usage_error.h"
+#include "common/config/mesh/mesh_file.h"
 #include "launch/study/folder/pseudonym_search.h"
 #include "launch/study/folder/study_lock.h"
 #include "launch/supervise/claims.h"
@@ -91,15 +93,52 @@ std::string spacing_yaml(const config::Spacing& spacing) {
                      axis.z(), spacing.at_m, spacing.low_m, spacing.high_m);
 }
 
+// The other files that a mesh file names: of a glTF its buffers, of an OBJ its materials, of both
+// their textures. None if the file is unusable, which loading its copy explains.
+std::set<fs::path> files_named_by(const fs::path& file) {
+  const config::MeshOrReason mesh = config::read_mesh(
+      file, config::has_unit(file) ? std::nullopt : std::optional(1.0), config::Materials::with);
+  std::set<fs::path> named;
+  const auto add = [&](const fs::path& other) {
+    named.insert(fs::absolute(other).lexically_normal());
+  };
+  std::ranges::for_each(mesh.files, add);
+  if (mesh.materials)
+    for (const config::Material& material : mesh.materials->materials)
+      if (material.texture) add(material.texture->file);
+  named.erase(fs::absolute(file).lexically_normal());
+  return named;
+}
+
+// Copies the mesh file and the files that it names below `folder`. Returns its path there: alone
+// NAME.EXT, otherwise in a folder of its own, because other meshes may name files of the same name.
+fs::path copied_mesh(const MeshPart& part, const fs::path& folder) {
+  if (!fs::is_regular_file(part.file)) throw base::UsageError(part.file.string() + " is no file");
+  const std::string name = part.name + part.file.extension().string();
+  const std::set<fs::path> named = files_named_by(part.file);
+  const fs::path copy = named.empty() ? fs::path(name) : fs::path(part.name) / name;
+  fs::create_directories((folder / copy).parent_path());
+  fs::copy_file(part.file, folder / copy, fs::copy_options::overwrite_existing);
+  for (const fs::path& file : named) {
+    const fs::path below =
+        file.lexically_relative(fs::absolute(part.file).lexically_normal().parent_path());
+    if (below.empty() || *below.begin() == "..")
+      throw base::UsageError(part.file.string() + " names " + file.string() +
+                             ", which is not below its folder; use one .glb file");
+    const fs::path to = folder / part.name / below;
+    fs::create_directories(to.parent_path());
+    fs::copy_file(file, to, fs::copy_options::overwrite_existing);
+  }
+  return copy;
+}
+
 // Replaces the objects of the scene by meshes, which are copied to its folder.
 void write_scene(const config::Deployment& deployment, const std::vector<MeshPart>& parts) {
   const fs::path scene = deployment.files.at(kSceneFile);
   std::string text = "name: " + deployment.scene.name + "\nobjects:\n";
   for (const MeshPart& part : parts) {
-    const std::string name = part.name + part.file.extension().string();
-    if (!fs::is_regular_file(part.file)) throw base::UsageError(part.file.string() + " is no file");
-    fs::copy_file(part.file, scene.parent_path() / name, fs::copy_options::overwrite_existing);
-    text += fmt::format("  - name: {}\n    mesh: {{file: {}{}}}\n", part.name, name,
+    const fs::path copy = copied_mesh(part, scene.parent_path());
+    text += fmt::format("  - name: {}\n    mesh: {{file: {}{}}}\n", part.name, copy.string(),
                         part.unit.empty() ? "" : ", unit: " + part.unit);
     text += "    position_m: [0, 0, 0]\n";
     if (part.spacing) text += "    spacing: " + spacing_yaml(*part.spacing) + '\n';

@@ -32,7 +32,9 @@ std::vector<report::ErrorSource> error_sources(const config::Deployment& deploym
   }
   std::vector<report::ErrorSource> sources{
       {"map resolution: one pixel at the part", 1e3 * footprint_m}};
-  if (calibrated > 0)
+  if (calibrated == 0)
+    sources.push_back({"the calibration, which the rig does not state (calibration_error_px)", {}});
+  else
     sources.push_back(
         {fmt::format("calibration: {} times the RMS reprojection error at the part{}",
                      kErrorsPerRms,

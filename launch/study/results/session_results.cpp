@@ -189,6 +189,8 @@ void SessionResults::add_timeline(const std::vector<TimelinePoint>& timeline,
   for (std::size_t i = 0; i < timeline.size(); ++i)
     if (timeline[i].verdict == collision::CollisionVerdict::colliding)
       part.collision_s += durations_s_[i];
+    else if (timeline[i].verdict == collision::CollisionVerdict::undecided)
+      part.undecided_s += durations_s_[i];
   for (const CollisionEvent& found : collision_events(timeline, kSameEvent_s)) {
     report::Event event{times_s_[found.first] - start_s,
                         times_s_[found.last] + durations_s_[found.last] - start_s};

@@ -77,7 +77,8 @@ PartOnLine on_line(const WhatIfPart& given, const config::SceneObject& object, b
 // What the study computes: the given parts, and those of the table.
 class WhatIfParts {
  public:
-  WhatIfParts(const WhatIfOptions& options, const config::Scene& scene) {
+  WhatIfParts(const WhatIfOptions& options, const config::Scene& scene,
+              const Eigen::AlignedBox3d& volume_m) {
     std::vector<WhatIfPart> given = options.parts;
     if (options.table)
       for (const LayoutTable::Column& column : options.table->columns)
@@ -94,7 +95,7 @@ class WhatIfParts {
       sizes_m_.push_back(geometry::bounds_m(config::mesh_of(object)).sizes());
       if (part.added) added.objects.push_back(object);
     }
-    warnings_ = config::mesh_warnings(added);
+    warnings_ = config::mesh_warnings(added, volume_m);
   }
 
   const std::vector<PartOnLine>& all() const { return all_; }
@@ -199,7 +200,7 @@ WhatIf what_if(const WhatIfOptions& options, const Progress& progress) {
   const recording::Recording recording(options.recording);
   const replay::RecordedDeployment recorded(recording, options.settings);
   const config::Deployment& deployment = recorded.deployment();
-  const WhatIfParts parts(options, deployment.scene);
+  const WhatIfParts parts(options, deployment.scene, deployment.rig.volume_m);
   const StudyLines lines = parts.lines(options);
   WhatIf found;
   found.options = options;

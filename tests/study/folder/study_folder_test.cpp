@@ -78,6 +78,33 @@ TEST_F(StudyFolderTest, IsMadeFromMeshes) {
   EXPECT_EQ(scene.objects[0].spacing->high_m, 0.34);
 }
 
+// The files that a mesh file names are copied, too.
+TEST_F(StudyFolderTest, IsMadeFromAMeshWithMaterials) {
+  const fs::path parts = folder_.path / "parts";
+  fs::create_directories(parts / "looks");
+  std::ofstream(parts / "part.obj") << "mtllib looks/part.mtl\nusemtl red\n"
+                                       "v 0 0 0\nv 100 0 0\nv 0 200 0\nv 0 0 50\n"
+                                       "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+  std::ofstream(parts / "looks" / "part.mtl") << "newmtl red\nKd 1 0 0\n";
+  const auto made = [&] {
+    return StudyFolder::create(
+        folder_.path / "study",
+        {"Name", FIVEPIPE_SOURCE_DIR "/launch/deployments/demo.yaml", {}, ""},
+        {{"bracket", parts / "part.obj", "mm"}});
+  };
+  const config::Deployment deployment = made().deployment();
+  const auto& shape = std::get<config::MeshShape>(deployment.scene.objects[0].shape);
+  ASSERT_TRUE(shape.materials);
+  EXPECT_EQ(shape.materials->materials[0].base_rgb[0], 1);
+  EXPECT_EQ(shape.file.parent_path().filename(), "bracket");
+
+  fs::remove_all(folder_.path / "study");
+  std::ofstream(folder_.path / "part.mtl") << "newmtl red\nKd 1 0 0\n";
+  const std::string text = test::text_of(parts / "part.obj");
+  std::ofstream(parts / "part.obj") << test::replaced(text, "looks/part.mtl", "../part.mtl");
+  EXPECT_TRUE(contains(refusal([&] { made(); }), "part.mtl, which is not below its folder"));
+}
+
 // The copy would change with the original.
 TEST_F(StudyFolderTest, RefusesADeploymentThatNamesAnAbsolutePath) {
   const std::string file = test::changed_deployment(folder_.path / "files", "nodes:\n", "nodes:\n");

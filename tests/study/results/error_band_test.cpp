@@ -19,11 +19,14 @@ TEST(ErrorBand, IsThatOfTheCameraThatSeesThePlaceWorst) {
   config::Deployment deployment;
   deployment.rig.cameras = {camera(2, std::nullopt), camera(1, std::nullopt)};
   const auto sources = error_sources(deployment, {0, 0, 0.4}, 0.001);
-  ASSERT_EQ(sources.size(), 2u) << "without a calibration error";
+  ASSERT_EQ(sources.size(), 3u);
   EXPECT_EQ(sources[0].name, "map resolution: one pixel at the part");
-  EXPECT_DOUBLE_EQ(sources[0].bound_mm, 1e3 * 2.4 / 400);
-  EXPECT_EQ(sources[1].name, "eps of the detection");
-  EXPECT_DOUBLE_EQ(sources[1].bound_mm, 1);
+  EXPECT_DOUBLE_EQ(*sources[0].bound_mm, 1e3 * 2.4 / 400);
+  EXPECT_EQ(sources[1].name,
+            "the calibration, which the rig does not state (calibration_error_px)");
+  EXPECT_FALSE(sources[1].bound_mm);
+  EXPECT_EQ(sources[2].name, "eps of the detection");
+  EXPECT_DOUBLE_EQ(*sources[2].bound_mm, 1);
 }
 
 TEST(ErrorBand, ContainsTheErrorOfTheCalibration) {
@@ -32,14 +35,14 @@ TEST(ErrorBand, ContainsTheErrorOfTheCalibration) {
   auto sources = error_sources(deployment, {0, 0, 0}, 0.001);
   ASSERT_EQ(sources.size(), 3u);
   EXPECT_EQ(sources[1].name, "calibration: 3 times the RMS reprojection error at the part");
-  EXPECT_DOUBLE_EQ(sources[1].bound_mm, 1e3 * 3 * 0.5 * 1 / 800);
+  EXPECT_DOUBLE_EQ(*sources[1].bound_mm, 1e3 * 3 * 0.5 * 1 / 800);
   deployment.rig.cameras[1].calibration_error_px.reset();
   sources = error_sources(deployment, {0, 0, 0}, 0.001);
   ASSERT_EQ(sources.size(), 3u);
   EXPECT_EQ(sources[1].name,
             "calibration: 3 times the RMS reprojection error at the part, which 1 of 2 cameras "
             "state");
-  EXPECT_DOUBLE_EQ(sources[1].bound_mm, 1e3 * 3 * 0.1 * 2 / 800);
+  EXPECT_DOUBLE_EQ(*sources[1].bound_mm, 1e3 * 3 * 0.1 * 2 / 800);
 }
 
 // Neither a camera that gives no shape nor one behind which the place is.
@@ -48,8 +51,8 @@ TEST(ErrorBand, IgnoresCamerasThatDoNotLimitTheHullThere) {
   deployment.rig.cameras = {camera(1, 0), camera(-5, 0), camera(9, 0)};
   deployment.rig.cameras[2].gives_shape = false;
   const auto sources = error_sources(deployment, {0, 0, 0}, 0);
-  EXPECT_DOUBLE_EQ(sources.front().bound_mm, 1e3 * 1 / 400);
-  EXPECT_DOUBLE_EQ(sources[1].bound_mm, 0) << "a calibration without error is stated";
+  EXPECT_DOUBLE_EQ(*sources.front().bound_mm, 1e3 * 1 / 400);
+  EXPECT_DOUBLE_EQ(*sources[1].bound_mm, 0) << "a calibration without error is stated";
 }
 
 }  // namespace

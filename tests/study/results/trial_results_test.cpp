@@ -102,8 +102,9 @@ TEST_F(TrialResults, EqualWhatIfOfTheRecordedLayout) {
   EXPECT_EQ(found.what_if[0].result.layouts.size(), 2u);
   ASSERT_EQ(found.layout_changes.size(), 1u);
   EXPECT_EQ(found.layout_changes[0].spacing_m, 0.12);
-  EXPECT_DOUBLE_EQ(block.clearance->errors[1].bound_mm, 0.5) << "eps";
-  EXPECT_GT(block.clearance->errors[0].bound_mm, 0.5) << "a pixel of the maps";
+  EXPECT_FALSE(block.clearance->errors[1].bound_mm) << "the rig states no calibration error";
+  EXPECT_DOUBLE_EQ(*block.clearance->errors[2].bound_mm, 0.5) << "eps";
+  EXPECT_GT(*block.clearance->errors[0].bound_mm, 0.5) << "a pixel of the maps";
 }
 
 // The event's depth is that of the same frames in what-if, at the recorded spacing.

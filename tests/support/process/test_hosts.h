@@ -36,7 +36,7 @@ class TestHosts {
       // `unshare` becomes `sleep`, whose network is that of the host, for longer than any test
       // runs.
       holders_.push_back(std::make_unique<Program>(
-          std::vector<std::string>{"/usr/bin/unshare", "--net", "sleep", "600"},
+          std::vector<std::string>{"/usr/bin/unshare", "--net", "sleep", "infinity"},
           folder / ("host" + std::to_string(i) + ".log")));
       const std::string pid = std::to_string(holders_.back()->pid()), port = port_of(i);
       wait_for_own_network(holders_.back()->pid());

@@ -14,6 +14,7 @@
 
 #include "common/config/deployment.h"
 #include "tests/support/deployments.h"
+#include "tests/support/optional_package.h"
 #include "tests/support/process/test_hosts.h"
 #include "tests/support/sanitizer.h"
 #include "tests/support/test_folder.h"
@@ -34,13 +35,9 @@ bool is_long() { return std::getenv("FIVEPIPE_LONG") != nullptr; }
 class FourHosts : public testing::Test {
  protected:
   void SetUp() override {
-    if (hosts_.why_not().empty()) {
-      for (int host = 0; host < kHosts; ++host) hosts_.limit_rate(host, "1gbit");
-      ASSERT_EQ(hosts_.why_not(), "");
-      return;
-    }
-    ASSERT_EQ(std::getenv("CI"), nullptr) << hosts_.why_not();
-    GTEST_SKIP() << hosts_.why_not();
+    if (!hosts_.why_not().empty()) FIVEPIPE_SKIP_WITHOUT_PACKAGE(hosts_.why_not());
+    for (int host = 0; host < kHosts; ++host) hosts_.limit_rate(host, "1gbit");
+    ASSERT_EQ(hosts_.why_not(), "");
   }
 
   // Writes what each camera sees of a ball above the table: a disc that covers kCovered of the

@@ -37,6 +37,7 @@ TEST_F(RenderNode, HighlightsTheCollidingObjectsOfTheFrameOfTheImage) {
     send_collision(frame, "met", fivepipe_v1_free, frame == 7);
     send_state(frame);
     if (frame > 5) send_hull(frame - 1);
+    ASSERT_TRUE(has_composited(frame - 5)) << said();
   }
   send_hull(8);
   ASSERT_TRUE(has_composited(4)) << said();
@@ -49,6 +50,7 @@ TEST_F(RenderNode, ShowsTheParticlesOfTheFrameOfTheImage) {
     send_particle(frame, 0.1 * (double(frame) - 7));
     send_state(frame);
     if (frame > 6) send_hull(frame - 1);
+    ASSERT_TRUE(has_composited(frame - 6)) << said();
   }
   send_particle(8, 0, "smoke");
   send_particle(8, kNaN);
@@ -78,6 +80,7 @@ TEST_F(RenderNode, ShowsTheOverlaysOfTheFrameOfTheImage) {
     }
     send_state(frame);
     if (frame > 6) send_hull(frame - 1);
+    ASSERT_TRUE(has_composited(frame - 6)) << said();
   }
   send_hull(8);
   ASSERT_TRUE(has_composited(3)) << said();
