@@ -9,8 +9,4 @@ void fivepipe_decode_image(const std::string& bytes, int flags, cv::Mat& image) 
   image = cv::imdecode(file, flags);
 }
 
-void fivepipe_encode_png(const cv::Mat& image, std::vector<std::uint8_t>& bytes) {
-  if (image.empty() || !cv::imencode(".png", image, bytes)) bytes.clear();
-}
-
 }  // extern "C"

@@ -1,9 +1,7 @@
-// The functions of the module fivepipe_images.so.
+// The function of the module fivepipe_images.so.
 #pragma once
-#include <cstdint>
 #include <opencv2/core/mat.hpp>
 #include <string>
-#include <vector>
 
 #include "common/base/process/optional_module.h"
 
@@ -14,8 +12,5 @@ inline constexpr base::OptionalModule kImagesModule{"fivepipe_images.so", "OpenC
 
 inline constexpr const char* kDecode = "fivepipe_decode_image";
 using Decode = void(const std::string& bytes, int flags, cv::Mat& image);
-
-inline constexpr const char* kEncodePng = "fivepipe_encode_png";
-using EncodePng = void(const cv::Mat& image, std::vector<std::uint8_t>& bytes);
 
 }  // namespace fivepipe::images

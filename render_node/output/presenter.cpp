@@ -16,7 +16,7 @@ std::filesystem::path unused_name(const std::filesystem::path& folder, const std
   return file;
 }
 
-// The codec loads and compresses for a fraction of a second, which no frame shall wait for.
+// PNG compresses for many milliseconds, which no frame shall wait for.
 void write_still(const std::filesystem::path& file, const cv::Mat& image_bgr) {
   lower_priority();
   write_png(file, image_bgr);
