@@ -15,9 +15,8 @@ using Libraries = std::set<std::string>;  // file names, without folders
 // those that it has opened since (dlopen), such as the OpenGL driver. Empty if there is no process.
 Libraries loaded_libraries(pid_t pid);
 
-// Runs all nodes of a deployment, until a viewer has kLiveFrames frames and render_node has written
-// the still, for which it loads libraries meanwhile. Returns the libraries of each node by its
-// program, such as "sim_node". Writes the nodes' files to `out`, a new folder. Throws
+// Runs all nodes of a deployment, until a viewer has kLiveFrames frames, and returns the libraries
+// of each by its program, such as "sim_node". Writes the nodes' files to `out`. Throws
 // std::runtime_error if a node does not start, or ends, with its output.
 std::map<std::string, Libraries> libraries_of_nodes(const std::filesystem::path& deployment,
                                                     const std::filesystem::path& out);

@@ -58,8 +58,7 @@ class Presenter {
   double frame_rate_hz_;
   std::unique_ptr<VideoFile> video_;
   std::unique_ptr<Window> window_;
-  std::future<void>
-      still_;  // the still that another thread writes; valid until its result is taken
+  std::future<void> still_;  // of the thread that writes the still; valid until it is taken
   bool still_begun_ = false;
   std::uint64_t last_frame_ = 0;
   cv::Mat last_image_;
