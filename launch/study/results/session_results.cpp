@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "common/collision/spacing/view_interval.h"
 #include "common/recording/replay/recorded_frames.h"
@@ -23,8 +22,6 @@ constexpr double kSameEvent_s = 0.25;
 constexpr std::size_t kMaxTimes = 2000;
 // Pictures of each part. The page contains them.
 constexpr std::size_t kMaxPictures = 50;
-// The swept volume has larger cells than requested in a rig whose box would need more than this.
-constexpr double kMaxCells = 1e8;
 
 // The spacing that the recording states for a time.
 double spacing_at(const std::vector<RecordedSpacing>& spacings, double time_s, double before_m) {
@@ -63,7 +60,7 @@ TimelinePart timeline_part(const SceneObject& object) {
 }  // namespace
 
 SessionResults::SessionResults(const std::filesystem::path& file, const TrialRequest& request,
-                               base::WorkerPool& pool, std::unique_ptr<surface::SweptVolume>& swept)
+                               base::WorkerPool& pool, surface::SweptVolume* swept)
     : recording_(file),
       recorded_(recording_, {}),
       scene_(recorded_.deployment().scene),
@@ -87,11 +84,6 @@ SessionResults::SessionResults(const std::filesystem::path& file, const TrialReq
   }
   timeline_ = std::make_unique<SessionTimeline>(std::move(parts), options_, pool);
   study_ = std::make_unique<SpacingStudy>(std::move(lines), options_, pool);
-  if (request.swept && !swept_) {
-    const Eigen::AlignedBox3d& box = recorded_.deployment().rig.volume_m;
-    swept_ = std::make_unique<surface::SweptVolume>(surface::SweptVolumeOptions{
-        box, std::max(request.swept_cell_m, std::cbrt(box.volume() / kMaxCells))});
-  }
 }
 
 void SessionResults::compute(const std::function<void(double done)>& progress) {

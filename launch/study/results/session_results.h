@@ -16,11 +16,11 @@ namespace fivepipe::study {
 
 class SessionResults {
  public:
-  // swept: of the recordings of the trial; made if it is requested and there is none. Borrows pool
-  // and swept. Throws recording::RecordingError, mcap::McapError or std::system_error if the
-  // recording cannot be used.
+  // swept: of all recordings of the trial, or null; its box must contain the volume of this one's
+  // rig. Borrows pool and swept. Throws recording::RecordingError, mcap::McapError or
+  // std::system_error if the recording cannot be used.
   SessionResults(const std::filesystem::path& file, const TrialRequest& request,
-                 base::WorkerPool& pool, std::unique_ptr<surface::SweptVolume>& swept);
+                 base::WorkerPool& pool, surface::SweptVolume* swept);
 
   // Throws recording::RecordingError if the recording has no complete frame.
   void compute(const std::function<void(double done)>& progress);
@@ -50,7 +50,7 @@ class SessionResults {
   replay::RecordedDeployment recorded_;
   const config::Scene& scene_;
   base::WorkerPool& pool_;
-  std::unique_ptr<surface::SweptVolume>& swept_;
+  surface::SweptVolume* swept_;
   StudyOptions options_;
   std::vector<const config::SceneObject*> reported_, movable_;
   std::vector<std::vector<RecordedSpacing>> spacings_;  // by reported part

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 
 #include "common/base/realtime.h"
@@ -12,6 +13,9 @@
 namespace fivepipe::study {
 namespace {
 
+// The swept volume has larger cells than requested if its box would need more than this.
+constexpr double kMaxBoxCells = 1e8;
+
 // Adds the parts to the scenes unless one of these has equal parts, and returns their position.
 std::size_t position_of(std::vector<report::Part> parts,
                         std::vector<std::vector<report::Part>>& scenes) {
@@ -20,6 +24,35 @@ std::size_t position_of(std::vector<report::Part> parts,
   const auto position = std::size_t(known - scenes.begin());
   if (known == scenes.end()) scenes.push_back(std::move(parts));
   return position;
+}
+
+// Calls use(). Returns why the recording that it reads cannot be used, otherwise nothing.
+std::optional<std::string> why_unusable(const std::function<void()>& use) {
+  try {
+    use();
+    return std::nullopt;
+  } catch (const recording::RecordingError& error) {
+    return error.what();
+  } catch (const mcap::McapError& error) {
+    return error.what();
+  } catch (const std::system_error& error) {
+    return error.what();
+  }
+}
+
+// Makes the swept volume of all recordings of a trial: the rig, and so the box that contains its
+// hulls, may have been changed between them. Null if none can be used.
+std::unique_ptr<surface::SweptVolume> swept_volume_of(const std::filesystem::path& folder,
+                                                      const StoredTrial& stored, double cell_m) {
+  Eigen::AlignedBox3d box_m;
+  for (const std::string& file : stored.recordings)
+    why_unusable([&] {
+      const recording::Recording recording(folder / file);
+      box_m.extend(replay::RecordedDeployment(recording, {}).deployment().rig.volume_m);
+    });
+  if (box_m.isEmpty()) return nullptr;
+  return std::make_unique<surface::SweptVolume>(surface::SweptVolumeOptions{
+      box_m, std::max(cell_m, std::cbrt(box_m.volume() / kMaxBoxCells))});
 }
 
 }  // namespace
@@ -36,13 +69,14 @@ report::Trial trial_results(const StudyFolder& study, const StoredTrial& stored,
   trial.tool = stored.tool;
   trial.answers = stored.answers;
   base::WorkerPool pool(request.threads);
-  std::unique_ptr<surface::SweptVolume> swept;
   const std::filesystem::path folder = study.folder_of(stored.number);
+  const std::unique_ptr<surface::SweptVolume> swept =
+      request.swept ? swept_volume_of(folder, stored, request.swept_cell_m) : nullptr;
   const std::string of = fmt::format("Trial {}", stored.number);
   std::vector<StoredNote> notes = stored.notes;
   double offset_s = 0;
   const auto add_recording = [&](std::size_t part, const std::function<void(double)>& of_part) {
-    SessionResults session(folder / stored.recordings[part], request, pool, swept);
+    SessionResults session(folder / stored.recordings[part], request, pool, swept.get());
     session.compute(of_part);
     session.add_remarks(of, remarks);
     const std::size_t scene = position_of(report_parts(session.scene()), shown.scenes);
@@ -69,15 +103,8 @@ report::Trial trial_results(const StudyFolder& study, const StoredTrial& stored,
   for (std::size_t part = 0; part < stored.recordings.size(); ++part) {
     const double parts = double(stored.recordings.size());
     const auto of_part = [&](double done) { progress((double(part) + done) / parts); };
-    try {
-      add_recording(part, of_part);
-    } catch (const recording::RecordingError& error) {
-      remarks.push_back(fmt::format("{}: not used: {}.", of, error.what()));
-    } catch (const mcap::McapError& error) {
-      remarks.push_back(fmt::format("{}: not used: {}.", of, error.what()));
-    } catch (const std::system_error& error) {
-      remarks.push_back(fmt::format("{}: not used: {}.", of, error.what()));
-    }
+    if (const auto why = why_unusable([&] { add_recording(part, of_part); }))
+      remarks.push_back(fmt::format("{}: not used: {}.", of, *why));
   }
   for (const StoredNote& note : notes) trial.notes.push_back({trial.duration_s, note.text});
   std::ranges::stable_sort(trial.layout_changes, {}, &report::LayoutChange::time_s);

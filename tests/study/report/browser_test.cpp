@@ -1,18 +1,15 @@
 // The report in headless Chromium.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
 #include <array>
-#include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
-#include <sstream>
 
 #include "common/study/report/page.h"
+#include "tests/study/report/chromium.h"
 #include "tests/study/report/example_study.h"
 #include "tests/study/report/hostile.h"
 #include "tests/support/optional_package.h"
@@ -27,37 +24,15 @@ using nlohmann::json;
 // texts need no browser.
 constexpr std::array<std::size_t, 3> kHostileIndices{3, 4, 12};
 
-std::string program_in_path(const std::string& name) {
-  std::istringstream folders(std::getenv("PATH") != nullptr ? std::getenv("PATH") : "");
-  for (std::string folder; std::getline(folders, folder, ':');)
-    if (std::filesystem::exists(folder + "/" + name)) return folder + "/" + name;
-  return "";
-}
-
-void write(const std::filesystem::path& file, const std::string& text) {
-  std::ofstream(file, std::ios::binary) << text;
-}
-
 // What browser.py and checks.js found on each of the pages.
-std::vector<json> visits(const std::vector<std::string>& pages, const std::string& chromium) {
+std::vector<json> visits(const std::vector<std::string>& pages) {
   const test::TestFolder folder;
-  const std::string tests = std::string(FIVEPIPE_SOURCE_DIR) + "/tests/study/report/";
-  std::string command = "python3 " + tests + "browser.py --timeout 100 --size 1000,800 --run " +
-                        tests + "checks.js --chromium " + chromium;
+  std::vector<std::filesystem::path> files;
   for (std::size_t i = 0; i < pages.size(); ++i) {
-    const auto file = folder.path / (std::to_string(i) + ".html");
-    write(file, pages[i]);
-    command += " " + file.string();
+    files.push_back(folder.path / (std::to_string(i) + ".html"));
+    std::ofstream(files.back(), std::ios::binary) << pages[i];
   }
-  std::FILE* pipe = popen(command.c_str(), "r");
-  std::string text;
-  for (char piece[4096]; std::size_t n = std::fread(piece, 1, sizeof(piece), pipe);)
-    text.append(piece, n);
-  EXPECT_EQ(pclose(pipe), 0) << command;
-  std::istringstream lines(text);
-  std::vector<json> found;
-  for (std::string line; std::getline(lines, line);) found.push_back(json::parse(line));
-  return found;
+  return test::visits(files);
 }
 
 // One participant with all measurements, and three with hostile texts.
@@ -75,13 +50,6 @@ Study hostile_study() {
     study.participants.push_back(participant);
   }
   return study;
-}
-
-void expect_no_request(const json& visit) {
-  for (const std::string url : visit["requests"])
-    EXPECT_TRUE(url.starts_with("file:///") || url.starts_with("data:image/png")) << url;
-  EXPECT_EQ(visit["errors"], json::array()) << visit["errors"];
-  EXPECT_EQ(visit["value"]["error"], "");
 }
 
 void expect_full_page(const json& found) {
@@ -117,8 +85,7 @@ void expect_view(const json& view) {
 }
 
 TEST(ReportInBrowser, ShowsTableChartsPicturesAndViewWithoutErrorOrRequest) {
-  const std::string chromium = program_in_path("chromium");
-  if (chromium.empty()) FIVEPIPE_SKIP_WITHOUT_PACKAGE("chromium is not installed");
+  if (test::chromium().empty()) FIVEPIPE_SKIP_WITHOUT_PACKAGE("chromium is not installed");
   const std::string page = report_page(hostile_study());
   std::string tampered = report_page(test::study_of(1, ParticipantKind::human));
   const std::string image = "<img src=\"http://127.0.0.1:9/x.png\">";
@@ -127,10 +94,9 @@ TEST(ReportInBrowser, ShowsTableChartsPicturesAndViewWithoutErrorOrRequest) {
   const std::size_t policy = unprotected.find("<meta http-equiv");
   unprotected.erase(policy, unprotected.find('\n', policy) - policy);
   const auto found =
-      visits({page, report_page(test::study_of(0, ParticipantKind::human)), tampered, unprotected},
-             chromium);
+      visits({page, report_page(test::study_of(0, ParticipantKind::human)), tampered, unprotected});
   ASSERT_EQ(found.size(), 4u);
-  expect_no_request(found[0]);
+  test::expect_no_request_or_error(found[0]);
   expect_full_page(found[0]["value"]);
   expect_view(found[0]["value"]["views"][0]);
   EXPECT_EQ(found[0]["value"]["views"][1]["label"], "3D view of recorded crate");
@@ -139,7 +105,7 @@ TEST(ReportInBrowser, ShowsTableChartsPicturesAndViewWithoutErrorOrRequest) {
   const json theme = found[0]["value"]["theme"];
   EXPECT_EQ(theme[1][0], "Theme: dark");
   EXPECT_NE(theme[0][1], theme[1][1]);
-  expect_no_request(found[1]);
+  test::expect_no_request_or_error(found[1]);
   EXPECT_EQ(found[1]["value"]["views"], json::array());
   // The policy stops what the escapes would let through, and the test sees a request.
   EXPECT_GE(found[2]["errors"].size(), 2u);
@@ -165,17 +131,16 @@ void expect_map(const json& map, const std::string& quantity) {
 }
 
 TEST(LayoutsInBrowser, ShowMapsBarsAndCurvesWithoutErrorOrRequest) {
-  const std::string chromium = program_in_path("chromium");
-  if (chromium.empty()) FIVEPIPE_SKIP_WITHOUT_PACKAGE("chromium is not installed");
+  if (test::chromium().empty()) FIVEPIPE_SKIP_WITHOUT_PACKAGE("chromium is not installed");
   LayoutsPage rows = test::example_layouts();
   rows.curves.clear();
   rows.places[0] = test::hostile_texts()[3];
   rows.layouts.pop_back();
   rows.layouts[0].name = test::hostile_texts()[4];
-  const auto found = visits({layouts_page(test::example_layouts()), layouts_page(rows)}, chromium);
+  const auto found = visits({layouts_page(test::example_layouts()), layouts_page(rows)});
   ASSERT_EQ(found.size(), 2u);
   for (const json& visit : found) {
-    expect_no_request(visit);
+    test::expect_no_request_or_error(visit);
     EXPECT_FALSE(visit["value"]["attacked"]);
     EXPECT_LE(visit["value"]["overflow_px"], 0) << "the page is wider than the window";
     for (const json& chart : visit["value"]["charts"]) {

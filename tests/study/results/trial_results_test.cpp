@@ -32,6 +32,12 @@ std::string with_spacing(const std::string& name, const std::string& text) {
                        "    spacing: {axis: [1, 0, 0], at_m: 0.12, range_m: [0, 0.48]}\n")
              : text;
 }
+// The rig's volume ends left of the middle of the table, where the hand is.
+std::string with_small_volume(const std::string& name, const std::string& text) {
+  return name.ends_with("rig.yaml")
+             ? test::replaced(text, "max: [0.75, 0.6, 0.9]", "max: [-0.2, 0.6, 0.9]")
+             : text;
+}
 // The block 3 m away.
 std::string with_far_block(const std::string& name, const std::string& text) {
   return name.ends_with("scene.yaml")
@@ -198,6 +204,23 @@ TEST_F(TrialResults, HaveTheSweptVolumeAndAReasonForMissingPictures) {
   EXPECT_GT(found.swept[0].mesh.triangles.size(), 100u);
   EXPECT_TRUE(contains(remarks(), "Trial 1: the swept volume is ")) << remarks();
   EXPECT_TRUE(contains(remarks(), "run_1/composite.mp4 cannot be read")) << remarks();
+}
+
+// The second recording's hulls are where the first one's rig has no volume.
+TEST_F(TrialResults, SweptVolumeHoldsTheHullsOfEachRecordingsRig) {
+  TrialRequest request = small();
+  request.swept = true;
+  request.swept_cell_m = 0.02;
+  const auto swept = [&](const std::vector<test::ChangeFile>& copies) {
+    const report::Trial found = results(trial(copies), request);
+    return found.swept.empty() ? Eigen::AlignedBox3d() : geometry::bounds_m(found.swept[0].mesh);
+  };
+  const Eigen::AlignedBox3d whole = swept({nullptr}), part = swept({with_small_volume}),
+                            both = swept({with_small_volume, nullptr});
+  EXPECT_GT(whole.max().x(), -0.1);
+  EXPECT_TRUE(part.isEmpty() || part.max().x() < -0.15);
+  EXPECT_TRUE(both.min().isApprox(whole.min()) && both.max().isApprox(whole.max()))
+      << both.max().transpose() << " instead of " << whole.max().transpose();
 }
 
 }  // namespace

@@ -1,0 +1,51 @@
+// Opens pages in headless Chromium, for tests.
+#pragma once
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace fivepipe::test {
+
+// Returns the program's path, or nothing if it is not installed.
+inline std::string chromium() {
+  std::istringstream folders(std::getenv("PATH") != nullptr ? std::getenv("PATH") : "");
+  for (std::string folder; std::getline(folders, folder, ':');)
+    if (std::filesystem::exists(folder + "/chromium")) return folder + "/chromium";
+  return "";
+}
+
+// Returns what browser.py and checks.js found on each of the pages.
+inline std::vector<nlohmann::json> visits(const std::vector<std::filesystem::path>& pages) {
+  const std::string tests = std::string(FIVEPIPE_SOURCE_DIR) + "/tests/study/report/";
+  std::string command = "python3 " + tests + "browser.py --timeout 100 --size 1000,800 --run " +
+                        tests + "checks.js --chromium " + chromium();
+  for (const std::filesystem::path& page : pages) command += " '" + page.string() + "'";
+  std::FILE* pipe = popen(command.c_str(), "r");
+  std::string text;
+  for (std::array<char, 4096> piece; const std::size_t n = std::fread(piece.data(), 1, 4096, pipe);)
+    text.append(piece.data(), n);
+  EXPECT_EQ(pclose(pipe), 0) << command;
+  std::istringstream lines(text);
+  std::vector<nlohmann::json> found;
+  for (std::string line; std::getline(lines, line);) found.push_back(nlohmann::json::parse(line));
+  EXPECT_EQ(found.size(), pages.size());
+  found.resize(pages.size());
+  return found;
+}
+
+// Checks that the page needed no other file and that no script of it failed.
+inline void expect_no_request_or_error(const nlohmann::json& visit) {
+  for (const std::string url : visit["requests"])
+    EXPECT_TRUE(url.starts_with("file:///") || url.starts_with("data:image/png")) << url;
+  EXPECT_EQ(visit["errors"], nlohmann::json::array()) << visit["errors"];
+  EXPECT_EQ(visit["value"]["error"], "");
+}
+
+}  // namespace fivepipe::test
