@@ -33,6 +33,9 @@ constexpr auto kStart = 60s;
 // `up` restarts a node at once that ran this long.
 constexpr auto kHealthyAfter = 10s;
 
+// The allocator keeps some freed memory; a leak grows with the rounds.
+constexpr std::size_t kMaxGrowth_bytes = 4'000'000;
+
 // FIVEPIPE_ROUNDS: how often each node is killed, and how often stopped.
 int rounds() {
   const char* const text = std::getenv("FIVEPIPE_ROUNDS");
@@ -128,6 +131,29 @@ class LostNodes : public testing::Test {
   struct Result {
     std::vector<double> gap_s, back_s;
   };
+  struct Level {
+    pid_t process;
+    std::size_t open_files, resident_bytes;
+  };
+  std::map<std::string, Level> levels() {
+    std::map<std::string, Level> levels;
+    for (const std::string& node : kNodes)
+      if (const auto process = deployed_.pid_of(node))
+        levels[node] = {*process, open_files_of(*process), resident_bytes(*process)};
+    return levels;
+  }
+  // Compares the processes that the fault did not end with themselves before it.
+  void expect_level(const std::map<std::string, Level>& before) {
+    for (const auto& [node, level] : levels()) {
+      const auto earlier = before.find(node);
+      if (earlier == before.end() || earlier->second.process != level.process) continue;
+      EXPECT_EQ(level.open_files, earlier->second.open_files) << node;
+      const auto first_bytes = first_bytes_.try_emplace(level.process, level.resident_bytes).first;
+      std::size_t& growth = growth_bytes_[node];
+      growth = std::max(growth,
+                        std::max(level.resident_bytes, first_bytes->second) - first_bytes->second);
+    }
+  }
   // Sends the signal to the node's process, and waits until the node has another one.
   void inflict(const Fault& fault, Result& result) {
     const auto started = starts_.find(fault.node);
@@ -135,6 +161,7 @@ class LostNodes : public testing::Test {
     ASSERT_TRUE(frames_go_on(10, 20s * kSlowdown)) << fault.node << deployed_.said();
     const std::optional<pid_t> process = deployed_.pid_of(fault.node);
     ASSERT_TRUE(process) << fault.node << deployed_.said();
+    const auto before = levels();
     const auto at = Clock::now();
     kill(*process, fault.signal);
     while (deployed_.pid_of(fault.node).value_or(*process) == *process &&
@@ -144,6 +171,7 @@ class LostNodes : public testing::Test {
     result.back_s.push_back(std::chrono::duration<double>(Clock::now() - at).count());
     EXPECT_TRUE(frames_go_on(30, 20s * kSlowdown)) << fault.node << deployed_.said();
     result.gap_s.push_back(longest_gap_s(at));
+    expect_level(before);
   }
 
   TestFolder folder_;
@@ -159,6 +187,8 @@ class LostNodes : public testing::Test {
   std::vector<Clock::time_point> times_;
   std::int64_t newest_stamp_ns_ = 0;
   std::map<std::string, Clock::time_point> starts_;
+  std::map<pid_t, std::size_t> first_bytes_;  // resident after the first fault of another node
+  std::map<std::string, std::size_t> growth_bytes_;  // since then, the most of a process
 };
 
 TEST_F(LostNodes, StopThePictureShortly) {
@@ -212,9 +242,12 @@ TEST_F(LostNodes, StopThePictureShortly) {
     }
   }
   EXPECT_EQ(open_files_of(deployed_.pid()), files_before);
+  for (const auto& [node, bytes] : growth_bytes_)
+    std::cout << fmt::format("{:11} grew by at most {:.1f} MB\n", node, 1e-6 * double(bytes));
   // The address sanitizer keeps freed memory for a while.
   if (!kHasSanitizer) {
-    EXPECT_LE(resident_bytes(deployed_.pid()), bytes_before + 4'000'000);
+    EXPECT_LE(resident_bytes(deployed_.pid()), bytes_before + kMaxGrowth_bytes);
+    for (const auto& [node, bytes] : growth_bytes_) EXPECT_LE(bytes, kMaxGrowth_bytes) << node;
   }
   EXPECT_TRUE(contains(deployed_.said(), "recon_a: gives no answer")) << deployed_.said();
 }
