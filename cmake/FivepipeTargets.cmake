@@ -102,15 +102,17 @@ function(fivepipe_program_precompiled_headers name)
   target_precompile_headers(${name} REUSE_FROM fivepipe_precompiled)
 endfunction()
 
-# The precompiled header of the test programs, which also holds GoogleTest. The test programs are
-# half of all sources, so the compiler spends less time on their optimisation.
-set(fivepipe_test_optimisation $<$<CONFIG:Release>:-O1> $<$<CONFIG:Debug>:-O0>)
+# The precompiled headers of the test programs, which also hold GoogleTest. The test programs are
+# half of all sources, so the compiler does not optimise them, and those that are NUMERIC little.
 function(fivepipe_test_precompiled_headers)
-  add_executable(fivepipe_test_precompiled ${CMAKE_SOURCE_DIR}/cmake/precompiled_main.cpp)
-  target_link_libraries(fivepipe_test_precompiled PRIVATE fivepipe_options GTest::gtest)
-  target_compile_options(fivepipe_test_precompiled PRIVATE ${fivepipe_test_optimisation})
-  target_precompile_headers(fivepipe_test_precompiled PRIVATE
-    ${CMAKE_SOURCE_DIR}/cmake/precompiled.h <gtest/gtest.h>)
+  foreach(name fivepipe_test_precompiled fivepipe_numeric_test_precompiled)
+    add_executable(${name} ${CMAKE_SOURCE_DIR}/cmake/precompiled_main.cpp)
+    target_link_libraries(${name} PRIVATE fivepipe_options GTest::gtest)
+    target_precompile_headers(${name} PRIVATE
+      ${CMAKE_SOURCE_DIR}/cmake/precompiled.h <gtest/gtest.h>)
+  endforeach()
+  target_compile_options(fivepipe_test_precompiled PRIVATE -O0)
+  target_compile_options(fivepipe_numeric_test_precompiled PRIVATE $<$<CONFIG:Release>:-O1>)
 endfunction()
 
 # fivepipe_discover_tests(NAME FILTER PROPERTY value...): ctest runs each test of the program NAME
@@ -137,8 +139,8 @@ endfunction()
 # The tests of ALONE_TESTS (patterns of GoogleTest) run alone, because they assert a time that is
 # less than three times what they need on an idle machine. Under the sanitizers, WAITS has no effect
 # either; a program that is ALWAYS_ALONE, too, is so only there.
-# NUMERIC is for programs that compute for long: they are optimised under the sanitizers, too. The
-# build with the thread sanitizer has none of them, because their only threads are those of
+# NUMERIC is for programs that compute for long: the compiler optimises them, except in preset debug.
+# The build with the thread sanitizer has none of them, because their only threads are those of
 # base::WorkerPool, which tests of tests/base and tests/system run there.
 function(fivepipe_test name)
   if(NOT FIVEPIPE_TESTS)
@@ -171,10 +173,11 @@ function(fivepipe_test name)
   if(CMAKE_CXX_FLAGS MATCHES "-fsanitize")
     set(has_sanitizer TRUE)
   endif()
-  if(ARG_NUMERIC AND has_sanitizer)
-    fivepipe_program_precompiled_headers(${name})
+  if(ARG_NUMERIC)
+    target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
+    target_precompile_headers(${name} REUSE_FROM fivepipe_numeric_test_precompiled)
   else()
-    target_compile_options(${name} PRIVATE ${fivepipe_test_optimisation})
+    target_compile_options(${name} PRIVATE -O0)
     target_precompile_headers(${name} REUSE_FROM fivepipe_test_precompiled)
   endif()
   if(has_sanitizer)
