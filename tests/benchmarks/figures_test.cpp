@@ -245,13 +245,17 @@ TEST(Figures, AnAccountWithoutOutsideTimesIsRefused) {
                         {"nodes_mean_ms", 1},
                         {"outside_mean_ms", 1.1},
                         {"limit_ms", 0.3},
+                        {"difference_p5_ms", -0.1},
+                        {"difference_p95_ms", 0.25},
                         {"agrees", true}}}};
   json with_capture = stage;
   with_capture["name"] = "pipeline_with_capture/paper_files/outside/render";
   folder.add("pipeline", json::array({stage}));
   folder.add("pipeline_1", json::array({stage}));
   folder.add("paper_files", json::array({with_capture}));
-  EXPECT_THAT(block_text("account", folder.results()), HasSubstr("All stages agree"));
+  const std::string text = block_text("account", folder.results());
+  EXPECT_THAT(text, HasSubstr("All stages agree"));
+  EXPECT_THAT(text, HasSubstr("| render | 9 | 1.000 | 1.100 | 0.100 | 0.300 | -0.100 / 0.250 |\n"));
   folder.add("paper_files", json::array());
   EXPECT_THAT(
       error_of_call([&] { block_text("account", folder.results()); }),
