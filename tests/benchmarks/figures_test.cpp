@@ -236,6 +236,26 @@ TEST(Figures, ScenesWithFasterBaselinesAreListedInBold) {
                         "| ring4 | 16 of 1280x720, 15 % | 1.0 | - | - | none |\n"));
 }
 
+TEST(Figures, TheTableOfEveryPixelHasEachViewOfBothBackends) {
+  const auto result = [](const std::string& name, int wrong, double difference) {
+    return json{{"name", name},
+                {"error", {{"max_depth_relative", difference}}},
+                {"counts", {{"pixels", 19200}, {"hits", 1500}, {"wrong", wrong}}}};
+  };
+  ResultFolder folder;
+  folder.add("hull", json::array());
+  EXPECT_THAT(block_text("hull every pixel", folder.results()), HasSubstr("Not measured yet"));
+  folder.add("hull_every_pixel",
+             json::array({result("hand4/160x120/cpu", 0, 6e-8), result("hand4/160x120/gl", 2, 1e-7),
+                          result("hand64/160x120/cpu", 0, 0)}));
+  const std::string text = block_text("hull every pixel", folder.results());
+  EXPECT_THAT(text,
+              HasSubstr("| hand4 | 160x120 | 19,200 | 1,500 | 0 and 2 | 6.0e-08 and 1.0e-07 |\n"
+                        "| hand64 | 160x120 | 19,200 | 1,500 | 0 and - | 0.0e+00 and - |\n"));
+  EXPECT_THAT(text, HasSubstr("wrong in 2 of 57,600 pixels"));
+  EXPECT_THAT(text, HasSubstr("1.0e-07 of themselves"));
+}
+
 // Without CAP_NET_RAW the benchmark measures no time outside the nodes.
 TEST(Figures, AnAccountWithoutOutsideTimesIsRefused) {
   ResultFolder folder;
