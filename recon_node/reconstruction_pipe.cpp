@@ -47,7 +47,7 @@ class ReconstructionPipe {
         view_infos_(node.bus.reader<bus::topics::ViewInfo>()),
         poses_(node.bus.reader<bus::topics::HeadPose>()),
         colours_(node.bus.reader<bus::topics::ObjectColour>()),
-        replay_(node.bus),
+        replay_(node.bus, node.status),
         traces_(node.bus, node.status, node.node.name),
         tiles_(node.bus.writer<bus::topics::HullTile>()),
         costs_(node.bus.writer<bus::topics::TileCosts>()) {}

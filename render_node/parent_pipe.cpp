@@ -73,7 +73,7 @@ class ParentPipe {
         tiles_(node.bus.reader<bus::topics::HullTile>()),
         states_(node.bus.reader<bus::topics::VirtualState>()),
         collisions_(node.bus.reader<bus::topics::CollisionResult>()),
-        replay_(node.bus),
+        replay_(node.bus, node.status),
         traces_(node.bus, node.status, node.node.name),
         spacing_(node, presenter_) {
     if (!spectator_) composited_.emplace(node.bus.writer<bus::topics::FrameComposited>());

@@ -83,7 +83,7 @@ class SimulationPipe {
         sets_(node.bus, node.deployment.rig, node.status, node::frame_set_options(node.deployment)),
         commands_(node.bus.reader<bus::topics::Command>()),
         spacing_(node),
-        replay_(node.bus),
+        replay_(node.bus, node.status),
         traces_(node.bus, node.status, node.node.name),
         states_(node.bus.writer<bus::topics::VirtualState>()),
         collisions_(node.bus.writer<bus::topics::CollisionResult>()) {

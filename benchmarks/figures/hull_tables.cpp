@@ -11,7 +11,7 @@
 namespace fivepipe::figures {
 namespace {
 
-constexpr const char* kHull = "hull";
+constexpr const char *kHull = "hull", *kEveryPixel = "hull_every_pixel";
 // A baseline counts as an alternative to the exact methods up to this mean error.
 constexpr double kFairError_mm = 2;
 constexpr const char* kNotMeasured = "-";
@@ -200,6 +200,41 @@ std::string hull_facts(const Results& results) {
       other == 0 ? "no pixel" : count_text(other) + " pixels"));
 }
 
+// Results are named scene/view/backend.
+std::string every_pixel(const Results& results) {
+  // The test of the documents reads results that were measured before this table existed.
+  if (!results.has(kEveryPixel))
+    return wrapped(
+        "Not measured yet: `fivepipe bench hull --every-pixel`, which `launch/figures` runs.");
+  MarkdownTable table({"scene", "view", "pixels", "with hull", "wrong, cpu and gl",
+                       "largest relative difference of the depth, cpu and gl"});
+  double pixels = 0, wrong = 0, largest = 0;
+  for (const json& cpu : results.all(kEveryPixel)) {
+    const std::string name = cpu.at("name"), view_of = name.substr(0, name.rfind('/'));
+    if (!name.ends_with("/cpu")) continue;
+    const json* const gl = results.find(kEveryPixel, view_of + "/gl");
+    const auto cell = [&](const auto& value) {
+      return value(cpu) + " and " + (gl ? value(*gl) : kNotMeasured);
+    };
+    table.add({view_of.substr(0, view_of.find('/')), view_of.substr(view_of.find('/') + 1),
+               count_text(count_of(cpu, "pixels")), count_text(count_of(cpu, "hits")),
+               cell([](const json& r) { return count_text(count_of(r, "wrong")); }),
+               cell([](const json& r) {
+                 return fmt::format("{:.1e}", error_of(r, "max_depth_relative"));
+               })});
+    for (const json* result : {&cpu, gl})
+      if (result) {
+        pixels += count_of(*result, "pixels");
+        wrong += count_of(*result, "wrong");
+        largest = std::max(largest, error_of(*result, "max_depth_relative"));
+      }
+  }
+  return table.text() + "\n" +
+         wrapped(fmt::format("cpu and gl are wrong in {} pixels. Where they and the reference hit "
+                             "the hull, the depths differ by at most {:.1e} of themselves.",
+                             of_text(wrong, pixels), largest));
+}
+
 // "0.65 to 1.2 times", over the views of which both methods are measured.
 std::string ratio_text(const std::vector<ViewResults>& all, const std::string& method) {
   double smallest = 0, largest = 0;
@@ -241,11 +276,9 @@ std::string ratios(const Results& results) {
 }  // namespace
 
 std::map<std::string, Block> hull_blocks() {
-  return {{"hull summary", hull_summary},
-          {"hull scenes", all_scenes},
-          {"hull views", other_views},
-          {"hull ratios", ratios},
-          {"hull facts", hull_facts}};
+  return {{"hull summary", hull_summary}, {"hull scenes", all_scenes},
+          {"hull views", other_views},    {"hull ratios", ratios},
+          {"hull facts", hull_facts},     {"hull every pixel", every_pixel}};
 }
 
 }  // namespace fivepipe::figures

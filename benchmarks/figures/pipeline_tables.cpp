@@ -70,8 +70,8 @@ std::string account(const Results& results) {
       {"replay, `collision: cpu`, two frames in flight", "pipeline", "pipeline/paper/"},
       {"with capture_node, images from files, `collision: paper`", "paper_files",
        "pipeline_with_capture/paper_files/"}};
-  MarkdownTable table(
-      {"run", "stage", "frames", "by the nodes, ms", "outside, ms", "difference, ms", "limit, ms"});
+  MarkdownTable table({"run", "stage", "frames", "by the nodes, ms", "outside, ms",
+                       "difference, ms", "limit, ms", "p5 / p95 of the difference, ms"});
   bool agree = true;
   for (const Run& run : runs) {
     std::size_t stages = 0;
@@ -85,7 +85,9 @@ std::string account(const Results& results) {
       table.add({run.text, name.substr(prefix.size()), count_text(count_of(result, "frames")),
                  fmt::format("{:.3f}", own_ms), fmt::format("{:.3f}", outside_ms),
                  fmt::format("{:.3f}{}", outside_ms - own_ms, agrees ? "" : " DIFFERS"),
-                 fmt::format("{:.3f}", count_of(result, "limit_ms"))});
+                 fmt::format("{:.3f}", count_of(result, "limit_ms")),
+                 fmt::format("{:.3f} / {:.3f}", count_of(result, "difference_p5_ms"),
+                             count_of(result, "difference_p95_ms"))});
       ++stages;
     }
     // Without CAP_NET_RAW the benchmark measures none.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <iostream>
+#include <stdexcept>
 
 #include "benchmarks/hull/hull_report.h"
 #include "benchmarks/hull/methods.h"
@@ -79,6 +80,7 @@ class HullBenchmark {
   }
 
   void run() {
+    if (args_.every_pixel) return check_every_pixel();
     std::vector<HullScene> scenes = synthetic_scenes();
     for (const std::string& folder : args_.maps)
       scenes.push_back(real_scene(folder));  // throws before the measurements start
@@ -95,6 +97,48 @@ class HullBenchmark {
   }
 
  private:
+  // Compares cpu and gl with the reference; measures no times.
+  void check_every_pixel() {
+    std::vector<Views> all = all_views();
+    for (const std::string& folder : args_.maps)
+      all.push_back({{real_scene(folder)}, {{640, 480}}});
+    base::WorkerPool pool(args_.threads);
+    std::vector<PixelRow> rows;
+    for (const Views& views : all)
+      for (const HullScene& scene : views.scenes)
+        for (const auto& [width_px, height_px] : views.sizes_px) {
+          std::vector<Method> chosen{cpu_method(args_.threads), gl_method(args_.threads)};
+          keep_chosen(chosen, scene);
+          if (chosen.empty()) continue;
+          show_progress(scene.name, width_px, height_px);
+          const hull::View view = view_of(scene, width_px, height_px);
+          const std::vector<double> reference_m = reference_depths_m(scene, view, pool);
+          for (const Method& method : chosen) {
+            std::vector<float> depth_m(reference_m.size());
+            method.depth(scene, view, depth_m);
+            rows.push_back({scene.name, method.name, width_px, height_px,
+                            compare_every_pixel(depth_m, reference_m)});
+          }
+        }
+    std::cerr << '\r';
+    std::cout << every_pixel_table(rows);
+    if (!args_.json_file.empty())
+      write_every_pixel_json(args_.json_file, rows, context_.renderer());
+    if (std::any_of(rows.begin(), rows.end(),
+                    [](const PixelRow& row) { return row.errors.wrong > 0; }))
+      throw std::runtime_error("a backend is wrong in a pixel");
+  }
+
+  void keep_chosen(std::vector<Method>& methods, const HullScene& scene) const {
+    std::erase_if(methods, [&](const Method& m) {
+      return !m.supports(scene) ||
+             (m.name + "/" + scene.name).find(args_.only) == std::string::npos;
+    });
+  }
+  static void show_progress(const std::string& scene, int width_px, int height_px) {
+    std::cerr << fmt::format("\r{:<40}", fmt::format("{} {}x{}", scene, width_px, height_px));
+  }
+
   std::vector<Size> sizes_of(const HullScene& scene) const {
     if (args_.quick) return {{160, 120}};
     if (args_.full || scene.name == "hand4" || scene.name == "hand4-near")
@@ -136,13 +180,9 @@ class HullBenchmark {
   }
 
   void add(const HullScene& scene, const Size& size, std::vector<Method> methods) {
-    std::erase_if(methods, [&](const Method& m) {
-      return !m.supports(scene) ||
-             (m.name + "/" + scene.name).find(args_.only) == std::string::npos;
-    });
+    keep_chosen(methods, scene);
     if (methods.empty()) return;
-    std::cerr << fmt::format("\r{:<40}",
-                             fmt::format("{} {}x{}", scene.name, size.width_px, size.height_px));
+    show_progress(scene.name, size.width_px, size.height_px);
     const base::Budget budget = args_.quick  ? base::Budget{3, 1, 0.05}
                                 : args_.full ? base::Budget{101, 5, 4.0}
                                              : base::Budget{31, 3, 1.0};
@@ -180,7 +220,10 @@ constexpr bench::Suite kSuite{
     .only_help = "run only results whose METHOD/SCENE contains this text: cpu/, /hand4",
     .full_help =
         "run every scene at 320x240, 640x480 and 1920x1080, with more planes, voxel sizes "
-        "and runs, and compare cpu and gl with the reference in every pixel of every view"};
+        "and runs, and compare cpu and gl with the reference in every pixel of every view",
+    .every_pixel_help =
+        "measure no times, but compare cpu and gl with the reference in every pixel of every view "
+        "of --full, and of --maps at 640x480; exit code 1 if one is wrong"};
 
 }  // namespace
 }  // namespace fivepipe::hull_bench

@@ -39,6 +39,12 @@ PixelErrors compare_every_pixel(std::span<const float> depth_m,
   return errors;
 }
 
+std::vector<Views> all_views() {
+  return {{synthetic_scenes(), {{320, 240}, {640, 480}, {1920, 1080}}},
+          {series_scenes(), {{640, 480}}},
+          {{hand_scene("hand4", 0.68, 1.0)}, {{160, 120}, {1280, 960}}}};
+}
+
 std::string every_pixel_table(std::span<const PixelRow> rows) {
   base::TextTable table({{"scene"},
                          {"view"},

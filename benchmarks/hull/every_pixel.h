@@ -1,5 +1,6 @@
 // The depths of an exact backend against the independent reference, in every pixel of a view.
 #pragma once
+#include <array>
 #include <span>
 #include <string>
 #include <vector>
@@ -33,6 +34,14 @@ struct PixelRow {
   int width_px, height_px;  // of the view
   PixelErrors errors;
 };
+// Scenes, and the sizes of their views [px].
+struct Views {
+  std::vector<HullScene> scenes;
+  std::vector<std::array<int, 2>> sizes_px;
+};
+// Every scene of `fivepipe bench hull --full` at every size, without real maps.
+std::vector<Views> all_views();
+
 // Returns the rows as a table with a line of totals for each backend.
 std::string every_pixel_table(std::span<const PixelRow> rows);
 

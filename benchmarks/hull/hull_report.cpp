@@ -182,4 +182,18 @@ void write_json(const std::filesystem::path& file, const std::vector<Result>& re
   base::write_json(file, base::suite_json("hull", gl_renderer, entries));
 }
 
+void write_every_pixel_json(const std::filesystem::path& file, const std::vector<PixelRow>& rows,
+                            const std::string& gl_renderer) {
+  ordered_json entries = ordered_json::array();
+  for (const PixelRow& row : rows)
+    entries.push_back(
+        {{"name", fmt::format("{}/{}x{}/{}", row.scene, row.width_px, row.height_px, row.backend)},
+         {"error", {{"max_depth_relative", row.errors.max_depth_error}}},
+         {"counts",
+          {{"pixels", row.errors.pixels},
+           {"hits", row.errors.hits},
+           {"wrong", row.errors.wrong}}}});
+  base::write_json(file, base::suite_json("hull_every_pixel", gl_renderer, entries));
+}
+
 }  // namespace fivepipe::hull_bench

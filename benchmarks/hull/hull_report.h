@@ -37,6 +37,10 @@ inline constexpr double kFairError_mm = 2;
 void write_json(const std::filesystem::path& file, const std::vector<Result>& results,
                 const std::string& gl_renderer);
 
+// Entries SCENE/WIDTHxHEIGHT/BACKEND of suite `hull_every_pixel`. Throws as write_json().
+void write_every_pixel_json(const std::filesystem::path& file, const std::vector<PixelRow>& rows,
+                            const std::string& gl_renderer);
+
 // Plots time against error, and time against the number of cameras, the view's size and its
 // coverage. File, result and errors as for bench::Plots::draw().
 bool plot(const std::vector<Result>& results, const std::filesystem::path& file);

@@ -31,6 +31,8 @@ void add_options(CLI::App& app, const Suite& suite, Args& args) {
         ->take_all()
         ->allow_extra_args(false);
   if (suite.full_help) app.add_flag("--full", args.full, suite.full_help)->excludes(quick);
+  if (suite.every_pixel_help)
+    app.add_flag("--every-pixel", args.every_pixel, suite.every_pixel_help)->excludes(quick);
 }
 
 }  // namespace

@@ -12,7 +12,7 @@ struct Args {
   std::string only;  // a text that a result's name must contain; empty: all results
   std::vector<std::string> maps, footage;  // folders; footage: of recordings
   int threads = 2;
-  bool quick = false, full = false;
+  bool quick = false, full = false, every_pixel = false;
   std::optional<double> latency_ms;
 };
 
@@ -26,6 +26,7 @@ struct Suite {
   const char* maps_help = nullptr;
   const char* only_help = nullptr;
   const char* full_help = nullptr;
+  const char* every_pixel_help = nullptr;
   const char* latency_help = nullptr;
   const char* footage_help = nullptr;
 };

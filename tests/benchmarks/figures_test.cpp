@@ -236,6 +236,26 @@ TEST(Figures, ScenesWithFasterBaselinesAreListedInBold) {
                         "| ring4 | 16 of 1280x720, 15 % | 1.0 | - | - | none |\n"));
 }
 
+TEST(Figures, TheTableOfEveryPixelHasEachViewOfBothBackends) {
+  const auto result = [](const std::string& name, int wrong, double difference) {
+    return json{{"name", name},
+                {"error", {{"max_depth_relative", difference}}},
+                {"counts", {{"pixels", 19200}, {"hits", 1500}, {"wrong", wrong}}}};
+  };
+  ResultFolder folder;
+  folder.add("hull", json::array());
+  EXPECT_THAT(block_text("hull every pixel", folder.results()), HasSubstr("Not measured yet"));
+  folder.add("hull_every_pixel",
+             json::array({result("hand4/160x120/cpu", 0, 6e-8), result("hand4/160x120/gl", 2, 1e-7),
+                          result("hand64/160x120/cpu", 0, 0)}));
+  const std::string text = block_text("hull every pixel", folder.results());
+  EXPECT_THAT(text,
+              HasSubstr("| hand4 | 160x120 | 19,200 | 1,500 | 0 and 2 | 6.0e-08 and 1.0e-07 |\n"
+                        "| hand64 | 160x120 | 19,200 | 1,500 | 0 and - | 0.0e+00 and - |\n"));
+  EXPECT_THAT(text, HasSubstr("wrong in 2 of 57,600 pixels"));
+  EXPECT_THAT(text, HasSubstr("1.0e-07 of themselves"));
+}
+
 // Without CAP_NET_RAW the benchmark measures no time outside the nodes.
 TEST(Figures, AnAccountWithoutOutsideTimesIsRefused) {
   ResultFolder folder;
@@ -245,13 +265,17 @@ TEST(Figures, AnAccountWithoutOutsideTimesIsRefused) {
                         {"nodes_mean_ms", 1},
                         {"outside_mean_ms", 1.1},
                         {"limit_ms", 0.3},
+                        {"difference_p5_ms", -0.1},
+                        {"difference_p95_ms", 0.25},
                         {"agrees", true}}}};
   json with_capture = stage;
   with_capture["name"] = "pipeline_with_capture/paper_files/outside/render";
   folder.add("pipeline", json::array({stage}));
   folder.add("pipeline_1", json::array({stage}));
   folder.add("paper_files", json::array({with_capture}));
-  EXPECT_THAT(block_text("account", folder.results()), HasSubstr("All stages agree"));
+  const std::string text = block_text("account", folder.results());
+  EXPECT_THAT(text, HasSubstr("All stages agree"));
+  EXPECT_THAT(text, HasSubstr("| render | 9 | 1.000 | 1.100 | 0.100 | 0.300 | -0.100 / 0.250 |\n"));
   folder.add("paper_files", json::array());
   EXPECT_THAT(
       error_of_call([&] { block_text("account", folder.results()); }),

@@ -1,5 +1,7 @@
 // Segmentation of images of the synthetic room, and its steps.
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <random>
 
 #include "tests/support/capture/capture_rig.h"
@@ -189,6 +191,27 @@ TEST(Segmentation, ShadowReachesDownToTheConfiguredBrightness) {
   Plain plain;
   plain.fill({10, 10, 30, 30}, cv::Scalar::all(80));
   EXPECT_EQ(plain.object(off).count(), 900u);
+}
+
+// A darker patch is shadow up to the configured angle between its colour and the room's.
+TEST(Segmentation, ShadowKeepsTheColourToWithinTheConfiguredAngle) {
+  constexpr double kLevel = 70, kRounding_degrees = 0.7;  // of the levels to integers
+  const double length_levels = kLevel * std::sqrt(3.0);
+  for (const double tint_degrees : {5.0, 8.0, 12.0}) {
+    config::SegmentationConfig config;
+    config.shadow_tint_degrees = tint_degrees;
+    config.gain_compensation = false;
+    for (int degrees = 1; degrees < 20; ++degrees) {
+      if (std::abs(degrees - tint_degrees) < kRounding_degrees) continue;
+      const double off_levels =
+          length_levels * std::tan(degrees * std::numbers::pi / 180) / std::numbers::sqrt2;
+      Plain plain;
+      plain.fill({10, 10, 30, 30},
+                 {std::round(kLevel + off_levels), std::round(kLevel - off_levels), kLevel});
+      EXPECT_EQ(plain.object(config).count() > 0, degrees > tint_degrees)
+          << degrees << ", maximum " << tint_degrees;
+    }
+  }
 }
 
 // Single pixels of another colour in a shadow are noise; three neighbours of it are an object.

@@ -12,16 +12,6 @@
 namespace fivepipe::hull_bench {
 namespace {
 
-struct Views {
-  std::vector<HullScene> scenes;
-  std::vector<std::array<int, 2>> sizes_px;
-};
-
-std::vector<Views> all_views() {
-  return {{synthetic_scenes(), {{320, 240}, {640, 480}, {1920, 1080}}},
-          {series_scenes(), {{640, 480}}},
-          {{hand_scene("hand4", 0.68, 1.0)}, {{160, 120}, {1280, 960}}}};
-}
 std::vector<Views> small_views() {
   return {{{hand_scene("hand4", 0.68, 1.0), hand_scene("hand4-near", 0.395, 1.0),
             hand_scene("sparse", 0.68, 2.0), hand_scene("dense", 0.68, 0.46),

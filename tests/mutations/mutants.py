@@ -1,7 +1,8 @@
 """Mutants: small faults in the product's sources. Draws, stores and applies them.
 
-A mutant is a file, a text that occurs exactly once in it, and the text that replaces it. Only the
-operators below make mutants, so that they are not chosen to be caught.
+A mutant is a file, a text that occurs exactly once in it, and the text that replaces it. draw()
+makes mutants by the operators below alone, so that they are not chosen to be caught. The others are
+marked `by_hand`: a person wrote or rewrote them.
 """
 
 import bisect
@@ -31,6 +32,7 @@ class Mutant:
     test: str = ""
     equivalent: str = ""
     survives: str = ""
+    by_hand: bool = False
 
 
 def load(path):
@@ -41,7 +43,8 @@ def save(path, mutants):
     """Makes the parent folder if needed."""
     path = pathlib.Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    entries = [{k: v for k, v in asdict(m).items() if v != ""} for m in mutants]
+    entries = [{k: v for k, v in asdict(m).items() if k == "replacement" or v not in ("", False)}
+               for m in mutants]
     path.write_text(json.dumps(entries, indent=1, ensure_ascii=False) + "\n")
 
 
@@ -256,6 +259,21 @@ class Source:
     def _end(self, line):
         last = line + 1 == len(self._line_starts)
         return len(self.text) if last else self._line_starts[line + 1] - 1
+
+
+def can_be_drawn(mutant, root=ROOT):
+    """Whether draw() can make this mutant of the present sources: one edit of its operator."""
+    source = Source(root / mutant.file, (), root)
+    changed = applied(mutant, source.text)
+    if mutant.operator not in OPERATORS:
+        return False
+    for seed in range(8):  # an operator chooses between at most three edits of a place
+        for start, end, new in source.places(mutant.operator, random.Random(seed)):
+            if new is None:
+                new = f"!({source.text[start:end]})"
+            if source.text[:start] + new + source.text[end:] == changed:
+                return True
+    return False
 
 
 def stratum_of(file):

@@ -138,9 +138,27 @@ class Stored(unittest.TestCase):
     def test_a_list_is_saved_into_a_new_folder(self):
         with tempfile.TemporaryDirectory() as folder:
             path = pathlib.Path(folder) / "new" / "list.json"
-            saved = [Mutant("1-1", "constant", "f", "a", "c", program="p_test", test="P.Test")]
+            saved = [Mutant("1-1", "constant", "f", "a", "c", program="p_test", test="P.Test"),
+                     Mutant("1-2", "dropped statement", "f", "a;", "", survives="x", by_hand=True)]
             mutants.save(path, saved)
             self.assertEqual(mutants.load(path), saved)
+
+    def test_only_an_edit_of_the_stated_operator_can_be_drawn(self):
+        with tempfile.TemporaryDirectory() as name:
+            root = pathlib.Path(name)
+            (root / "a.cpp").write_text("void f() {\n  if (a < 3) g(4);\n  h();\n}\n")
+
+            def can(operator, text, replacement):
+                return mutants.can_be_drawn(Mutant("i", operator, "a.cpp", text, replacement), root)
+
+            for condition in ("true", "false", "!(a < 3)"):
+                self.assertTrue(can("condition", "a < 3", condition))
+            self.assertTrue(can("dropped statement", "  h();\n", "  ;\n"))
+            self.assertTrue(can("constant", "3", "2") and can("constant", "3", "4"))
+            self.assertFalse(can("constant", "3", "5"))
+            self.assertFalse(can("bound", "a < 3", "a >= 3"))
+            self.assertFalse(can("dropped statement", "  if (a < 3) g(4);\n  h();\n", ""))
+            self.assertFalse(can("statement", "  h();\n", "  ;\n"))
 
     def test_draw_is_reproducible_and_avoids_taken_mutants(self):
         first = list(itertools.islice(draw(7), 40))

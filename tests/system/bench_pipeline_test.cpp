@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <cstdlib>
+#include <fstream>
 
 #include "tests/support/optional_package.h"
 #include "tests/support/recording/recordings.h"
@@ -72,6 +73,9 @@ const std::vector<std::string> kAfterCapture = {"reconstruction busy with frames
                                                 "rendering reads its inputs",
                                                 "render"};
 
+// Ten times the largest difference that agrees.
+constexpr double kMinWait_ms = 3;
+
 bool can_trace_loopback() {
   const int socket = ::socket(AF_PACKET, SOCK_RAW, 0);
   if (socket < 0) return false;
@@ -100,6 +104,24 @@ TEST_F(BenchPipeline, MeasuresAReplayWithoutCaptureNode) {
     if (is_long()) expect_agreement(entries, said_);
     if (!is_long()) return;
   }
+}
+
+// The simulation finds the hull's components in such small cells that the state of a frame is later
+// than its tiles.
+TEST_F(BenchPipeline, MeasuresTheWaitForASlowSimulation) {
+  const std::string scene = FIVEPIPE_SOURCE_DIR "/scenes/demo/scene.yaml";
+  const std::string deployment = changed_deployment(folder_ / "files", scene, "scene.yaml");
+  std::ofstream(folder_ / "files/scene.yaml") << text_of(scene) << "history: {cell_m: 0.0025}\n";
+  const auto file = recorded(is_long() ? 8 : 2, deployment);
+  const auto entries = entries_of(bench({"--from", file.string(), "--no-bus", "--in-flight", "1"}),
+                                  "pipeline/small/");
+  SKIP_WITHOUT_TRACE();
+  const std::string waiting = "waiting for the simulation";
+  EXPECT_GT(entries.at(waiting)["time_ms"]["median"], kMinWait_ms) << said_;
+  const json& checked = entries.at("outside/" + waiting)["counts"];
+  EXPECT_GT(checked["nodes_mean_ms"], kMinWait_ms) << said_;
+  EXPECT_GT(checked["outside_mean_ms"], kMinWait_ms) << said_;
+  if (is_long()) expect_agreement(entries, said_);
 }
 
 // capture_node reads the images from files, faster than the pipeline, so that it captures each

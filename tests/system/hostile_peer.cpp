@@ -1,15 +1,19 @@
-// A peer in a deployment's domain: sends every message type with invented names, wrong sizes,
-// extreme stamps and frame numbers, and NaN. The nodes must drop all of it. It sends no valid
-// message and claims no node's name.
-#include <array>
+// A peer in a deployment's domain: sends every message type of bus/topics.h with invented names,
+// wrong sizes, extreme stamps and frame numbers, and NaN. The nodes must drop all of it. It sends
+// no valid message and claims no node's name.
 #include <charconv>
 #include <chrono>
 #include <cstdio>
 #include <cstring>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <random>
+#include <stdexcept>
+#include <string>
+#include <string_view>
 #include <thread>
+#include <vector>
 
 #include "common/pipeline/bus/bus.h"
 #include "common/pipeline/messages/wire_conversions.h"
@@ -30,17 +34,26 @@ of all topics in turn; as a process of the deployment NAME, or of none.
 class HostilePeer {
  public:
   HostilePeer(std::uint32_t domain, const std::string& deployment)
-      : bus_({domain, "loopback", "mallory", deployment}) {}
+      : bus_({domain, "loopback", "mallory", deployment}) {
+    using namespace bus::topics;
+    add<ReplaySession, CameraInfo, ViewInfo, Command, SpacingRequest, ObjectSpacing, HeadPose,
+        ObjectColour, ObjectCoverage, ObjectPixelMap, CollisionResult, Particles, VirtualState,
+        HullComponents, SimulationMetrics, TileCosts, HullTile, FrameComposited, FrameTrace,
+        HostStatus, NodeStatus>();
+    for (const bus::topics::Topic& topic : all())
+      if (!index_of(std::string_view(topic.name).substr(kPrefix.size())))
+        throw std::logic_error(std::string("no hostile message of ") + topic.name);
+  }
 
   // Sends message `number` of a topic.
   void send(std::size_t topic, std::uint64_t number) {
     number_ = number;
-    (this->*kTopics[topic].send)();
+    topics_[topic].send();
   }
-  static std::size_t topics() { return kTopics.size(); }
-  static std::optional<std::size_t> index_of(std::string_view topic) {
+  std::size_t topics() const { return topics_.size(); }
+  std::optional<std::size_t> index_of(std::string_view topic) const {
     for (std::size_t i = 0; i < topics(); ++i)
-      if (topic == kTopics[i].name) return i;
+      if (topic == topics_[i].name) return i;
     return std::nullopt;
   }
 
@@ -78,8 +91,7 @@ class HostilePeer {
     messages::borrow(sequence, storage);
   }
 
-  void send_map() {
-    fivepipe_v1_ObjectPixelMap map{};
+  void make_hostile(fivepipe_v1_ObjectPixelMap& map) {
     const bool known = coin();
     messages::set_text(map.camera, known ? "left" : invented());
     map.frame = number_;
@@ -94,10 +106,8 @@ class HostilePeer {
       case 2: map.encoding = fivepipe_v1_run_lengths; break;
       default: make_implausible(map);
     }
-    maps_.write(map);
   }
-  void send_coverage() {
-    fivepipe_v1_ObjectCoverage coverage{};
+  void make_hostile(fivepipe_v1_ObjectCoverage& coverage) {
     messages::set_text(coverage.camera, name_or("left"));
     coverage.frame = number_;
     coverage.capture_stamp_ns = 1;
@@ -111,10 +121,8 @@ class HostilePeer {
       case 1: coverage.encoding = fivepipe_v1_run_lengths; break;
       default: make_implausible(coverage);
     }
-    coverages_.write(coverage);
   }
-  void send_colour() {
-    fivepipe_v1_ObjectColour colour{};
+  void make_hostile(fivepipe_v1_ObjectColour& colour) {
     messages::set_text(colour.camera, name_or("left"));
     colour.image_width_px = 180;
     colour.image_height_px = 122;
@@ -122,34 +130,26 @@ class HostilePeer {
     fill(colour.pixels, bytes_, std::uint8_t(0xff));
     fill(colour.bgr, more_bytes_, std::uint8_t(0xff));
     make_implausible(colour);
-    colours_.write(colour);
   }
-  void send_camera_info() {
-    fivepipe_v1_CameraInfo info{};
+  void make_hostile(fivepipe_v1_CameraInfo& info) {
     messages::set_text(info.camera, name_or("left"));
     info.pinhole = {INT32_MAX, -1, kNaN, kNaN, kNaN, kNaN};
     info.camera_from_mount = invalid_pose();
-    infos_.write(info);
   }
-  void send_pose() {
-    fivepipe_v1_HeadPose pose{};
+  void make_hostile(fivepipe_v1_HeadPose& pose) {
     messages::set_text(pose.viewer, name_or("viewer"));
     pose.eye_from_world =
         coin() ? invalid_pose() : messages::to_wire(Eigen::Isometry3d::Identity());
     fill(pose.tile_owners, bytes_, std::uint8_t(0xff));
     make_implausible(pose);
-    poses_.write(pose);
   }
-  void send_view_info() {
-    fivepipe_v1_ViewInfo view{};
+  void make_hostile(fivepipe_v1_ViewInfo& view) {
     messages::set_text(view.viewer, name_or("viewer"));
     view.render = view.recon = {INT32_MAX, INT32_MAX, coin() ? 1.0 : kNaN, 1.0, 0.0, 0.0};
     view.near_m = 1;
     view.far_m = 2;
-    views_.write(view);
   }
-  void send_tile() {
-    fivepipe_v1_HullTile tile{};
+  void make_hostile(fivepipe_v1_HullTile& tile) {
     messages::set_text(tile.viewer, name_or("viewer"));
     tile.tile = std::uint16_t(random_());
     tile.tiles = std::uint16_t(random_());
@@ -160,140 +160,163 @@ class HostilePeer {
     tile.covered = wild_rect();
     fill(tile.depth_m, numbers_, std::numeric_limits<float>::quiet_NaN());
     if (coin()) make_implausible(tile);
-    tiles_.write(tile);
   }
-  void send_state() {
-    fivepipe_v1_VirtualState state{};
+  void make_hostile(fivepipe_v1_VirtualState& state) {
     messages::set_text(state.simulation, name_or("simulation"));
-    std::vector<fivepipe_v1_ObjectState> objects(random_() % 4 + 1);
-    std::vector<std::vector<float>> vertices_m(objects.size());
-    for (std::size_t i = 0; i < objects.size(); ++i) {
-      messages::set_text(objects[i].object, invented());
-      objects[i].world_from_object = invalid_pose();
-      fill(objects[i].vertices_m, vertices_m[i], std::numeric_limits<float>::infinity());
+    objects_.assign(random_() % 4 + 1, {});
+    vertices_m_.resize(objects_.size());
+    for (std::size_t i = 0; i < objects_.size(); ++i) {
+      messages::set_text(objects_[i].object, invented());
+      objects_[i].world_from_object = invalid_pose();
+      fill(objects_[i].vertices_m, vertices_m_[i], std::numeric_limits<float>::infinity());
     }
-    messages::borrow(state.objects, objects);
+    messages::borrow(state.objects, objects_);
     state.frame = number_;
     if (coin()) make_implausible(state);
-    states_.write(state);
   }
-  void send_particles() {
-    fivepipe_v1_Particles particles{};
+  void make_hostile(fivepipe_v1_Particles& particles) {
     messages::set_text(particles.source, name_or("grains"));
     particles.frame = number_;
     fill(particles.p_m, numbers_, std::numeric_limits<float>::quiet_NaN());
     if (coin()) make_implausible(particles);
-    particles_.write(particles);
   }
-  void send_collision() {
-    fivepipe_v1_CollisionResult result{};
+  void make_hostile(fivepipe_v1_CollisionResult& result) {
     messages::set_text(result.object, name_or("curtain"));
     result.verdict = fivepipe_v1_colliding;
     result.d_rec_m = kNaN;
     fill(result.triangles, indices_, std::numeric_limits<std::uint32_t>::max());
     make_implausible(result);
-    collisions_.write(result);
   }
-  void send_costs() {
-    fivepipe_v1_TileCosts costs{};
+  void make_hostile(fivepipe_v1_TileCosts& costs) {
     messages::set_text(costs.viewer, name_or("viewer"));
     costs.worker = std::uint16_t(random_());
     fill(costs.cost_ms, numbers_, std::numeric_limits<float>::quiet_NaN());
     make_implausible(costs);
-    costs_.write(costs);
   }
-  void send_composited() {
-    fivepipe_v1_FrameComposited composited{};
+  void make_hostile(fivepipe_v1_FrameComposited& composited) {
     messages::set_text(composited.viewer, name_or("viewer"));
     make_implausible(composited);
     composited.composited_stamp_ns = coin() ? INT64_MIN : INT64_MAX;
-    composited_.write(composited);
   }
-  void send_metrics() {
-    fivepipe_v1_SimulationMetrics metrics{};
+  void make_hostile(fivepipe_v1_SimulationMetrics& metrics) {
     messages::set_text(metrics.simulation, name_or("simulation"));
-    fivepipe_v1_BodyMetrics bodies{UINT32_MAX, kNaN, kNaN, UINT32_MAX, UINT32_MAX, kNaN, -1};
-    std::vector<fivepipe_v1_BodyMetrics> many(coin() ? 1 : 1000, bodies);
-    messages::borrow(metrics.bodies, many);
+    bodies_.assign(coin() ? 1 : 1000, {UINT32_MAX, kNaN, kNaN, UINT32_MAX, UINT32_MAX, kNaN, -1});
+    messages::borrow(metrics.bodies, bodies_);
     if (coin()) make_implausible(metrics);
-    metrics_.write(metrics);
   }
-  void send_trace() {
-    fivepipe_v1_FrameTrace trace{};
+  void make_hostile(fivepipe_v1_FrameTrace& trace) {
     messages::set_text(trace.node, invented());
     make_implausible(trace);
     trace.first_input_ns = INT64_MIN;
     trace.last_input_ns = INT64_MAX;
-    traces_.write(trace);
   }
-  void send_status() {
-    fivepipe_v1_NodeStatus status{};
+  void make_hostile(fivepipe_v1_NodeStatus& status) {
     messages::set_text(status.node, invented());
     status.start_stamp_ns = coin() ? 1 : INT64_MAX;
     status.has_handled_frame = true;
     status.frame_rate_hz = status.cpu_s = status.memory_mb = kNaN;
-    std::vector<fivepipe_v1_DropCount> drops(random_() % 20);
-    for (std::size_t i = 0; i < drops.size(); ++i) {
-      messages::set_text(drops[i].subject, invented() + "_" + std::to_string(i));
-      drops[i].count = UINT64_MAX;
+    drops_.assign(random_() % 20, {});
+    diagnostics_.assign(drops_.size(), {});
+    for (std::size_t i = 0; i < drops_.size(); ++i) {
+      const std::string subject = invented() + "_" + std::to_string(i);
+      messages::set_text(drops_[i].subject, subject);
+      drops_[i].count = UINT64_MAX;
+      messages::set_text(diagnostics_[i].subject, subject);
     }
-    messages::borrow(status.drops, drops);
-    std::vector<fivepipe_v1_Diagnostic> diagnostics(drops.size());
-    for (std::size_t i = 0; i < drops.size(); ++i)
-      messages::set_text(diagnostics[i].subject, invented() + "_" + std::to_string(i));
-    messages::borrow(status.diagnostics, diagnostics);
-    statuses_.write(status);
+    messages::borrow(status.drops, drops_);
+    messages::borrow(status.diagnostics, diagnostics_);
+  }
+  void make_hostile(fivepipe_v1_ReplaySession& session) {
+    static constexpr double kRates[] = {kNaN, -1, std::numeric_limits<double>::infinity()};
+    messages::set_text(session.replay, name_or("replay"));
+    session.lossless = coin();
+    session.rate = kRates[random_() % std::size(kRates)];
+  }
+  // No node has the name, or the node supports no command. DDS refuses an unknown kind.
+  void make_hostile(fivepipe_v1_Command& command) {
+    messages::set_text(command.target, name_or("recon_a"));
+    command.kind = coin() ? fivepipe_v1_reset_simulation : fivepipe_v1_pause_simulation;
+  }
+  void make_hostile(fivepipe_v1_SpacingRequest& request) {
+    messages::set_text(request.object, name_or("slider"));
+    request.spacing_m = impossible_spacing_m();
+  }
+  void make_hostile(fivepipe_v1_ObjectSpacing& spacing) {
+    messages::set_text(spacing.object, name_or("slider"));
+    spacing.spacing_m = impossible_spacing_m();
+    spacing.requested = coin();
+    make_implausible(spacing);
+  }
+  void make_hostile(fivepipe_v1_HullComponents& hull) {
+    messages::set_text(hull.simulation, name_or("simulation"));
+    fivepipe_v1_HullComponent component{};
+    component.id = coin() ? 0 : UINT64_MAX;
+    component.centroid_m = component.velocity_m_s = {kNaN, kNaN, kNaN};
+    component.volume_m3 = -1;
+    component.determined_axes = 255;
+    fill(component.from, ids_, UINT64_MAX);
+    fill(hull.components, components_, component);
+    make_implausible(hull);
+  }
+  // Of a host that the deployment lacks, or by an impossible clock.
+  void make_hostile(fivepipe_v1_HostStatus& host) {
+    static constexpr std::int64_t kStamps_ns[] = {INT64_MIN, -1, INT64_MAX};
+    messages::set_text(host.host, name_or("beta"));
+    messages::set_text(host.program, coin() ? "mallory" : "up");
+    messages::set_text(host.machine, invented());
+    messages::set_text(host.version, invented());
+    host.sent_ns = kStamps_ns[random_() % std::size(kStamps_ns)];
+    fivepipe_v1_FileChecksum file{};
+    messages::set_text(file.name, invented());
+    fill(host.files, files_, file);
+    fivepipe_v1_ClockAnswer answer{};
+    messages::set_text(answer.host, "alpha");
+    messages::set_text(answer.program, "up");
+    answer.sent_ns = answer.offset_ns = INT64_MIN;
+    answer.received_ns = INT64_MAX;
+    answer.error_ns = coin() ? INT64_MIN : INT64_MAX;
+    fill(host.clocks, clocks_, answer);
+  }
+  double impossible_spacing_m() {
+    static constexpr double kSpacings_m[] = {kNaN, std::numeric_limits<double>::infinity(), -1,
+                                             1e300};
+    return kSpacings_m[random_() % std::size(kSpacings_m)];
   }
 
-  struct Topic {
-    const char* name;
-    void (HostilePeer::*send)();
-  };
-  static const std::array<Topic, 15> kTopics;
+  template <class... Topics>
+  void add() {
+    (topics_.push_back({std::string_view(Topics::name).substr(kPrefix.size()),
+                        [this, writer = bus_.writer<Topics>()]() mutable {
+                          typename Topics::Message message{};
+                          make_hostile(message);
+                          writer.write(message);
+                        }}),
+     ...);
+  }
 
+  static constexpr std::string_view kPrefix = "fivepipe/v1/";
+  struct Topic {
+    std::string_view name;  // without kPrefix
+    std::function<void()> send;
+  };
   std::mt19937_64 random_{1};
   std::uint64_t number_ = 0;
+  // What the sequences of a message point to until it is written.
   std::vector<std::uint8_t> bytes_, more_bytes_;
   std::vector<float> numbers_;
   std::vector<std::uint32_t> indices_;
+  std::vector<std::uint64_t> ids_;
+  std::vector<fivepipe_v1_ObjectState> objects_;
+  std::vector<std::vector<float>> vertices_m_;
+  std::vector<fivepipe_v1_BodyMetrics> bodies_;
+  std::vector<fivepipe_v1_DropCount> drops_;
+  std::vector<fivepipe_v1_Diagnostic> diagnostics_;
+  std::vector<fivepipe_v1_HullComponent> components_;
+  std::vector<fivepipe_v1_FileChecksum> files_;
+  std::vector<fivepipe_v1_ClockAnswer> clocks_;
   bus::Bus bus_;
-  bus::Writer<bus::topics::ObjectPixelMap> maps_ = bus_.writer<bus::topics::ObjectPixelMap>();
-  bus::Writer<bus::topics::ObjectCoverage> coverages_ = bus_.writer<bus::topics::ObjectCoverage>();
-  bus::Writer<bus::topics::ObjectColour> colours_ = bus_.writer<bus::topics::ObjectColour>();
-  bus::Writer<bus::topics::CameraInfo> infos_ = bus_.writer<bus::topics::CameraInfo>();
-  bus::Writer<bus::topics::HeadPose> poses_ = bus_.writer<bus::topics::HeadPose>();
-  bus::Writer<bus::topics::ViewInfo> views_ = bus_.writer<bus::topics::ViewInfo>();
-  bus::Writer<bus::topics::HullTile> tiles_ = bus_.writer<bus::topics::HullTile>();
-  bus::Writer<bus::topics::VirtualState> states_ = bus_.writer<bus::topics::VirtualState>();
-  bus::Writer<bus::topics::Particles> particles_ = bus_.writer<bus::topics::Particles>();
-  bus::Writer<bus::topics::CollisionResult> collisions_ =
-      bus_.writer<bus::topics::CollisionResult>();
-  bus::Writer<bus::topics::TileCosts> costs_ = bus_.writer<bus::topics::TileCosts>();
-  bus::Writer<bus::topics::FrameComposited> composited_ =
-      bus_.writer<bus::topics::FrameComposited>();
-  bus::Writer<bus::topics::SimulationMetrics> metrics_ =
-      bus_.writer<bus::topics::SimulationMetrics>();
-  bus::Writer<bus::topics::FrameTrace> traces_ = bus_.writer<bus::topics::FrameTrace>();
-  bus::Writer<bus::topics::NodeStatus> statuses_ = bus_.writer<bus::topics::NodeStatus>();
+  std::vector<Topic> topics_;
 };
-
-const std::array<HostilePeer::Topic, 15> HostilePeer::kTopics = {{
-    {"ObjectPixelMap", &HostilePeer::send_map},
-    {"ObjectCoverage", &HostilePeer::send_coverage},
-    {"ObjectColour", &HostilePeer::send_colour},
-    {"CameraInfo", &HostilePeer::send_camera_info},
-    {"HeadPose", &HostilePeer::send_pose},
-    {"ViewInfo", &HostilePeer::send_view_info},
-    {"HullTile", &HostilePeer::send_tile},
-    {"VirtualState", &HostilePeer::send_state},
-    {"Particles", &HostilePeer::send_particles},
-    {"CollisionResult", &HostilePeer::send_collision},
-    {"TileCosts", &HostilePeer::send_costs},
-    {"FrameComposited", &HostilePeer::send_composited},
-    {"SimulationMetrics", &HostilePeer::send_metrics},
-    {"FrameTrace", &HostilePeer::send_trace},
-    {"NodeStatus", &HostilePeer::send_status},
-}};
 
 bool read(const char* text, auto& value) {
   const char* end = text + std::strlen(text);
@@ -301,16 +324,14 @@ bool read(const char* text, auto& value) {
   return error == std::errc() && rest == end;
 }
 
-int run(std::uint32_t domain, double duration_s, double rate_hz, std::optional<std::size_t> topic,
-        const std::string& deployment) {
-  HostilePeer peer(domain, deployment);
+int run(HostilePeer& peer, double duration_s, double rate_hz, std::optional<std::size_t> topic) {
   const auto start = Clock::now();
   const auto time_of = [&](double s) {
     return start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(s));
   };
   std::uint64_t sent = 0;
   for (; double(sent) < duration_s * rate_hz; ++sent) {
-    peer.send(topic.value_or(sent % HostilePeer::topics()), sent);
+    peer.send(topic.value_or(sent % peer.topics()), sent);
     std::this_thread::sleep_until(time_of(double(sent + 1) / rate_hz));
   }
   return 0;
@@ -329,11 +350,14 @@ int main(int argc, char** argv) {
     deployment = argv[argc - 1];
     argc -= 2;
   }
-  if (argc == 5) topic = fivepipe::test::HostilePeer::index_of(argv[4]);
-  if (argc < 4 || argc > 5 || !read(argv[1], domain) || !read(argv[2], duration_s) ||
-      !read(argv[3], rate_hz) || !(rate_hz > 0) || (argc == 5 && !topic)) {
+  const auto usage = [] {
     std::fputs(fivepipe::test::kUsage, stderr);
     return 2;
-  }
-  return fivepipe::test::run(domain, duration_s, rate_hz, topic, deployment);
+  };
+  if (argc < 4 || argc > 5 || !read(argv[1], domain) || !read(argv[2], duration_s) ||
+      !read(argv[3], rate_hz) || !(rate_hz > 0))
+    return usage();
+  fivepipe::test::HostilePeer peer(domain, deployment);
+  if (argc == 5 && !(topic = peer.index_of(argv[4]))) return usage();
+  return fivepipe::test::run(peer, duration_s, rate_hz, topic);
 }

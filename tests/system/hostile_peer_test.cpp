@@ -51,11 +51,33 @@ std::ptrdiff_t max_lines(Clock::duration time) {
   return periods * ((std::ssize(kNodes) + 1) * (node::LogBudget::kMaxLines + 1) + 2);
 }
 // The table at the end of `up`: at most 64 drops and one more for each of 32 reasons, one peer,
-// five nodes, 15 topics of the recorder twice, and 20 other lines.
-constexpr std::ptrdiff_t kMaxTableLines = 152;
+// five nodes, the topics of the recorder twice, and 20 other lines.
+const std::ptrdiff_t kMaxTableLines = 122 + 2 * std::ssize(bus::topics::all());
 // At most 65 counts and 96 drops for each of five nodes, 96 drops together, of at most 280 bytes
 // each (the texts of a DropCount in NodeStatus, and indentation), and 10 kB of other values.
 constexpr std::size_t kMaxReportBytes = 256 * 1024;
+
+// Writes the small deployment so that its nodes read every topic of one host: with coverage, an
+// object that has a spacing, and particles. Without a video, whose encoder takes memory for its
+// first frames and time at the end. Returns the path of the deployment file.
+std::string deployment_that_reads_all(const std::filesystem::path& folder) {
+  const std::string scene = FIVEPIPE_SOURCE_DIR "/scenes/demo/scene.yaml";
+  const std::string file =
+      changed_deployment(folder, "program: render_node}",
+                         "program: render_node, video: false}\nhull: {coverage: true}");
+  const std::string text = text_of(file);
+  std::ofstream(file) << replaced(text, scene, "scene.yaml");
+  std::ofstream(folder / "scene.yaml") << text_of(scene) << R"(
+  - name: slider
+    box: {size_m: [0.04, 0.04, 0.04]}
+    position_m: [0.6, 0.5, 0.1]
+    spacing: {axis: [1, 0, 0], at_m: 0.1, range_m: [0.05, 0.2]}
+particles:
+  - {name: grains, from_m: [0.6, 0.4, 0.3], to_m: [0.65, 0.45, 0.3], rate_hz: 20, lifetime_s: 1,
+     radius_m: 0.004}
+)";
+  return file;
+}
 
 class HostilePeer : public RecordingTest {
  protected:
@@ -143,14 +165,10 @@ class HostilePeer : public RecordingTest {
   Clock::duration longest_gap_{};
   std::map<std::string, std::map<std::string, std::uint64_t>> drops_;  // by node and reason
   std::size_t most_entries_ = 0;  // of one reason in one status
-  // With coverage, so that the peer's is read; without a video, whose encoder takes memory for its
-  // first frames and time at the end.
-  Deployed deployed_{
-      changed_deployment(folder_ / "files", "program: render_node}",
-                         "program: render_node, video: false}\nhull: {coverage: true}"),
-      domain_,
-      out_,
-      {"--record", recording_.string()}};
+  Deployed deployed_{deployment_that_reads_all(folder_ / "files"),
+                     domain_,
+                     out_,
+                     {"--record", recording_.string()}};
   std::map<std::string, pid_t> pids_;  // of the nodes, "recorder" and "up"
 };
 
@@ -164,9 +182,10 @@ std::uint64_t dropped(const nlohmann::json& drops, const std::string& reason) {
 
 TEST_F(HostilePeer, DeploymentWorksOnAndNamesThePeer) {
   const std::ptrdiff_t lines_before = line_count(deployed_.said());
-  // Every topic except HullTile has reached its maximum of keys: of 14 topics in turn, some with an
-  // invented name in every second message only. HullTile's further keys fit into kMaxGrowth_mb.
-  const auto tables_full = 14 * 2 * bus::topics::kMaxKeys * 1000ms / kRate_Hz;
+  // Every topic except HullTile has reached its maximum of keys: of all topics in turn, some with
+  // an invented name in every second message only. HullTile's further keys fit into kMaxGrowth_mb.
+  const auto tables_full =
+      bus::topics::all().size() * 2 * bus::topics::kMaxKeys * 1000ms / kRate_Hz;
   std::map<std::string, double> memory_full;
   longest_gap_ = {};
   const auto start = Clock::now();
@@ -205,7 +224,8 @@ TEST_F(HostilePeer, DeploymentWorksOnAndNamesThePeer) {
   EXPECT_GT(offender.value().get<int>(), attack_s() * kRate_Hz / 4);
   for (const char* reason :
        {"bad_map", "bad_coverage", "bad_colour", "bad_camera_info", "bad_head_pose", "bad_view",
-        "bad_tile", "bad_state", "bad_collision", "bad_composited"})
+        "bad_tile", "bad_state", "bad_collision", "bad_composited", "bad_particles",
+        "bad_tile_costs", "bad_spacing", "bad_replay"})
     EXPECT_GT(dropped(report["frames"]["dropped"], reason), 0u) << reason << '\n'
                                                                 << report["frames"].dump(1);
   EXPECT_EQ(report["duplicate_nodes"], nlohmann::json::array());

@@ -253,9 +253,14 @@ double StageAgreement::difference_ms(double quantile) const {
 double StageAgreement::limit_ms() const {
   return std::max(kMaxDifference_ms, kMaxDifferenceFraction * means_ms().outside_ms);
 }
+double StageAgreement::tail_limit_ms() const {
+  return std::max(kMaxTail_ms, kMaxDifferenceFraction * means_ms().outside_ms);
+}
 bool StageAgreement::agrees() const {
+  if (outside_ms.empty()) return false;
   const Means means = means_ms();
-  return !outside_ms.empty() && std::abs(means.outside_ms - means.own_ms) <= limit_ms();
+  return std::abs(means.outside_ms - means.own_ms) <= limit_ms() &&
+         difference_ms(kTail) >= -tail_limit_ms() && difference_ms(1 - kTail) <= tail_limit_ms();
 }
 
 }  // namespace fivepipe::node_bench

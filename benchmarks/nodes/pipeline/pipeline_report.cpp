@@ -55,6 +55,7 @@ void print_agreement(const std::vector<StageAgreement>& stages, const std::strin
                          {"p5", true},
                          {"p95", true},
                          {"limit", true},
+                         {"of p5, p95", true},
                          {""}});
   bool agree = true;
   for (const StageAgreement& stage : stages) {
@@ -63,18 +64,20 @@ void print_agreement(const std::vector<StageAgreement>& stages, const std::strin
     table.add({stage.stage, std::to_string(stage.own_ms.size()),
                base::with_decimals(means.own_ms, 3), base::with_decimals(means.outside_ms, 3),
                base::with_decimals(means.outside_ms - means.own_ms, 3),
-               base::with_decimals(stage.difference_ms(0.05), 3),
-               base::with_decimals(stage.difference_ms(0.95), 3),
-               base::with_decimals(stage.limit_ms(), 3), stage.agrees() ? "" : "DIFFERS"});
+               base::with_decimals(stage.difference_ms(kTail), 3),
+               base::with_decimals(stage.difference_ms(1 - kTail), 3),
+               base::with_decimals(stage.limit_ms(), 3),
+               base::with_decimals(stage.tail_limit_ms(), 3), stage.agrees() ? "" : "DIFFERS"});
   }
   std::cout << "checked from outside the nodes, by their messages on the loopback interface:\n"
             << table.text()
             << fmt::format(
                    "{} within {:g} % or {:g} ms, whichever is larger; the means are without the "
-                   "{:g} % of the frames with the largest and with the smallest difference, p5 and "
-                   "p95 of the difference are of all frames\n",
+                   "{:g} % of the frames with the largest and with the smallest difference. p5 and "
+                   "p95 of the difference are of all frames, within {:g} % or {:g} ms\n",
                    agree ? "all stages agree" : "NOT all stages agree",
-                   100 * kMaxDifferenceFraction, kMaxDifference_ms, 100 * kOmittedFraction);
+                   100 * kMaxDifferenceFraction, kMaxDifference_ms, 100 * kOmittedFraction,
+                   100 * kMaxDifferenceFraction, kMaxTail_ms);
 }
 
 void print_resources(const PipelineResult& result, const std::map<std::string, ProcessUse>& use,
@@ -130,9 +133,10 @@ ordered_json results_json(const PipelineResult& result, const std::string& prefi
                                   {{"frames", stage.outside_ms.size()},
                                    {"nodes_mean_ms", stage.means_ms().own_ms},
                                    {"outside_mean_ms", stage.means_ms().outside_ms},
-                                   {"difference_p5_ms", stage.difference_ms(0.05)},
-                                   {"difference_p95_ms", stage.difference_ms(0.95)},
+                                   {"difference_p5_ms", stage.difference_ms(kTail)},
+                                   {"difference_p95_ms", stage.difference_ms(1 - kTail)},
                                    {"limit_ms", stage.limit_ms()},
+                                   {"tail_limit_ms", stage.tail_limit_ms()},
                                    {"agrees", stage.agrees()}}));
   return entries;
 }

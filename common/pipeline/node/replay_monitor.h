@@ -1,21 +1,36 @@
 // Tracks whether a replay feeds this node. Captures of a replay are in the past.
 #pragma once
+#include <cmath>
+#include <string>
+
 #include "common/pipeline/bus/bus.h"
+#include "common/pipeline/node/status.h"
 
 namespace fivepipe::node {
 
 class ReplayMonitor {
  public:
-  explicit ReplayMonitor(bus::Bus& bus) : sessions_(bus.reader<bus::topics::ReplaySession>()) {}
+  // status: counts sessions without a name or with an impossible rate as bad_replay.
+  ReplayMonitor(bus::Bus& bus, NodeStatusReporter& status)
+      : status_(status), sessions_(bus.reader<bus::topics::ReplaySession>()) {}
 
   // Polls ReplaySession; call it before taking inputs. Returns true if a replay has started or
   // restarted: the caller must discard all earlier state.
   bool update() {
     bool begins = false;
     for (const auto& sample : sessions_.take()) {
-      replaying_ = sample.valid() && !sample.writer_gone();
-      lossless_ = replaying_ && sample->lossless;
-      begins |= replaying_;
+      if (!sample.valid() || sample.writer_gone()) {
+        if (sample->replay == session_) replaying_ = lossless_ = false;
+        continue;
+      }
+      if (!(sample->replay[0] != '\0' && std::isfinite(sample->rate) && sample->rate >= 0)) {
+        status_.drop_from(sessions_.process(sample),
+                          {"bad_replay", sample->replay, "no name, or its rate is impossible"});
+        continue;
+      }
+      session_ = sample->replay;
+      lossless_ = sample->lossless;
+      replaying_ = begins = true;
     }
     return begins;
   }
@@ -24,7 +39,9 @@ class ReplayMonitor {
   bool lossless() const { return lossless_; }
 
  private:
+  NodeStatusReporter& status_;
   bus::Reader<bus::topics::ReplaySession> sessions_;
+  std::string session_;  // name of the newest one
   bool replaying_ = false, lossless_ = false;
 };
 

@@ -1,9 +1,12 @@
 #include "launch/supervise/hosts/host_exchange.h"
 
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <string_view>
+#include <utility>
 
 #include "common/base/machine.h"
 #include "common/base/realtime.h"
@@ -69,7 +72,7 @@ HostState state_from(const fivepipe_v1_HostStatus& message) {
   for (const fivepipe_v1_FileChecksum& file : first(message.files))
     state.files[file.name] = file.checksum;
   for (const fivepipe_v1_ClockAnswer& answer : first(message.clocks))
-    if (answer.error_ns != kUnknown)
+    if (answer.error_ns >= 0)
       state.clocks[{answer.host, answer.program}] = {answer.offset_ns, answer.error_ns};
   return state;
 }
@@ -101,6 +104,13 @@ bool HostExchange::is_possible(const HostSpeaker& speaker) const {
 void HostExchange::take() {
   for (const auto& sample : in_.take()) {
     if (!sample.valid()) continue;
+    // No clock of a host, and no frame in this message.
+    if (messages::why_implausible(0, sample->sent_ns)) {
+      if (!std::exchange(is_bad_stamp_reported_, true))
+        spdlog::warn("ignoring the HostStatus of {}: its timestamp is before 1970 or after 2200",
+                     bus::text_of(in_.process(sample)));
+      continue;
+    }
     HostState state = state_from(*sample);
     if (state.speaker == own_.speaker || !is_possible(state.speaker)) continue;
     Other& other = others_[state.speaker];

@@ -61,6 +61,7 @@ class HostExchange {
   bus::Writer<bus::topics::HostStatus> out_;
   std::map<HostSpeaker, Other> others_;
   std::deque<std::int64_t> sent_ns_;  // of the newest messages: only answers to them count
+  bool is_bad_stamp_reported_ = false;
   Clock::time_point started_ = Clock::now(), next_ = started_;
 };
 

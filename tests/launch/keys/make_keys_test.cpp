@@ -11,6 +11,7 @@
 
 #include "launch/keys/authority.h"
 #include "launch/keys/documents.h"
+#include "tests/support/optional_package.h"
 #include "tests/support/test_folder.h"
 #include "tests/support/text.h"
 
@@ -284,7 +285,7 @@ TEST_F(Keys, AnInterruptedRunLeavesWholeFolders) {
 
 // As root, renewed keys stay readable for the user of the service.
 TEST_F(Keys, RenewedKeysKeepTheirOwner) {
-  if (geteuid() != 0) GTEST_SKIP() << "needs root";
+  if (geteuid() != 0) FIVEPIPE_SKIP_WITHOUT_PACKAGE("needs root");
   make();
   constexpr uid_t kUser = 12345;
   ASSERT_EQ(chown(files(Role::sim).folder.c_str(), kUser, kUser), 0);

@@ -7,6 +7,8 @@
 #include <filesystem>
 #include <functional>
 #include <optional>
+#include <string>
+#include <string_view>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -15,8 +17,10 @@
 #include "common/pipeline/messages/wire_conversions.h"
 #include "common/pipeline/node/capture_clock.h"
 #include "tests/support/deployments.h"
+#include "tests/support/process.h"
 #include "tests/support/sanitizer.h"
 #include "tests/support/test_domain.h"
+#include "tests/support/test_folder.h"
 
 namespace fivepipe::launch {
 namespace {
@@ -117,6 +121,48 @@ TEST_F(HostExchanges, OnlyTheHostsOfTheDeploymentPublish) {
   std::vector<HostSpeaker> speakers;
   for (const ComparedHost& other : alpha_.others()) speakers.push_back(other.state.speaker);
   EXPECT_EQ(speakers, (std::vector<HostSpeaker>{{"beta", "doctor"}}));
+}
+
+// The peer sends the statuses of host beta, and others, by an impossible clock.
+TEST_F(HostExchanges, AHostilePeerDoesNotDisturbTheComparison) {
+  const test::TestFolder folder;
+  test::Program peer({FIVEPIPE_BINARY_DIR "/hostile_peer", std::to_string(test::own_domain()), "60",
+                      "1000", "HostStatus", "--deployment", "small"},
+                     folder.path / "peer.log");
+  auto hostile = bus_.reader<HostStatus>();
+  std::size_t sent_for_beta = 0;
+  EXPECT_TRUE(eventually([&] {
+    alpha_.step();
+    beta_.step();
+    for (const auto& sample : hostile.take())
+      sent_for_beta += sample.valid() && sample->host == std::string_view("beta") &&
+                       sample->version != beta_.own().version;
+    for (const ComparedHost& other : alpha_.others()) {
+      EXPECT_EQ(other.state.speaker, (HostSpeaker{"beta", "up"}));
+      EXPECT_EQ(other.state.version, beta_.own().version);
+      EXPECT_EQ(other.state.files, beta_.own().files);
+    }
+    return HasFailure() ||
+           (sent_for_beta > 500 && !alpha_.others().empty() && alpha_.others()[0].clock);
+  })) << sent_for_beta
+      << '\n'
+      << peer.said();
+  EXPECT_TRUE(HostChecks(false).check(alpha_.own(), alpha_.others(), alpha_.is_starting()).empty());
+}
+
+TEST(HostState, LeavesOutAClockWithAnImpossibleError) {
+  std::vector<fivepipe_v1_ClockAnswer> clocks(4);
+  const std::int64_t errors_ns[] = {-1, -2, INT64_MIN, 7};
+  for (std::size_t i = 0; i < clocks.size(); ++i) {
+    messages::set_text(clocks[i].host, "host" + std::to_string(i));
+    clocks[i].error_ns = errors_ns[i];
+  }
+  fivepipe_v1_HostStatus message{};
+  messages::borrow(message.clocks, clocks);
+  const HostState state = state_from(message);
+  ASSERT_EQ(state.clocks.size(), 1u);
+  EXPECT_EQ(state.clocks.begin()->first.host, "host3");
+  EXPECT_EQ(state.clocks.begin()->second.error_ns, 7);
 }
 
 TEST(Checksums, HaveTheSameNamesWhereverTheDeploymentIsNamedFrom) {

@@ -2,9 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <optional>
+#include <string>
 
 #include "common/pipeline/messages/wire_conversions.h"
+#include "tests/support/not_finite.h"
 #include "tests/support/process.h"
 #include "tests/support/test_domain.h"
 
@@ -13,9 +16,22 @@ namespace {
 
 using namespace std::chrono_literals;
 
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// Sends the session and waits until the monitor reports it.
+bool begins_by(bus::Bus& bus, bus::Writer<bus::topics::ReplaySession>& writer,
+               ReplayMonitor& monitor, const char* name) {
+  fivepipe_v1_ReplaySession session{};
+  messages::set_text(session.replay, name);
+  session.lossless = true;
+  writer.write(session);
+  return test::eventually(bus, 10s, [&] { return monitor.update(); });
+}
+
 TEST(ReplayMonitor, ReportsEachBeginningAndTheEndOfAReplay) {
   bus::Bus bus({test::own_domain()});
-  ReplayMonitor monitor(bus);
+  NodeStatusReporter status(bus, "node");
+  ReplayMonitor monitor(bus, status);
   EXPECT_FALSE(monitor.replaying());
   EXPECT_FALSE(monitor.lossless());
   EXPECT_FALSE(monitor.update());
@@ -40,6 +56,74 @@ TEST(ReplayMonitor, ReportsEachBeginningAndTheEndOfAReplay) {
     return !monitor.replaying();
   }));
   EXPECT_FALSE(monitor.lossless());
+}
+
+TEST(ReplayMonitor, RefusesASessionWithoutANameOrWithAnImpossibleRate) {
+  bus::Bus bus({test::own_domain()});
+  auto statuses = bus.reader<bus::topics::NodeStatus>();
+  NodeStatusReporter status(bus, "node");
+  ReplayMonitor monitor(bus, status);
+  auto writer = bus.writer<bus::topics::ReplaySession>();
+  auto forged = std::make_optional(bus.writer<bus::topics::ReplaySession>());
+  ASSERT_TRUE(
+      test::eventually(bus, 10s, [&] { return writer.readers() == 1 && forged->readers() == 1; }));
+  ASSERT_TRUE(begins_by(bus, writer, monitor, "replay"));
+  std::uint64_t refused = 0;
+  const auto send = [&](const char* name, double rate) {
+    fivepipe_v1_ReplaySession session{};
+    messages::set_text(session.replay, name);
+    session.rate = rate;
+    forged->write(session);
+    ++refused;
+  };
+  for (const double rate : {test::kNaN, -1.0, -1e-300, kInfinity, -kInfinity})
+    for (const char* name : {"replay", "other"}) send(name, rate);
+  send("", 1);
+  const auto expect_still_as_before = [&] {
+    EXPECT_FALSE(monitor.update());
+    EXPECT_TRUE(monitor.replaying());
+    EXPECT_TRUE(monitor.lossless());
+  };
+  std::uint64_t counted = 0;
+  EXPECT_TRUE(test::eventually(bus, 10s, [&] {
+    expect_still_as_before();
+    for (const auto& sample : statuses.take()) {
+      if (!sample.valid()) continue;
+      counted = 0;
+      for (const auto& drop : messages::span_of(sample->drops))
+        if (drop.reason == std::string("bad_replay")) counted += drop.count;
+    }
+    return counted == refused;
+  })) << counted;
+  // The end of what was refused is not the end of the replay.
+  forged.reset();
+  ASSERT_FALSE(test::eventually(bus, 300ms, [&] {
+    expect_still_as_before();
+    return HasFailure();
+  }));
+}
+
+// A replay that ends after another has begun.
+TEST(ReplayMonitor, OnlyTheEndOfTheNewestReplayCounts) {
+  bus::Bus bus({test::own_domain()});
+  NodeStatusReporter status(bus, "node");
+  ReplayMonitor monitor(bus, status);
+  auto first = std::make_optional(bus.writer<bus::topics::ReplaySession>());
+  auto second = std::make_optional(bus.writer<bus::topics::ReplaySession>());
+  ASSERT_TRUE(
+      test::eventually(bus, 10s, [&] { return first->readers() == 1 && second->readers() == 1; }));
+  ASSERT_TRUE(begins_by(bus, *first, monitor, "first"));
+  ASSERT_TRUE(begins_by(bus, *second, monitor, "second"));
+  first.reset();
+  EXPECT_FALSE(test::eventually(bus, 300ms, [&] {
+    monitor.update();
+    return !monitor.lossless();
+  }));
+  second.reset();
+  EXPECT_TRUE(test::eventually(bus, 10s, [&] {
+    monitor.update();
+    return !monitor.replaying();
+  }));
 }
 
 }  // namespace

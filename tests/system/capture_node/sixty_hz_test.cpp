@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "common/pipeline/bus/topics.h"
+#include "tests/support/optional_package.h"
 #include "tests/support/process.h"
 #include "tests/support/sanitizer.h"
 #include "tests/support/test_domain.h"
@@ -59,7 +60,7 @@ Measured run_for(int seconds) {
 
 TEST(SixtyHz, NoSetIsLostAndMapsAreOnTime) {
   if (kHasSanitizer) GTEST_SKIP() << "a sanitizer takes too much time for 60 Hz";
-  if (std::thread::hardware_concurrency() < 2) GTEST_SKIP() << "needs two cores";
+  if (std::thread::hardware_concurrency() < 2) FIVEPIPE_SKIP_WITHOUT_PACKAGE("needs two cores");
   const int seconds = is_long() ? 20 : 4;
   const auto max_dropped = [](const Measured& run) {
     return is_long() ? 0 : int(run.frames["captured"]) / 50;
