@@ -8,6 +8,7 @@
 #include <fstream>
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <set>
 
 #include "common/pipeline/bus/bus.h"
@@ -140,8 +141,9 @@ TEST_F(TwoHosts, AProcessThatWasOutOfReachIsTheSameProcess) {
   const auto composites = [&] { return contains(beta->said(), "frames composited, now "); };
   ASSERT_TRUE(holds(kStart, composites)) << beta->said();
   hosts_.set_link(0, false);
-  ASSERT_TRUE(holds(30s, [&] { return contains(beta->said(), "capture: no status for "); }))
-      << beta->said();
+  ASSERT_TRUE(holds(30s, [&] {
+    return contains(beta->said(), "capture: out of reach, no status from host alpha for ");
+  })) << beta->said();
   std::this_thread::sleep_for(12s);
   hosts_.set_link(0, true);
   const std::size_t before = beta->said().size();
@@ -158,6 +160,33 @@ TEST_F(TwoHosts, AProcessThatWasOutOfReachIsTheSameProcess) {
   const auto report = nlohmann::json::parse(std::ifstream(folder_.path / "beta/report.json"));
   // Each frame counts once.
   EXPECT_LE(report["frames"]["composited"].get<int>(), report["frames"]["captured"].get<int>());
+}
+
+TEST_F(TwoHosts, TopShowsMissingAndSilentOnes) {
+  const std::string file = deployment();
+  const auto beta = up(1, file);
+  const Program top(
+      hosts_.in(1, {FIVEPIPE_BINARY_DIR "/fivepipe", "top", "--domain", "0", "--deployment", file}),
+      folder_.path / "top.log");
+  const auto shows = [&](std::size_t from, const std::string& line) {
+    return holds(kStart, [&] {
+      return std::regex_search(top.said().substr(from), std::regex("(^|\n)" + line));
+    });
+  };
+  EXPECT_TRUE(shows(0, "alpha +missing +-")) << top.said();
+  EXPECT_TRUE(shows(0, "capture +alpha +no status +-")) << top.said();
+  EXPECT_TRUE(shows(0, "beta +running ")) << top.said();
+  EXPECT_TRUE(shows(0, "rendering +beta +running ")) << top.said();
+  const auto alpha = up(0, file);
+  EXPECT_TRUE(shows(0, "alpha +running ")) << top.said();
+  EXPECT_TRUE(shows(0, "capture +alpha +running ")) << top.said();
+  hosts_.set_link(0, false);
+  EXPECT_TRUE(shows(0, "capture +alpha +silent ")) << top.said();
+  EXPECT_TRUE(shows(0, "alpha +silent ")) << top.said();
+  hosts_.set_link(0, true);
+  const std::size_t before = top.said().size();
+  EXPECT_TRUE(shows(before, "capture +alpha +running ")) << top.said();
+  EXPECT_TRUE(shows(before, "alpha +running ")) << top.said();
 }
 
 // The frames of both would mix on every machine.
