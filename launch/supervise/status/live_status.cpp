@@ -163,7 +163,7 @@ std::string node_messages(const StatusRegistry& registry) {
   for (std::size_t i = 0; i < std::min(duplicates.size(), kMaxShownLines); ++i)
     shown += text_of(duplicates[i]) + "\n";
   if (registry.ignored() > 0)
-    shown += fmt::format("ignored {}: too many nodes, or of a process that starts in the future\n",
+    shown += fmt::format("ignored {}: too many nodes, or an impossible start of the process\n",
                          base::counted(registry.ignored(), "status message"));
   return shown;
 }

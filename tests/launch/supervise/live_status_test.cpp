@@ -121,7 +121,7 @@ TEST(NodeMessages, AreListedByNode) {
   registry.ignore();
   EXPECT_TRUE(launch::node_messages(registry).ends_with(
       "camera left: dark\n"
-      "ignored 2 status messages: too many nodes, or of a process that starts in the future\n"));
+      "ignored 2 status messages: too many nodes, or an impossible start of the process\n"));
 }
 
 TEST(NodeMessages, AreAtMostTwentyOfAKindAndTwoHundredInAll) {
