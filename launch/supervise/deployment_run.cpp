@@ -73,7 +73,7 @@ class DeploymentRun {
       : settings_(settings),
         deployment_(deployment),
         nodes_(nodes),
-        programs_(programs_of(nodes, settings, [this] { return spacing_.requested(); })),
+        programs_(programs_of(nodes, settings, [this] { return spacing_.for_start(); })),
         conflicts_(conflicts),
         bus_({settings.domain, network_for(settings, deployment), conflicts_.participant(),
               deployment.name}),
