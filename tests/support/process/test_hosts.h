@@ -72,6 +72,10 @@ class TestHosts {
     if (network_fd >= 0) close(network_fd);
     return is_entered;
   }
+  // Gives the host a further address.
+  void add_address(int host, const std::string& further) {
+    run_in(host, "ip address add " + further + "/24 dev eth0");
+  }
   // As if the network adapter of the host was unplugged.
   void remove_interface(int host) { run("ip link delete " + port_of(host)); }
   // From now on, the host loses one of `packets` packets that it receives, at random.
