@@ -146,8 +146,9 @@ class DeploymentRun {
     take_metrics(metrics_in_, simulations_, names_);
     for (const config::Node& node : nodes_)
       if (const ProcessStatus* newest = statuses_.newest(node.name);
-          newest && newest->has_handled_frame)
-        supervisor_.mark_healthy(node.name, newest->start_stamp_ns);
+          newest && newest->has_handled_frame && newest->process &&
+          newest->process->host == base::host_name())
+        supervisor_.mark_healthy(node.name, pid_t(newest->process->pid));
     take_composited();
     spacing_.step();
     compare_hosts();
