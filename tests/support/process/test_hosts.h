@@ -49,6 +49,8 @@ class TestHosts {
       run_in(i, "ip link set lo up");
       run_in(i, "ip address add " + address(i) + "/24 dev eth0");
       run_in(i, "ip link set eth0 up");
+      run_in(i, "sh -c 'grep ^net.ipv4 " FIVEPIPE_SOURCE_DIR
+                "/launch/installed/05-fivepipe.conf | sysctl -q -p -'");
     }
   }
 

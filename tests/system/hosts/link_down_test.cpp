@@ -1,4 +1,4 @@
-// The network cable of one of two hosts is unplugged for 3 s; FIVEPIPE_LONG: for 1, 3 and 10 s.
+// The network cable of one of two hosts is unplugged for 3 s; FIVEPIPE_LONG: also for 1 and 10 s.
 #include <gtest/gtest.h>
 #include <signal.h>
 
@@ -77,7 +77,7 @@ class LinkDown : public TwoHosts {
   static void expect_no_false_message(const std::string& said) {
     for (const char* text :
          {"another deployment", "processes publish as", "is stalled", "hang", "hung", "died",
-          "killed", "restart", "no status for", "waiting for host"})
+          "killed", ", restart ", "no status for", "waiting for host"})
       EXPECT_FALSE(contains(said, text)) << text << ":\n" << said;
   }
   // Each frame counts once, and no process has taken the place of another one.
@@ -91,28 +91,32 @@ class LinkDown : public TwoHosts {
           << node << described;
   }
 
-  void unplug_for(std::chrono::seconds down) {
+  // A cable that is unplugged several times.
+  void unplug_for(const std::vector<std::chrono::milliseconds>& times) {
     const std::string file = deployment();
     const FrameCounter counter(hosts_, 1);  // where rendering is
     const auto alpha = up(0, file), beta = up(1, file);
     ASSERT_TRUE(holds(kStart, [&] { return counter.frames().size() > 2 * kFrames; }))
         << beta->said() << alpha->said();
     const std::size_t alpha_before = alpha->said().size(), beta_before = beta->said().size();
-    hosts_.set_link(0, false);
-    std::this_thread::sleep_for(down);
-    const std::int64_t returned_ns = base::now_realtime_ns();
-    hosts_.set_link(0, true);
-    ASSERT_EQ(hosts_.why_not(), "");
-    ASSERT_TRUE(holds(10s, [&] { return counter.frames(returned_ns).size() >= 2 * kFrames; }))
-        << beta->said();
-    const auto since = counter.frames(returned_ns);
-    const double first_s = base::difference_s(since.front().arrived_ns, returned_ns);
-    std::cout << "link down for " << down.count() << " s: a frame " << first_s
-              << " s after its return\n";
-    EXPECT_LE(first_s, kMaxReturn_s);
-    EXPECT_LE(base::difference_s(since[kFrames].arrived_ns, since.front().arrived_ns),
-              2.0 * kSlowdown)
-        << "frames go on at their rate";
+    for (const auto down : times) {
+      hosts_.set_link(0, false);
+      std::this_thread::sleep_for(down);
+      const std::int64_t returned_ns = base::now_realtime_ns();
+      hosts_.set_link(0, true);
+      ASSERT_EQ(hosts_.why_not(), "");
+      ASSERT_TRUE(holds(10s, [&] { return counter.frames(returned_ns).size() >= 2 * kFrames; }))
+          << beta->said();
+      const auto since = counter.frames(returned_ns);
+      const double first_s = base::difference_s(since.front().arrived_ns, returned_ns);
+      std::cout << "link down for " << down.count() << " ms: a frame " << first_s
+                << " s after its return\n";
+      EXPECT_LE(first_s, kMaxReturn_s);
+      EXPECT_LE(base::difference_s(since[kFrames].arrived_ns, since.front().arrived_ns),
+                2.0 * kSlowdown)
+          << "frames go on at their rate\n"
+          << alpha->said() << beta->said();
+    }
 
     beta->signal(SIGINT);
     EXPECT_EQ(beta->wait_for_end(5s * kSlowdown), 130) << beta->said();
@@ -122,11 +126,9 @@ class LinkDown : public TwoHosts {
                       of_beta = beta->said().substr(beta_before);
     for (const std::string& said : {of_alpha, of_beta}) expect_no_false_message(said);
     // Rendering counts as stopped after 2 s.
-    if (down > 2s) {
-      EXPECT_TRUE(contains(of_beta, "capture: out of reach, no status from host alpha for "))
-          << of_beta;
-      EXPECT_TRUE(contains(of_alpha, ": out of reach, no status from host beta for ")) << of_alpha;
-    }
+    EXPECT_TRUE(contains(of_beta, "capture: out of reach, no status from host alpha for "))
+        << of_beta;
+    EXPECT_TRUE(contains(of_alpha, ": out of reach, no status from host beta for ")) << of_alpha;
     const auto all = counter.frames();
     std::set<std::uint64_t> distinct;
     for (const auto& frame : all) distinct.insert(frame.frame);
@@ -135,13 +137,12 @@ class LinkDown : public TwoHosts {
   }
 };
 
+// Processes announce themselves once per second, so the time at which the link returns matters.
 TEST_F(LinkDown, FramesReturnWithinHalfASecondAndTheReportCountsThem) {
-  const bool is_long = std::getenv("FIVEPIPE_LONG") != nullptr;
-  for (const auto down : is_long ? std::vector{1s, 3s, 10s} : std::vector{3s}) {
-    SCOPED_TRACE(down.count());
-    unplug_for(down);
-    if (HasFatalFailure()) return;
-  }
+  if (std::getenv("FIVEPIPE_LONG"))
+    unplug_for({1s, 3s, 10s, 3250ms, 3500ms, 3750ms});
+  else
+    unplug_for({3s, 3300ms});
 }
 
 }  // namespace
