@@ -35,9 +35,10 @@ install(CODE [[
 install(DIRECTORY launch/deployments launch/profiles DESTINATION share/fivepipe/launch
   COMPONENT programs)
 install(DIRECTORY scenes DESTINATION share/fivepipe COMPONENT programs)
-install(FILES README.md docs/configuration.md docs/troubleshooting.md docs/footage.md
-  docs/recording.md docs/lab.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT programs)
-install(DIRECTORY docs/examples DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT programs)
+# The documents link each other and their pictures by relative paths, too.
+install(FILES README.md CHANGELOG.md CONTRIBUTING.md LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR}
+  COMPONENT programs)
+install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT programs)
 # The libraries in the page that `fivepipe study` writes.
 install(FILES common/study/report/libraries/licences.txt DESTINATION ${CMAKE_INSTALL_DOCDIR}
   COMPONENT programs)

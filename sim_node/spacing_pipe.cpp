@@ -12,10 +12,11 @@ constexpr std::size_t kMaxCalls = 64;
 
 SpacingPipe::SpacingPipe(node::NodeContext& node) : node_(node), scene_(node.deployment.scene) {
   reset();
-  if (!config::has_spacings(scene_)) return;
-  requests_.emplace(node.bus.reader<bus::topics::SpacingRequest>());
-  recorded_.emplace(node.bus.reader<bus::topics::ObjectSpacing>());
-  spacings_.emplace(node.bus.writer<bus::topics::ObjectSpacing>());
+  if (config::has_spacings(scene_)) {
+    requests_.emplace(node.bus.reader<bus::topics::SpacingRequest>());
+    recorded_.emplace(node.bus.reader<bus::topics::ObjectSpacing>());
+    spacings_.emplace(node.bus.writer<bus::topics::ObjectSpacing>());
+  }
   for (const auto& [object, spacing_m] : node.spacings_m) {
     const auto change = change_to(object, spacing_m, scene_);
     if (const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&change))

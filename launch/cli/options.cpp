@@ -153,8 +153,13 @@ JoinedNetwork network_from(const NetworkOptions& options, security::Role role) {
   if (options.deployment.empty()) return {options.domain, options.profile, ""};
   const config::Deployment deployment = deployment_of(options);
   const std::uint32_t domain = domain_of(options, deployment);
-  return {domain, node::network_of(deployment, {role, domain, options.host, options.local}),
-          deployment.name};
+  JoinedNetwork joined{domain,
+                       node::network_of(deployment, {role, domain, options.host, options.local}),
+                       deployment.name};
+  const bool has_hosts = !options.local && deployment.hosts.size() > 1;
+  for (const config::Node& node : deployment.nodes)
+    joined.nodes[node.name] = has_hosts ? node.host : "";
+  return joined;
 }
 
 }  // namespace fivepipe::launch

@@ -63,6 +63,8 @@ struct JoinedNetwork {
   std::uint32_t domain = 0;
   bus::Network network;
   std::string deployment;  // name; empty: none
+  // The nodes of the deployment, with their hosts; an empty host if all run on one machine.
+  std::map<std::string, std::string> nodes = {};
 };
 // The deployment that `options` name, and the domain. Throws config::ConfigError.
 config::Deployment deployment_of(const NetworkOptions& options);

@@ -3,10 +3,12 @@
 #include <chrono>
 #include <iostream>
 #include <map>
+#include <set>
 #include <utility>
 #include <vector>
 
 #include "common/base/output_queue.h"
+#include "common/base/timing.h"
 #include "launch/cli/commands.h"
 #include "launch/cli/options.h"
 #include "launch/supervise/hosts/host_exchange.h"
@@ -23,8 +25,6 @@ using Clock = std::chrono::steady_clock;
 constexpr auto kRefreshPeriod = 1s;
 // Discovery takes up to 1 s, and nodes publish twice per second.
 constexpr auto kListeningTime = 2500ms;
-// `up` speaks for a host once per second.
-constexpr auto kMaxHostSilence = 5s;
 
 struct TopOptions {
   NetworkOptions network;
@@ -42,11 +42,19 @@ void take_hosts(bus::Reader<bus::topics::HostStatus>& reader, HostStates& hosts)
       hosts[state.speaker.host] = {state, Clock::now()};
 }
 
-std::vector<HostState> newest_of(const HostStates& hosts) {
-  std::vector<HostState> states;
+std::vector<HeardHost> heard(const HostStates& hosts) {
+  std::vector<HeardHost> heard;
   for (const auto& [host, state] : hosts)
-    if (Clock::now() - state.second < kMaxHostSilence) states.push_back(state.first);
-  return states;
+    heard.push_back({state.first, base::seconds_since(state.second)});
+  return heard;
+}
+
+// Those with nodes of a deployment on several hosts.
+std::set<std::string> deployed_hosts(const JoinedNetwork& joined) {
+  std::set<std::string> hosts;
+  for (const auto& [node, host] : joined.nodes)
+    if (!host.empty()) hosts.insert(host);
+  return hosts;
 }
 
 int run_top(const TopOptions& options) {
@@ -77,9 +85,10 @@ int run_top(const TopOptions& options) {
       std::cout << "no node publishes a status in domain " << joined.domain
                 << other_domain_or(bus.why_not_admitted(), options.network) << '\n';
     else
-      std::cout << nodes_table(registry, arrival_clock_ns()) << node_messages(registry)
+      std::cout << nodes_table(registry, arrival_clock_ns(), joined.nodes)
+                << node_messages(registry)
                 << simulations_table(simulations, registry, arrival_clock_ns())
-                << hosts_table(newest_of(hosts)) << (on_terminal ? "" : "\n");
+                << hosts_table(heard(hosts), deployed_hosts(joined)) << (on_terminal ? "" : "\n");
     std::cout << std::flush;
     if (options.once) return is_silent ? 3 : 0;
     if (!std::cout) return base::is_broken_pipe(STDOUT_FILENO) ? 0 : 1;
@@ -101,7 +110,9 @@ void add_top(CLI::App& app, Command& command) {
       "start of `top`, and as resets the objects respawned, cloths reset, and particles removed\n"
       "because they were stuck in the hull or not finite.\n"
       "The third table has a line per host of a deployment on several: version, clock against\n"
-      "that of the first host, and whether the files are the same.\n\n"
+      "that of the first host, and whether the files are the same.\n"
+      "With --deployment, the tables also list its nodes without a status and its hosts that are\n"
+      "missing, because `fivepipe up` does not run there or they are out of reach.\n\n"
       "Examples:\n  fivepipe top\n  fivepipe top --domain 7 --once\n"
       "  fivepipe top --deployment launch/deployments/two_hosts.yaml\n\n"
       "Exit codes with --once: 0 done, 3 no node publishes a status.");

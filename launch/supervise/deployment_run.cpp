@@ -73,7 +73,7 @@ class DeploymentRun {
       : settings_(settings),
         deployment_(deployment),
         nodes_(nodes),
-        programs_(programs_of(nodes, settings, [this] { return spacing_.requested(); })),
+        programs_(programs_of(nodes, settings, [this] { return spacing_.for_start(); })),
         conflicts_(conflicts),
         bus_({settings.domain, network_for(settings, deployment), conflicts_.participant(),
               deployment.name}),
@@ -146,8 +146,9 @@ class DeploymentRun {
     take_metrics(metrics_in_, simulations_, names_);
     for (const config::Node& node : nodes_)
       if (const ProcessStatus* newest = statuses_.newest(node.name);
-          newest && newest->has_handled_frame)
-        supervisor_.mark_healthy(node.name, newest->start_stamp_ns);
+          newest && newest->has_handled_frame && newest->process &&
+          newest->process->host == base::host_name())
+        supervisor_.mark_healthy(node.name, pid_t(newest->process->pid));
     take_composited();
     spacing_.step();
     compare_hosts();
@@ -202,7 +203,9 @@ class DeploymentRun {
   bool renders() const {
     return std::any_of(nodes_.begin(), nodes_.end(), config::draws_for_viewer);
   }
-
+  bool is_own(const config::Node& node) const {  // it runs on this host
+    return std::ranges::count(nodes_, node.name, &config::Node::name) > 0;
+  }
   bool duration_is_over() const {
     if (!(settings_.duration_s > 0)) return false;
     const auto counts_from = first_composited_seen_ ? *first_composited_seen_
@@ -257,6 +260,7 @@ class DeploymentRun {
       if (!supervisor_.exited_cleanly(node.name) &&
           !other_hosts_.is_on_missing_host(node, statuses_))
         progress.expected.push_back(node.name);
+      if (!is_own(node)) progress.other_hosts[node.name] = node.host;
     }
     if (recorder_ && !(recorder_end_ && is_recording_complete()))
       progress.expected.push_back(own_recorder_name());
@@ -275,12 +279,9 @@ class DeploymentRun {
   }
   bool all_reports_final() const {
     const auto processes = statuses_.processes();
-    const auto is_in = [](const std::vector<std::string>& names, const std::string& name) {
-      return std::find(names.begin(), names.end(), name) != names.end();
-    };
     return std::all_of(nodes_.begin(), nodes_.end(), [&](const config::Node& node) {
-      if (is_in(supervisor_.killed(), node.name) ||
-          is_in(supervisor_.crashed_while_stopping(), node.name))
+      if (std::ranges::count(supervisor_.killed(), node.name) > 0 ||
+          std::ranges::count(supervisor_.crashed_while_stopping(), node.name) > 0)
         return true;  // it sends no final report
       const auto of_node = processes.find(node.name);
       return of_node == processes.end() || of_node->second.back().final_report;
@@ -303,8 +304,7 @@ class DeploymentRun {
     input.programs = supervisor_.history();
     // The nodes of other hosts are known by their statuses alone.
     for (const config::Node& node : deployment_.nodes)
-      if (std::none_of(nodes_.begin(), nodes_.end(),
-                       [&](const config::Node& own) { return own.name == node.name; }))
+      if (!is_own(node))
         input.programs.push_back({node.name, config::program_of(node), {}, node.host});
     if (recorder_)
       input.recorder = {settings_.record,

@@ -135,15 +135,14 @@ void Supervisor::start(Supervised& node) {
   }
 }
 
-void Supervisor::mark_healthy(const std::string& name, std::int64_t process_start_stamp_ns) {
-  for (Supervised& node : nodes_)
-    // Ignores the status of a process from an earlier deployment.
-    if (node.program.name == name && !node.processes.empty() &&
-        process_start_stamp_ns >= node.processes.front().start_stamp_ns) {
-      node.policy.mark_healthy();
-      if (process_start_stamp_ns >= node.processes.back().start_stamp_ns)
-        node.handles_frames = true;
-    }
+void Supervisor::mark_healthy(const std::string& name, pid_t process) {
+  for (Supervised& node : nodes_) {
+    if (node.program.name != name ||
+        std::ranges::count(node.processes, process, &ProcessRecord::pid) == 0)
+      continue;
+    node.policy.mark_healthy();
+    if (process == node.processes.back().pid) node.handles_frames = true;
+  }
 }
 
 void Supervisor::step(std::chrono::milliseconds wait) {

@@ -71,9 +71,9 @@ class Supervisor {
   // kLogTimeout until all logs are written. Then drops the rest of the logs and reports the event.
   ~Supervisor();
 
-  // Call when the node's process that started at this time [ns, CLOCK_REALTIME] has handled a
-  // frame.
-  void mark_healthy(const std::string& node, std::int64_t process_start_stamp_ns);
+  // Call when this process of the node on this machine has handled a frame. Ignores a process that
+  // the supervisor has not started.
+  void mark_healthy(const std::string& node, pid_t process);
 
   // Forwards output, handles processes that ended, kills stalled ones, and starts those that are
   // due. Waits at most `wait` for output or a due start. A process that a debugger holds, or that

@@ -85,11 +85,29 @@ TEST_F(Installed, TheSystemdUnitIsValid) {
   const std::string unit = text_of(prefix_ / "lib/systemd/system/fivepipe@.service");
   for (const std::string& line :
        {"\nExecStart=" + (prefix_ / "bin/fivepipe").string() + " up /etc/fivepipe/%i.yaml ",
-        "\nDocumentation=file://" + (prefix_ / "share/doc/fivepipe/lab.md").string() + "\n"})
+        "\nDocumentation=file://" + (prefix_ / "share/doc/fivepipe/docs/lab.md").string() + "\n"})
     EXPECT_NE(unit.find(line), std::string::npos) << "of any prefix: " << unit;
   std::ofstream(folder_.path / "fivepipe@lab.service") << unit;
   EXPECT_EQ(run({"systemd-analyze", "verify", folder_.path / "fivepipe@lab.service"}), 0) << said_;
   EXPECT_EQ(said_, "");
+}
+
+TEST_F(Installed, TheDocumentsHaveWhatTheyLink) {
+  const std::regex link("\\]\\(([^)#:]+)(#[^)]*)?\\)");
+  const fs::path documents = prefix_ / "share/doc/fivepipe";
+  int links = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(documents)) {
+    if (entry.path().extension() != ".md") continue;
+    const std::string text = text_of(entry.path());
+    for (std::sregex_iterator found(text.begin(), text.end(), link), end; found != end; ++found) {
+      EXPECT_TRUE(fs::exists(entry.path().parent_path() / (*found)[1].str()))
+          << entry.path() << ": " << (*found)[1];
+      ++links;
+    }
+  }
+  EXPECT_GT(links, 100);
+  for (const char* file : {"README.md", "LICENSE", "docs/configuration.md", "docs/study.md"})
+    EXPECT_TRUE(fs::exists(documents / file)) << file;
 }
 
 TEST_F(Installed, BashCompletesSubcommandsOptionsAndDeployments) {

@@ -8,13 +8,14 @@
 #include <utility>
 
 #include "common/base/realtime.h"
+#include "common/pipeline/bus/announcer.h"
 #include "common/pipeline/bus/checked.h"
 #include "common/pipeline/bus/discovery.h"
 #include "common/pipeline/bus/profile.h"
-#include "common/pipeline/bus/receiver_wakeup.h"
 #include "common/pipeline/bus/secured/expiry_watch.h"
 #include "common/pipeline/bus/secured/participant_security.h"
 #include "common/pipeline/bus/secured/refusal_log.h"
+#include "common/pipeline/bus/shutdown/receiver_wakeup.h"
 
 namespace fivepipe::bus {
 namespace {
@@ -169,6 +170,7 @@ struct Bus::Impl {
   bool has_stranger = false, is_stranger_reported = false;
   std::optional<security::Credentials> security;
   std::optional<detail::ExpiryWatch> expiry_watch;
+  std::optional<detail::Announcer> announcer;
 
   // Returns `result`. Throws BusError if it is an error. what: "reader of" or "writer of".
   std::int32_t permitted(std::int32_t result, const char* what, const char* topic_name) const {
@@ -228,6 +230,8 @@ Bus::Bus(const BusOptions& options) : impl_(std::make_unique<Impl>()) {
       checked(dds_create_waitset(impl_->participant->handle), "waitset"));
   // Cyclone DDS does not wait for an empty waitset. Attached to itself, it waits without readers.
   checked(dds_waitset_attach(impl_->waitset->handle, impl_->waitset->handle, 0), "waitset");
+  if (reaches_other_machines(options.network.profile))
+    impl_->announcer.emplace(impl_->participant->handle, impl_->identity);
 }
 
 Bus::~Bus() {

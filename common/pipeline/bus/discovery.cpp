@@ -4,6 +4,8 @@
 #include <cstring>
 #include <memory>
 
+#include "common/pipeline/bus/announcer.h"
+
 namespace fivepipe::bus::detail {
 namespace {
 
@@ -42,8 +44,9 @@ std::string user_data_of(const dds_qos_t* qos) {
   void* bytes = nullptr;
   std::size_t size = 0;
   if (!dds_qget_userdata(qos, &bytes, &size) || !bytes) return "";
-  const std::string user_data(static_cast<const char*>(bytes), size);
+  std::string user_data(static_cast<const char*>(bytes), size);
   dds_free(bytes);
+  if (user_data.ends_with(Announcer::kAnnouncement)) user_data.pop_back();
   return user_data;
 }
 

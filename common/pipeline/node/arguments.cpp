@@ -44,6 +44,10 @@ Arguments parse_arguments(const std::string& program, int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     throw CommandLineExit{app.exit(error) == 0 ? 0 : 2};
   }
+  if (!spacings_m.empty() && program != "sim_node") {
+    std::cerr << program << ": --spacing is an option of sim_node\n";
+    throw CommandLineExit{2};
+  }
   if (*domain_option) args.domain = domain;
   for (const auto& [object, spacing_m] : spacings_m) args.spacings_m[object] = spacing_m;
   for (const std::string& setting : settings) {

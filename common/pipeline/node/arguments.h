@@ -26,7 +26,8 @@ struct CommandLineExit {
 };
 
 // Parses --deployment FILE --node NAME [--domain N] [--out DIR] [--set KEY=VALUE]...
-// [--every-frame] [--spacing OBJECT METRES]... [--host NAME] [--local]. Throws CommandLineExit.
+// [--every-frame] [--spacing OBJECT METRES]... [--host NAME] [--local]. Only sim_node has
+// --spacing. Throws CommandLineExit.
 Arguments parse_arguments(const std::string& program, int argc, char** argv);
 
 }  // namespace fivepipe::node

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "common/base/text_table.h"
 
 namespace fivepipe::launch {
@@ -45,29 +47,38 @@ std::vector<std::string> differences(const HostState& own, const HostState& othe
   return texts;
 }
 
-std::string hosts_table(const std::vector<HostState>& states) {
-  if (states.empty()) return "";
+std::string hosts_table(const std::vector<HeardHost>& heard,
+                        const std::set<std::string>& deployed) {
+  if (heard.empty() && deployed.empty()) return "";
   const HostState* compares = nullptr;
-  for (const HostState& state : states)
-    if (!state.clocks.empty() && (!compares || state.speaker < compares->speaker))
+  for (const auto& [state, silent_s] : heard)
+    if (silent_s <= kMaxHostSilence_s && !state.clocks.empty() &&
+        (!compares || state.speaker < compares->speaker))
       compares = &state;
   base::TextTable table({{.head = "host"},
+                         {.head = "state", .min_width = 12},
                          {.head = "machine"},
                          {.head = "version"},
                          {.head = "clock"},
                          {.head = "files"}});
-  for (const HostState& state : states) {
+  for (const auto& [state, silent_s] : heard) {
+    const bool is_silent = silent_s > kMaxHostSilence_s;
     std::string clock = "not compared";
     if (&state == compares) {
       clock = "reference";
-    } else if (compares) {
+    } else if (compares && !is_silent) {
       const auto found = compares->clocks.find(state.speaker);
       if (found != compares->clocks.end()) clock = launch::text_of(found->second);
     }
-    table.add({base::printable(state.speaker.host), base::printable(state.machine),
-               base::printable(state.version), clock,
-               differences(states.front(), state).empty() ? "the same" : "differ"});
+    table.add({base::printable(state.speaker.host),
+               is_silent ? fmt::format("silent {:.0f} s", silent_s) : "running",
+               base::printable(state.machine), base::printable(state.version), clock,
+               differences(heard.front().state, state).empty() ? "the same" : "differ"});
   }
+  for (const std::string& host : deployed)
+    if (std::ranges::none_of(
+            heard, [&](const HeardHost& other) { return other.state.speaker.host == host; }))
+      table.add({host, "missing", "-", "-", "-", "-"});
   return table.text();
 }
 

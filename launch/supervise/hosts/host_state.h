@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -35,8 +36,19 @@ std::uint64_t checksum_of(std::string_view bytes, std::uint64_t before = kNoByte
 // fivepipe, and the files of the deployment.
 std::vector<std::string> differences(const HostState& own, const HostState& other);
 
-// The table of `fivepipe top`, with a row per host; empty if there is no state. The clocks are
-// compared with that of the first host, by name, that measures them.
-std::string hosts_table(const std::vector<HostState>& states);
+// A host that has spoken.
+struct HeardHost {
+  HostState state;
+  double silent_s = 0;  // time since it has spoken last
+};
+// `up` speaks for a host once per second. One that is silent for longer has ended or is out of
+// reach.
+inline constexpr double kMaxHostSilence_s = 5;
+
+// The table of `fivepipe top`, with a row per host; empty if there is no host. The clocks are
+// compared with that of the first host, by name, that measures them and is not silent. deployed:
+// the hosts of the deployment file, if there is one; those that have not spoken are missing.
+std::string hosts_table(const std::vector<HeardHost>& heard,
+                        const std::set<std::string>& deployed = {});
 
 }  // namespace fivepipe::launch

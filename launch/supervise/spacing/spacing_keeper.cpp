@@ -3,16 +3,30 @@
 namespace fivepipe::launch {
 
 void SpacingKeeper::add(const SeenSpacing& seen) {
-  if (seen.requested)
-    objects_[seen.object] = {.requested_m = seen.spacing_m};
-  else if (const auto known = objects_.find(seen.object); known != objects_.end())
-    known->second.is_lost = known->second.requested_m != seen.spacing_m;
+  const auto known = objects_.find(seen.object);
+  if (known == objects_.end()) {
+    if (seen.requested)
+      objects_[seen.object] = {.requested_m = seen.spacing_m, .writer = seen.writer};
+    return;
+  }
+  Object& object = known->second;
+  const bool is_successor = object.given_m && seen.writer != object.writer;
+  if (!seen.requested || (is_successor && seen.spacing_m == *object.given_m)) {
+    object.is_lost = object.requested_m != seen.spacing_m;
+  } else {
+    object.requested_m = seen.spacing_m;
+    object.is_lost = false;
+    object.asked.reset();
+  }
+  if (object.given_m && !is_successor) return;  // late, of the process before
+  object.given_m.reset();
+  object.writer = seen.writer;
 }
 
-std::map<std::string, double> SpacingKeeper::requested() const {
-  std::map<std::string, double> requested;
-  for (const auto& [name, object] : objects_) requested[name] = object.requested_m;
-  return requested;
+std::map<std::string, double> SpacingKeeper::for_start() {
+  std::map<std::string, double> given;
+  for (auto& [name, object] : objects_) object.given_m = given[name] = object.requested_m;
+  return given;
 }
 
 std::map<std::string, double> SpacingKeeper::due(Clock::time_point now) {

@@ -2,6 +2,7 @@
 // begins with those of the scene.
 #pragma once
 #include <chrono>
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
@@ -12,7 +13,8 @@ namespace fivepipe::launch {
 struct SeenSpacing {
   std::string object;
   double spacing_m = 0;
-  bool requested = false;  // false: that with which sim_node began
+  bool requested = false;    // false: that of the scene, with which sim_node began
+  std::uint64_t writer = 0;  // of its process
 };
 
 // Remembers the requested spacings.
@@ -22,10 +24,12 @@ class SpacingKeeper {
 
   void add(const SeenSpacing& seen);
   // Returns the newest requested spacings [m], by object, for the start of a sim_node on this host.
-  std::map<std::string, double> requested() const;
-  // For a sim_node that another process started. Returns the spacings [m] to request now, by
-  // object: those that a restarted sim_node does not have yet, each at most every kRepeat, because
-  // a request may precede the discovery of its reader.
+  // The next writer's first spacing is the answer to them, and no newer request.
+  std::map<std::string, double> for_start();
+  // Returns the spacings [m] to request now, by object: those that a restarted sim_node does not
+  // have, because another process started it, or because the request became known after
+  // for_start(). Each at most every kRepeat, because a request may precede the discovery of its
+  // reader.
   std::map<std::string, double> due(Clock::time_point now);
 
   static constexpr std::chrono::milliseconds kRepeat{200};
@@ -33,7 +37,9 @@ class SpacingKeeper {
  private:
   struct Object {
     double requested_m = 0;
+    std::uint64_t writer = 0;  // of the newest message
     bool is_lost = false;
+    std::optional<double> given_m = {};  // to a process that has not answered yet
     std::optional<Clock::time_point> asked = {};
   };
   std::map<std::string, Object> objects_;  // those with a request

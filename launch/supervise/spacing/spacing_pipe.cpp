@@ -21,7 +21,8 @@ void SpacingPipe::step() {
                                         return object.name == sample->object && object.spacing &&
                                                object.spacing->permits(sample->spacing_m);
                                       });
-    if (is_known) keeper_.add({sample->object, sample->spacing_m, sample->requested});
+    if (is_known)
+      keeper_.add({sample->object, sample->spacing_m, sample->requested, sample.writer()});
   }
   for (const auto& [object, spacing_m] : keeper_.due(SpacingKeeper::Clock::now())) {
     fivepipe_v1_SpacingRequest request{};

@@ -16,8 +16,8 @@ class SpacingPipe {
   SpacingPipe(bus::Bus& bus, const config::Scene& scene);
   // Call often, from one thread.
   void step();
-  // The newest requested spacings [m], by object.
-  std::map<std::string, double> requested() const { return keeper_.requested(); }
+  // SpacingKeeper::for_start().
+  std::map<std::string, double> for_start() { return keeper_.for_start(); }
 
  private:
   const config::Scene& scene_;

@@ -42,6 +42,21 @@ std::string state_of(const NodeActivity& activity) {
   return activity.ended ? "ended" : fmt::format("silent {:.0f} s", activity.silent_s);
 }
 
+// Returns the name of the host in the deployment; without one, the machine of the process.
+std::string host_of(const ProcessStatus& status, const HostsOfNodes& deployed) {
+  const auto found = deployed.find(status.node);
+  if (found != deployed.end() && !found->second.empty()) return found->second;
+  return status.process ? base::printable(status.process->host) : "-";
+}
+
+std::string silence_text(const std::string& node, double silent_s, const Progress& progress) {
+  const auto other = progress.other_hosts.find(node);
+  if (other == progress.other_hosts.end())
+    return fmt::format("{}: no status for {:.0f} s", node, silent_s);
+  return fmt::format("{}: out of reach, no status from {} for {:.0f} s", node,
+                     other->second.empty() ? "another host" : "host " + other->second, silent_s);
+}
+
 std::string latency_text(const ProcessStatus& status) {
   std::vector<std::string> parts;
   for (const auto& [name, latency] : status.latencies) {
@@ -89,13 +104,15 @@ std::string progress_line(const Progress& progress, const StatusRegistry& regist
     if (!activity)
       line += fmt::format("; {}: no status yet", node);
     else if (!activity->ended && activity->silent_s > kMaxSilence_s)
-      line += fmt::format("; {}: no status for {:.0f} s", node, activity->silent_s);
+      line += "; " + silence_text(node, activity->silent_s, progress);
   }
   return line;
 }
 
-std::string nodes_table(const StatusRegistry& registry, std::int64_t now_ns) {
+std::string nodes_table(const StatusRegistry& registry, std::int64_t now_ns,
+                        const HostsOfNodes& deployed) {
   base::TextTable table({{.head = "node", .min_width = 14},
+                         {.head = "host", .min_width = 8},
                          {.head = "state", .min_width = 12},
                          {.head = "frame", .right = true, .min_width = 8},
                          {.head = "Hz", .right = true, .min_width = 6},
@@ -103,6 +120,9 @@ std::string nodes_table(const StatusRegistry& registry, std::int64_t now_ns) {
                          {.head = "memory MB", .right = true, .min_width = 9},
                          {.head = "drops", .right = true, .min_width = 7},
                          {.head = "latencies p50/p99 ms"}});
+  for (const auto& [node, host] : deployed)
+    if (!registry.newest(node))
+      table.add({node, host.empty() ? "-" : host, "no status", "-", "-", "-", "-", "-", ""});
   std::size_t shown = 0;
   const auto nodes = in_order_of_display(registry);
   for (const auto& [node, processes] : nodes) {
@@ -113,11 +133,11 @@ std::string nodes_table(const StatusRegistry& registry, std::int64_t now_ns) {
     for (const auto& [text, count] : status.drops) drops += count;
     // The rates of a silent node are those before its silence.
     const bool active = is_active(activity);
-    table.add({base::printable(node), state_of(activity), std::to_string(status.frame),
-               active ? base::with_decimals(status.frame_rate_hz, 1) : "-",
-               active ? base::with_decimals(registry.cpu_percent(node), 0) : "-",
-               base::with_decimals(status.memory_mb, 0), std::to_string(drops),
-               latency_text(status)});
+    table.add(
+        {base::printable(node), host_of(status, deployed), state_of(activity),
+         std::to_string(status.frame), active ? base::with_decimals(status.frame_rate_hz, 1) : "-",
+         active ? base::with_decimals(registry.cpu_percent(node), 0) : "-",
+         base::with_decimals(status.memory_mb, 0), std::to_string(drops), latency_text(status)});
   }
   const std::size_t more = nodes.size() - std::min(nodes.size(), kMaxShownNodes);
   return table.text() + (more == 0 ? "" : "and " + base::counted(more, "more node") + "\n");
@@ -143,7 +163,7 @@ std::string node_messages(const StatusRegistry& registry) {
   for (std::size_t i = 0; i < std::min(duplicates.size(), kMaxShownLines); ++i)
     shown += text_of(duplicates[i]) + "\n";
   if (registry.ignored() > 0)
-    shown += fmt::format("ignored {}: too many nodes, or of a process that starts in the future\n",
+    shown += fmt::format("ignored {}: too many nodes, or an impossible start of the process\n",
                          base::counted(registry.ignored(), "status message"));
   return shown;
 }

@@ -72,20 +72,22 @@ void StatusRegistry::add(ProcessStatus status, std::int64_t arrived_ns) {
 bool StatusRegistry::make_space_for_node_of(const std::optional<bus::ProcessId>& process,
                                             std::int64_t arrived_ns) {
   const auto is_of_process = [&](const auto& of_node) {
-    return of_node.second.back().newest.process == process;
+    return of_node.second[newest_of(of_node.second)].newest.process == process;
   };
   if (std::size_t(std::count_if(entries_.begin(), entries_.end(), is_of_process)) >=
       kMaxNodesOfProcess)
     return false;
   if (entries_.size() < kMaxNodes) return true;
   auto oldest = entries_.end();
+  std::int64_t oldest_arrived_ns = 0;
   for (auto node = entries_.begin(); node != entries_.end(); ++node) {
-    const Entry& newest = node->second.back();
+    const Entry& newest = node->second[newest_of(node->second)];
     const bool is_active = !newest.newest.final_report &&
                            1e-9 * double(arrived_ns - newest.arrived_ns) <= kMaxSilence_s;
     if (is_active) continue;
-    if (oldest == entries_.end() || newest.arrived_ns < oldest->second.back().arrived_ns)
-      oldest = node;
+    if (oldest != entries_.end() && newest.arrived_ns >= oldest_arrived_ns) continue;
+    oldest = node;
+    oldest_arrived_ns = newest.arrived_ns;
   }
   if (oldest == entries_.end()) return false;
   entries_.erase(oldest);
@@ -103,16 +105,17 @@ StatusRegistry::Entry& StatusRegistry::entry_of(std::vector<Entry>& processes,
     add_totals(processes[1].newest, processes[0].newest);
     processes.erase(processes.begin());
   }
-  const auto later = std::find_if(processes.begin(), processes.end(), [&](const Entry& entry) {
-    return entry.newest.start_stamp_ns > status.start_stamp_ns;
-  });
-  return *processes.insert(later, {status, arrived_ns, arrived_ns, 0});
+  return processes.emplace_back(Entry{status, arrived_ns, arrived_ns, 0});
 }
 
 std::map<std::string, std::vector<ProcessStatus>> StatusRegistry::processes() const {
   std::map<std::string, std::vector<ProcessStatus>> by_node;
-  for (const auto& [node, entries] : entries_)
-    for (const Entry& entry : entries) by_node[node].push_back(entry.newest);
+  for (const auto& [node, entries] : entries_) {
+    std::vector<ProcessStatus>& processes = by_node[node];
+    for (const Entry& entry : entries) processes.push_back(entry.newest);
+    const auto newest = processes.begin() + std::ptrdiff_t(newest_of(entries));
+    std::rotate(newest, newest + 1, processes.end());
+  }
   return by_node;
 }
 
@@ -124,11 +127,12 @@ const ProcessStatus* StatusRegistry::newest(const std::string& node) const {
 std::vector<DuplicateNode> StatusRegistry::duplicates() const {
   std::vector<DuplicateNode> duplicates;
   for (const auto& [node, entries] : entries_) {
-    const Entry& newest = entries.back();
+    std::vector<Entry> running = entries;
+    std::erase_if(running, [](const Entry& entry) { return entry.newest.final_report; });
     DuplicateNode duplicate{node, {}};
-    for (const Entry& entry : entries)
-      if (&entry == &newest || (!entry.newest.final_report &&
-                                entry.arrived_ns > newest.first_arrived_ns + kStatusTimeout_ns))
+    for (const Entry& entry : running)
+      if (&entry == &running.back() ||
+          entry.arrived_ns > running.back().first_arrived_ns + kStatusTimeout_ns)
         duplicate.processes.push_back(text_of(entry.newest.process));
     if (duplicate.processes.size() > 1) duplicates.push_back(std::move(duplicate));
   }
@@ -147,9 +151,16 @@ std::optional<NodeActivity> StatusRegistry::activity(const std::string& node,
   return NodeActivity{newest->newest.final_report, 1e-9 * double(now_ns - newest->arrived_ns)};
 }
 
+std::size_t StatusRegistry::newest_of(const std::vector<Entry>& processes) {
+  const std::int64_t last_ns = std::ranges::max(processes, {}, &Entry::arrived_ns).arrived_ns;
+  std::size_t newest = processes.size() - 1;
+  while (last_ns - processes[newest].arrived_ns > kStatusTimeout_ns) --newest;
+  return newest;
+}
+
 const StatusRegistry::Entry* StatusRegistry::newest_entry(const std::string& node) const {
   const auto entries = entries_.find(node);
-  return entries == entries_.end() ? nullptr : &entries->second.back();
+  return entries == entries_.end() ? nullptr : &entries->second[newest_of(entries->second)];
 }
 
 }  // namespace fivepipe::launch

@@ -89,11 +89,15 @@ class StatusRegistry {
   // Number of statuses that add() or the caller ignored.
   std::uint64_t ignored() const { return ignored_; }
 
-  // The newest status of each process, by node; each node's processes by start.
+  // The newest status of each process, by node; each node's processes in the order in which their
+  // first statuses arrived, but newest() last.
   std::map<std::string, std::vector<ProcessStatus>> processes() const;
-  // The newest status of the process that started last; nullptr: none. Valid until the next add().
+  // The newest status of the node's newest process: the one that appeared last, unless others go on
+  // while it is silent for 1.5 s. No clock of a process takes part: clocks of hosts differ, and a
+  // clock may be set back between two starts. nullptr: none. Valid until the next add().
   const ProcessStatus* newest(const std::string& node) const;
-  // Nodes of which the older process still publishes 1.5 s after the first status of the newer one.
+  // Nodes of which a process still publishes 1.5 s after the first status of the one that appeared
+  // last; not those that sent their final report.
   std::vector<DuplicateNode> duplicates() const;
   // CPU use of the node's newest process between its two newest statuses [% of one core]; 0 before
   // the second status.
@@ -111,8 +115,9 @@ class StatusRegistry {
                   std::int64_t arrived_ns);
   bool make_space_for_node_of(const std::optional<bus::ProcessId>& process,
                               std::int64_t arrived_ns);
+  static std::size_t newest_of(const std::vector<Entry>& processes);
   const Entry* newest_entry(const std::string& node) const;
-  std::map<std::string, std::vector<Entry>> entries_;  // by node; each node's processes by start
+  std::map<std::string, std::vector<Entry>> entries_;  // by node; by first_arrived_ns
   std::uint64_t ignored_ = 0;
 };
 

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include "common/base/realtime.h"
 #include "common/pipeline/messages/bad_message.h"
 #include "common/pipeline/messages/wire_conversions.h"
 
@@ -84,11 +83,9 @@ std::int64_t arrival_clock_ns() {
 void take_statuses(bus::Reader<bus::topics::NodeStatus>& reader, StatusRegistry& registry,
                    const std::set<std::string>& nodes) {
   const std::int64_t now_ns = arrival_clock_ns();
-  const std::int64_t latest_start_ns = base::now_realtime_ns() + kMaxClockDifference_ns;
   for (const auto& sample : reader.take()) {
     if (!sample.valid() || !(nodes.empty() || nodes.contains(sample->node))) continue;
-    if (messages::why_implausible(0, sample->start_stamp_ns) ||
-        sample->start_stamp_ns > latest_start_ns)
+    if (messages::why_implausible(0, sample->start_stamp_ns))
       registry.ignore();
     else
       registry.add(status_from(*sample, reader.process(sample)), now_ns);

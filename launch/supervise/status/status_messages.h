@@ -16,13 +16,10 @@ ProcessStatus status_from(const fivepipe_v1_NodeStatus& message,
 // The clock of arrival stamps [ns]; steady.
 std::int64_t arrival_clock_ns();
 
-// Clocks of hosts that composite frames together differ by less than a frame; a status of a process
-// that starts in a minute is wrong, and would hide all statuses of the node's real process.
-inline constexpr std::int64_t kMaxClockDifference_ns = 60'000'000'000;
-
 // Adds all statuses that have arrived to the registry. If `nodes` is not empty, adds only the
 // statuses of these nodes. The registry counts a status as ignored whose process starts before 1970
-// or more than kMaxClockDifference_ns from now.
+// or after 2200. A process may start in the future: its clock has been set back, or is that of
+// another host.
 void take_statuses(bus::Reader<bus::topics::NodeStatus>& reader, StatusRegistry& registry,
                    const std::set<std::string>& nodes = {});
 

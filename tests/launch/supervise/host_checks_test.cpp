@@ -109,16 +109,32 @@ TEST(HostChecks, TheOwnClockIsNotJudged) {
 TEST(HostsTable, ComparesWithTheFirstHostThatMeasures) {
   HostState alpha = state("alpha"), beta = state("beta");
   EXPECT_EQ(hosts_table({}), "");
-  EXPECT_TRUE(contains(hosts_table({alpha, beta}), "not compared"));
+  EXPECT_TRUE(contains(hosts_table({{alpha}, {beta}}), "not compared"));
   alpha.clocks[beta.speaker] = {5 * kMs, kMs / 10};
   beta.clocks[alpha.speaker] = {-5 * kMs, kMs / 10};
   beta.files["lab.yaml"] = 7;
-  const std::string table = hosts_table({alpha, beta});
-  EXPECT_TRUE(contains(table, "alpha  alpha.lab  1.2 (abc)  reference")) << table;
-  EXPECT_TRUE(contains(table,
-                       "beta   beta.lab   1.2 (abc)  5.00 ms ahead (error at most 0.10 ms)  "
-                       "differ"))
-      << table;
+  EXPECT_EQ(hosts_table({{alpha}, {beta}}),
+            "host   state         machine    version    clock                                  "
+            "files\n"
+            "alpha  running       alpha.lab  1.2 (abc)  reference                              the "
+            "same\n"
+            "beta   running       beta.lab   1.2 (abc)  5.00 ms ahead (error at most 0.10 ms)  "
+            "differ\n");
+}
+
+// A silent host compares no clocks, and those of the others with it are of the time before.
+TEST(HostsTable, ShowsSilentAndMissingHosts) {
+  HostState alpha = state("alpha"), beta = state("beta");
+  alpha.clocks[beta.speaker] = {5 * kMs, kMs / 10};
+  beta.clocks[alpha.speaker] = {-5 * kMs, kMs / 10};
+  EXPECT_EQ(hosts_table({{alpha, 5.4}, {beta, 5}}, {"alpha", "beta", "gamma"}),
+            "host   state         machine    version    clock         files\n"
+            "alpha  silent 5 s    alpha.lab  1.2 (abc)  not compared  the same\n"
+            "beta   running       beta.lab   1.2 (abc)  reference     the same\n"
+            "gamma  missing       -          -          -             -\n");
+  EXPECT_EQ(hosts_table({}, {"gamma"}),
+            "host   state         machine  version  clock  files\n"
+            "gamma  missing       -        -        -      -\n");
 }
 
 }  // namespace

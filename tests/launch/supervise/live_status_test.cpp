@@ -43,13 +43,31 @@ TEST(NodesTable, ShowsANodePerLineInColumns) {
   recon.frame_rate_hz = 30;
   registry.add(recon, 10 * s + s / 2 - 400 * ms);
   // The status of render is 2 s old, as old as that of an active node may be.
-  EXPECT_EQ(launch::nodes_table(registry, 12 * s + s / 2),
-            "node            state            frame      Hz   CPU %  memory MB    drops  "
-            "latencies p50/p99 ms\n"
-            "recon           silent 2 s           0       -       -          0        0\n"
-            "render          running            240    20.0      51        124       43  "
-            "capture_to_composite 12.3/31.1, draw 1.0/3.0\n"
-            "sim             ended                7       -       -          0        0\n");
+  EXPECT_EQ(
+      launch::nodes_table(registry, 12 * s + s / 2),
+      "node            host      state            frame      Hz   CPU %  memory MB    drops  "
+      "latencies p50/p99 ms\n"
+      "recon           alpha     silent 2 s           0       -       -          0        0\n"
+      "render          alpha     running            240    20.0      51        124       43  "
+      "capture_to_composite 12.3/31.1, draw 1.0/3.0\n"
+      "sim             alpha     ended                7       -       -          0        0\n");
+}
+
+TEST(NodesTable, ShowsTheHostsOfTheDeploymentAndItsNodesWithoutStatus) {
+  launch::StatusRegistry registry;
+  registry.add(status("render", 1), 10 * s);
+  registry.add(status("sim", std::nullopt, s), 10 * s);
+  registry.add(status("stranger", 3), 10 * s);
+  EXPECT_EQ(
+      launch::nodes_table(registry, 10 * s,
+                          {{"render", "lab1"}, {"recon", "lab2"}, {"sim", ""}, {"x", ""}}),
+      "node            host      state            frame      Hz   CPU %  memory MB    drops  "
+      "latencies p50/p99 ms\n"
+      "recon           lab2      no status            -       -       -          -        -\n"
+      "x               -         no status            -       -       -          -        -\n"
+      "render          lab1      running              0     0.0       0          0        0\n"
+      "sim             -         running              0     0.0       0          0        0\n"
+      "stranger        alpha     running              0     0.0       0          0        0\n");
 }
 
 TEST(NodesTable, ShowsFiftyNodesAndTwentyLatencies) {
@@ -103,7 +121,7 @@ TEST(NodeMessages, AreListedByNode) {
   registry.ignore();
   EXPECT_TRUE(launch::node_messages(registry).ends_with(
       "camera left: dark\n"
-      "ignored 2 status messages: too many nodes, or of a process that starts in the future\n"));
+      "ignored 2 status messages: too many nodes, or an impossible start of the process\n"));
 }
 
 TEST(NodeMessages, AreAtMostTwentyOfAKindAndTwoHundredInAll) {
@@ -170,6 +188,23 @@ TEST(ProgressLine, ANodeIsSilentAndRenderingHasStoppedOnlyAfterTheLimit) {
   progress.newest_frame_age_s = 6.001;
   EXPECT_EQ(launch::progress_line(progress, registry, 12 * s),
             "13 s: 1 frame composited, no frame for 6 s");
+}
+
+// Only its own host can know whether it hangs.
+TEST(ProgressLine, ASilentNodeOfAnotherHostIsOutOfReach) {
+  launch::StatusRegistry registry;
+  for (const char* node : {"capture", "recon", "render"}) registry.add(status(node, 1), 10 * s);
+  const launch::Progress progress{
+      .elapsed_s = 14,
+      .render_nodes = {"render"},
+      .composited = 240,
+      .newest_frame_age_s = 4,
+      .expected = {"capture", "recon", "render", "sim"},
+      .other_hosts = {{"capture", "lab2"}, {"recon", ""}, {"sim", "b"}}};
+  EXPECT_EQ(launch::progress_line(progress, registry, 14 * s),
+            "14 s: 240 frames composited, no frame for 4 s; capture: out of reach, no status from "
+            "host lab2 for 4 s; recon: out of reach, no status from another host for 4 s; render: "
+            "no status for 4 s; sim: no status yet");
 }
 
 TEST(ProgressLine, NamesMissingHostsBeforeNodes) {

@@ -20,6 +20,8 @@ TEST(StatusRegistry, DetectsDuplicateNodes) {
             "2 processes publish as node 'sim': process 12 on host alpha, process 34 on host "
             "alpha");
   registry.add(status("sim", bus::ProcessId{"beta", 12, 1}, 8 * s), 14 * s);
+  for (const bus::ProcessId& process : {kFirst, kSecond})
+    registry.add(status("sim", process, (process == kFirst ? 1 : 9) * s), 16 * s);
   EXPECT_TRUE(contains(launch::text_of(registry.duplicates().at(0)), "3 processes publish as"));
 }
 
@@ -59,7 +61,7 @@ TEST(StatusRegistry, StatusesWithoutIdentityAreDistinguishedByTheirStart) {
   EXPECT_EQ(registry.processes().at("sim").size(), 2u);
   // The identity arrives after the first statuses, and is not forgotten.
   registry.add(status("sim", kFirst, 1 * s), 21 * s);
-  registry.add(status("sim", std::nullopt, 1 * s), 22 * s);
+  for (const int start : {1, 2}) registry.add(status("sim", std::nullopt, start * s), 22 * s);
   ASSERT_EQ(registry.processes().at("sim").size(), 2u);
   EXPECT_EQ(registry.processes().at("sim")[0].process, kFirst);
   EXPECT_EQ(registry.processes().at("sim")[1].process, std::nullopt);

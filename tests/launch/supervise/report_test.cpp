@@ -265,8 +265,9 @@ TEST(Report, CountsAProcessOnceThatWasSilentForLongerThanItsLease) {
 
 TEST(Report, NamesDuplicateNodes) {
   launch::ReportInput input = ten_seconds();
-  auto foreign = status("render", 99, 50 * s);
-  input.statuses.add(foreign, 115 * s);
+  input.statuses.add(status("render", 99, 50 * s), 115 * s);
+  EXPECT_TRUE(launch::report_from(input)["duplicate_nodes"].empty()) << "it may be the successor";
+  input.statuses.add(status("render", 5, 100 * s), 117 * s);
   EXPECT_EQ(launch::report_from(input)["duplicate_nodes"], nlohmann::json({"render"}));
 }
 

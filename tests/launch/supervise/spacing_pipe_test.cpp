@@ -49,7 +49,7 @@ TEST(SpacingPipe, RequestsALostSpacingAndKnowsTheNewest) {
   }));
   EXPECT_EQ(object, "part");
   EXPECT_EQ(spacing_m, 0.4);
-  EXPECT_EQ(pipe.requested(), (std::map<std::string, double>{{"part", 0.4}}));
+  EXPECT_EQ(pipe.for_start(), (std::map<std::string, double>{{"part", 0.4}}));
 }
 
 }  // namespace

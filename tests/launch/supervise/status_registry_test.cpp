@@ -37,7 +37,8 @@ TEST(StatusRegistry, AnOlderProcessIsADuplicateOnceItPublishesForLongerThanItsLa
   EXPECT_TRUE(registry.duplicates().empty()) << "the older one has ended";
 }
 
-TEST(StatusRegistry, OfProcessesThatStartTogetherTheLastToPublishIsTheNode) {
+// Hosts have different clocks, and a clock may be set back between two starts.
+TEST(StatusRegistry, TheProcessThatAppearsLastIsTheNodeWhateverItsStart) {
   launch::StatusRegistry registry;
   for (const bus::ProcessId& process : {kSecond, kFirst, bus::ProcessId{"beta", 1, 1}})
     registry.add(status("sim", process, 1 * s), 10 * s);
@@ -46,9 +47,42 @@ TEST(StatusRegistry, OfProcessesThatStartTogetherTheLastToPublishIsTheNode) {
   const auto processes = registry.processes();
   for (const auto& process : processes.at("sim")) hosts += bus::text_of(process.process) + "\n";
   EXPECT_EQ(hosts,
-            "process 2 on host beta\nprocess 34 on host alpha\nprocess 12 on host alpha\n"
-            "process 1 on host beta\n");
-  EXPECT_EQ(registry.newest("sim")->process->pid, 1u);
+            "process 34 on host alpha\nprocess 12 on host alpha\nprocess 1 on host beta\n"
+            "process 2 on host beta\n");
+  EXPECT_EQ(registry.newest("sim")->process->pid, 2u);
+}
+
+TEST(StatusRegistry, AClockThatIsSetBackHidesNoSuccessor) {
+  launch::StatusRegistry registry;
+  auto dead = status("sim", kFirst, 3600 * s), successor = status("sim", kSecond, 1 * s);
+  dead.cpu_s = 100;
+  registry.add(dead, 10 * s);
+  registry.add(successor, 11 * s);
+  successor.cpu_s = 0.5;
+  registry.add(successor, 12 * s);
+  EXPECT_EQ(registry.newest("sim")->process, kSecond);
+  EXPECT_EQ(registry.processes().at("sim").back().process, kSecond);
+  EXPECT_DOUBLE_EQ(registry.activity("sim", 14 * s)->silent_s, 2);
+  EXPECT_DOUBLE_EQ(registry.cpu_percent("sim"), 50);
+  EXPECT_TRUE(registry.duplicates().empty());
+}
+
+// The network may deliver the last status of a dead process after the first one of its successor.
+TEST(StatusRegistry, AProcessThatGoesOnIsNewerThanOneThatIsSilent) {
+  launch::StatusRegistry registry;
+  auto late = status("sim", kFirst, 1 * s);
+  late.final_report = true;
+  registry.add(status("sim", kSecond, 9 * s), 10 * s);
+  registry.add(late, 10 * s + s / 2);
+  registry.add(status("sim", kSecond, 9 * s), 12 * s);
+  EXPECT_EQ(registry.newest("sim")->process, kFirst) << "1.5 s are not over";
+  registry.add(status("sim", kSecond, 9 * s), 12 * s + 1);
+  EXPECT_EQ(registry.newest("sim")->process, kSecond);
+  const auto processes = registry.processes().at("sim");
+  ASSERT_EQ(processes.size(), 2u);
+  EXPECT_EQ(processes.front().process, kFirst);
+  EXPECT_EQ(processes.back().process, kSecond);
+  EXPECT_TRUE(registry.duplicates().empty());
 }
 
 TEST(StatusRegistry, KeepsEightProcessesAndAddsTheTotalsOfTheOldestToTheNext) {

@@ -174,15 +174,15 @@ TEST_F(SupervisorTest, AfterItsFirstStatusANodeWithoutHardwareIsRestarted) {
                                      " ]; do sleep 0.02; done; exit 3";
   launch::Supervisor supervisor({node("capture", gone_on_demand)}, {}, output());
   ASSERT_TRUE(step_until(supervisor, [&] { return printed("capture: up"); }));
-  supervisor.mark_healthy("capture", supervisor.history()[0].processes[0].start_stamp_ns + 1);
+  supervisor.mark_healthy("capture", supervisor.history()[0].processes[0].pid);
   std::ofstream(folder / "unplugged") << '\n';
   ASSERT_TRUE(step_until(supervisor, [&] { return said("restart 1"); }));
   EXPECT_FALSE(supervisor.failure());
 }
 
-TEST_F(SupervisorTest, IgnoresStatusFromBeforeDeployment) {
+TEST_F(SupervisorTest, IgnoresTheStatusOfAProcessThatItHasNotStarted) {
   launch::Supervisor supervisor({node("capture", "exit 3")}, {}, output());
-  supervisor.mark_healthy("capture", supervisor.history()[0].processes[0].start_stamp_ns - 1);
+  supervisor.mark_healthy("capture", getpid());
   ASSERT_TRUE(step_until(supervisor, [&] { return supervisor.all_exited(); }));
   ASSERT_TRUE(supervisor.failure());
   EXPECT_EQ(supervisor.failure()->exit_code, 3);
@@ -322,11 +322,11 @@ TEST_F(SupervisorTest, TheFirstFailureIsTheReason) {
 TEST_F(SupervisorTest, OnlyAStatusOfTheNodeItselfMarksItAsHealthy) {
   launch::Supervisor supervisor({node("capture", "exit 3"), node("sim", kRunsForever)}, {},
                                 output());
-  supervisor.mark_healthy("sim", supervisor.history()[1].processes[0].start_stamp_ns + 1000);
+  supervisor.mark_healthy("sim", supervisor.history()[1].processes[0].pid);
   ASSERT_TRUE(step_until(supervisor, [&] { return supervisor.failure().has_value(); }));
   EXPECT_EQ(supervisor.failure()->exit_code, 3);
   launch::Supervisor healthy({node("capture", "exit 3")}, {}, output());
-  healthy.mark_healthy("capture", healthy.history()[0].processes[0].start_stamp_ns);
+  healthy.mark_healthy("capture", healthy.history()[0].processes[0].pid);
   ASSERT_TRUE(step_until(healthy, [&] { return said("capture died: exit code 3"); }));
   EXPECT_FALSE(healthy.failure());
 }

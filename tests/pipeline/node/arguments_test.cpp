@@ -18,15 +18,15 @@ struct Parsed {
   std::string printed;
 };
 
-Parsed parsed(std::vector<std::string> words) {
+Parsed parsed(std::vector<std::string> words, const std::string& program = "sim_node") {
   std::vector<char*> argv;
-  words.insert(words.begin(), "sim_node");
+  words.insert(words.begin(), program);
   for (std::string& word : words) argv.push_back(word.data());
   Parsed result;
   testing::internal::CaptureStdout();
   testing::internal::CaptureStderr();
   try {
-    result.arguments = parse_arguments("sim_node", int(argv.size()), argv.data());
+    result.arguments = parse_arguments(program, int(argv.size()), argv.data());
   } catch (const CommandLineExit& ends) {
     result.exit_code = ends.exit_code;
   }
@@ -78,6 +78,9 @@ TEST(NodeArguments, WrongOnesExitWithTwoAndTheReason) {
       << "one value per option";
   EXPECT_TRUE(test::contains(reason(with({"--spacing", "part", "wide"})), "wide"));
   EXPECT_TRUE(test::contains(reason(with({"--spacing", "part"})), "--spacing"));
+  EXPECT_EQ(parsed(with({"--spacing", "part", "0.1"}), "recon_node").printed,
+            "recon_node: --spacing is an option of sim_node\n");
+  EXPECT_EQ(parsed(with({"--spacing", "part", "0.1"}), "recon_node").exit_code, 2);
   EXPECT_TRUE(test::contains(reason(with({"--domain", "231"})), "231"));
   EXPECT_TRUE(test::contains(reason(with({"--domain", "-1"})), "-1"));
   EXPECT_FALSE(parsed(with({"--domain", "230"})).exit_code) << "the largest domain";

@@ -1,5 +1,9 @@
 // Hosts on one machine: network namespaces that a switch joins. They end with the test.
 #pragma once
+#include <fcntl.h>
+#include <sched.h>
+#include <unistd.h>
+
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -45,6 +49,8 @@ class TestHosts {
       run_in(i, "ip link set lo up");
       run_in(i, "ip address add " + address(i) + "/24 dev eth0");
       run_in(i, "ip link set eth0 up");
+      run_in(i, "sh -c 'grep ^net.ipv4 " FIVEPIPE_SOURCE_DIR
+                "/launch/installed/05-fivepipe.conf | sysctl -q -p -'");
     }
   }
 
@@ -57,6 +63,20 @@ class TestHosts {
     words.insert(words.begin(), {"/usr/bin/nsenter", "--target",
                                  std::to_string(holders_.at(std::size_t(host))->pid()), "--net"});
     return words;
+  }
+  // Moves the calling thread, and the threads and processes that it starts from then on, into the
+  // network of the host. Returns false if that fails.
+  bool enter(int host) const {
+    const std::string network =
+        "/proc/" + std::to_string(holders_.at(std::size_t(host))->pid()) + "/ns/net";
+    const int network_fd = open(network.c_str(), O_RDONLY | O_CLOEXEC);
+    const bool is_entered = network_fd >= 0 && setns(network_fd, CLONE_NEWNET) == 0;
+    if (network_fd >= 0) close(network_fd);
+    return is_entered;
+  }
+  // Gives the host a further address.
+  void add_address(int host, const std::string& further) {
+    run_in(host, "ip address add " + further + "/24 dev eth0");
   }
   // As if the network adapter of the host was unplugged.
   void remove_interface(int host) { run("ip link delete " + port_of(host)); }

@@ -85,7 +85,8 @@ TEST_P(BothProtections, CommandsJoinByTheirRolesAndFramesAreComposited) {
   start(file, {"--record", recording});
   const auto [top_code, top] = result_of({"top", "--once"}, file);
   EXPECT_EQ(top_code, 0) << top;
-  for (const std::string& node : kNodes) EXPECT_THAT(top, HasSubstr(node));
+  for (const std::string& node : kNodes)
+    EXPECT_THAT(top, testing::ContainsRegex("\n" + node + " +[^ ]+ +running "));
   const auto [ls_code, ls] = result_of({"ls"}, file);
   EXPECT_EQ(ls_code, 0) << ls;
   EXPECT_THAT(ls, HasSubstr("fivepipe/v1/HullTile"));

@@ -133,6 +133,20 @@ TEST_F(SimNodeSpacing, TheFirstFrameHasTheSpacingOfTheCommandLine) {
   EXPECT_EQ(report.drops.at("bad_spacing: gone: not in the scene"), 1u);
 }
 
+TEST_F(SimNodeSpacing, TheCommandLineMovesNothingInASceneWithoutSpacings) {
+  start("sim_node", "simulation",
+        three_cameras(R"(
+name: still
+objects:
+  - {name: still, box: {size_m: [0.1, 0.1, 0.1]}, position_m: [0, 0, -5], reaction: none}
+)",
+                      "  - {name: simulation, program: sim_node}\n"),
+        {"--spacing", "still", "0.1"});
+  wait_for_readers(infos_, maps_);
+  simulate(0);
+  EXPECT_EQ(ended().drops.at("bad_spacing: still: has no spacing"), 1u);
+}
+
 TEST_F(SimNodeSpacing, BadRequestsAreDroppedAndCounted) {
   start_node();
   simulate(0);

@@ -1,4 +1,4 @@
-#include "common/pipeline/bus/receiver_wakeup.h"
+#include "common/pipeline/bus/shutdown/receiver_wakeup.h"
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
