@@ -8,7 +8,9 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
 #include <set>
 #include <sstream>
 
@@ -22,6 +24,8 @@ namespace fivepipe::study::report {
 namespace {
 
 using nlohmann::json;
+using ::testing::HasSubstr;
+using ::testing::Not;
 
 // The end of a script, an element with a script, and 1,000 characters without a blank. The other
 // texts need no browser.
@@ -38,23 +42,28 @@ void write(const std::filesystem::path& file, const std::string& text) {
   std::ofstream(file, std::ios::binary) << text;
 }
 
-// What browser.py and checks.js found on each of the pages.
-std::vector<json> visits(const std::vector<std::string>& pages, const std::string& chromium) {
-  const test::TestFolder folder;
-  const std::string tests = std::string(FIVEPIPE_SOURCE_DIR) + "/tests/study/report/";
-  std::string command = "python3 " + tests + "browser.py --timeout 100 --size 1000,800 --run " +
-                        tests + "checks.js --chromium " + chromium;
-  for (std::size_t i = 0; i < pages.size(); ++i) {
-    const auto file = folder.path / (std::to_string(i) + ".html");
-    write(file, pages[i]);
-    command += " " + file.string();
-  }
+const std::string kTests = std::string(FIVEPIPE_SOURCE_DIR) + "/tests/study/report/";
+
+std::string output_of(const std::string& command) {
   std::FILE* pipe = popen(command.c_str(), "r");
   std::string text;
   for (char piece[4096]; std::size_t n = std::fread(piece, 1, sizeof(piece), pipe);)
     text.append(piece, n);
   EXPECT_EQ(pclose(pipe), 0) << command;
-  std::istringstream lines(text);
+  return text;
+}
+
+// What browser.py and checks.js found on each of the pages.
+std::vector<json> visits(const std::vector<std::string>& pages, const std::string& chromium) {
+  const test::TestFolder folder;
+  std::string command = "python3 " + kTests + "browser.py --timeout 100 --size 1000,800 --run " +
+                        kTests + "checks.js --chromium " + chromium;
+  for (std::size_t i = 0; i < pages.size(); ++i) {
+    const auto file = folder.path / (std::to_string(i) + ".html");
+    write(file, pages[i]);
+    command += " " + file.string();
+  }
+  std::istringstream lines(output_of(command));
   std::vector<json> found;
   for (std::string line; std::getline(lines, line);) found.push_back(json::parse(line));
   return found;
@@ -146,6 +155,78 @@ TEST(ReportInBrowser, ShowsTableChartsPicturesAndViewWithoutErrorOrRequest) {
   EXPECT_FALSE(found[2]["value"]["attacked"]);
   EXPECT_TRUE(found[3]["value"]["attacked"]);
   EXPECT_THAT(found[3]["requests"].dump(), ::testing::HasSubstr("http://127.0.0.1:9/x.png"));
+}
+
+// The pages that Chromium sends to the printer.
+struct Printed {
+  std::string text;  // lines from left to right, columns apart
+  // How often images of a width are on the pages, without their masks.
+  std::map<int, std::size_t> images;
+  std::vector<cv::Mat> pages;  // with few pixels
+};
+
+Printed printed(const std::string& page, const std::string& chromium) {
+  const test::TestFolder folder;
+  const std::string html = (folder.path / "page.html").string(),
+                    pdf = (folder.path / "page.pdf").string();
+  write(html, page);
+  // The system's theme is dark, and the reader has not scrolled.
+  output_of("python3 " + kTests + "browser.py --timeout 100 --dark --chromium " + chromium + " " +
+            html + " --pdf " + pdf);
+  Printed found{output_of("pdftotext -layout " + pdf + " -"), {}, {}};
+  std::istringstream list(output_of("pdfimages -list " + pdf));
+  for (std::string line; std::getline(list, line);) {
+    std::istringstream words(line);
+    int page_number = 0, number = 0, width = 0;
+    std::string type;
+    if (words >> page_number >> number >> type >> width && type == "image") ++found.images[width];
+  }
+  output_of("pdftoppm -r 20 -png " + pdf + " " + (folder.path / "page").string());
+  for (const auto& entry : std::filesystem::directory_iterator(folder.path))
+    if (entry.path().extension() == ".png")
+      found.pages.push_back(cv::imread(entry.path().string(), cv::IMREAD_GRAYSCALE));
+  return found;
+}
+
+std::size_t count_in(const std::string& text, const std::string& what) {
+  std::size_t count = 0;
+  for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + 1))
+    ++count;
+  return count;
+}
+
+TEST(ReportInBrowser, PrintsTableChartsPicturesAndViewsWithoutButtons) {
+  const std::string chromium = program_in_path("chromium");
+  if (chromium.empty()) FIVEPIPE_SKIP_WITHOUT_PACKAGE("chromium is not installed");
+  for (const char* program : {"pdftotext", "pdfimages", "pdftoppm"})
+    if (program_in_path(program).empty())
+      FIVEPIPE_SKIP_WITHOUT_PACKAGE("poppler-utils is not installed");
+  const std::string page = report_page(test::example_study());
+  const Printed found = printed(page, chromium);
+  EXPECT_THAT(found.text, ::testing::ContainsRegex(
+                              "How much space is necessary\\? +14.0 +14.2 +15.0.{1,3}16.0 +15.0"));
+  // The axes of the charts are text, too.
+  const std::size_t clearances = count_in(page, "data-chart=\"clearance\""),
+                    what_ifs = count_in(page, "data-chart=\"what-if-collision\"");
+  EXPECT_GT(clearances, 10u);
+  EXPECT_GT(what_ifs, 3u);
+  EXPECT_EQ(count_in(found.text, "time, s"), clearances);
+  EXPECT_EQ(count_in(found.text, "cap of the measurement"), clearances);
+  EXPECT_EQ(count_in(found.text, "undecided"), what_ifs) << "in the chart's key";
+  EXPECT_THAT(found.text, HasSubstr("space, cm")) << "the chart of the answers";
+  EXPECT_EQ(found.images.at(320), count_in(page, "<img ")) << "pictures of collisions";
+  std::size_t views = 0;
+  for (const auto& [width, count] : found.images)
+    if (width != 320) views += count;
+  EXPECT_EQ(views, count_in(page, "<figure class=\"view3d\""));
+  for (const char* button : {"Theme", "Print", "Reset", "Front", "Drag to turn", "Skip"})
+    EXPECT_THAT(found.text, Not(HasSubstr(button)));
+  // Light: each page has a white border and is mostly white.
+  ASSERT_GT(found.pages.size(), 5u);
+  for (const cv::Mat& image : found.pages) {
+    EXPECT_EQ(image.at<std::uint8_t>(2, 2), 255);
+    EXPECT_GT(cv::mean(image)[0], 200);
+  }
 }
 
 void expect_map(const json& map, const std::string& quantity) {
