@@ -1,5 +1,6 @@
 // The study commands on the deployment `engine`, with real processes: can a large and a small
 // person reach the oil filter, and how much space does the arm need?
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <signal.h>
 
@@ -90,6 +91,8 @@ TEST_F(StudyEngine, ALargePersonReachesTheFilterAndNeedsMoreSpaceThanASmallOne) 
     EXPECT_EQ(length_after(what_if, "Minimum spacing above which all are free: "),
               spacing_m[person]);
   }
+  fmt::print("needed spacing: large person {:.2f} cm, small person {:.2f} cm\n",
+             100 * spacing_m["large"], 100 * spacing_m["small"]);
   // tests/study/truth: the closed form differs by more.
   EXPECT_GT(spacing_m["large"], spacing_m["small"] + 0.005);
 }
