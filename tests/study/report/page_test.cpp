@@ -228,7 +228,8 @@ TEST(ReportPage, StatesTheUndecidedSecondsOfEachPart) {
       {.part = "both", .collision_s = 1.2, .events = {{0, 1.2}}, .undecided_s = 0.067},
       {.part = "near", .events = {}, .undecided_s = 0.5},
       {.part = "far", .events = {}}};
-  const std::string page = report_page(study);
+  const Participant& participant = study.participants[0];
+  const std::string page = trial_section(participant, participant.trials[0], 0);
   EXPECT_THAT(page, HasSubstr("<bdi>both</bdi></th><td>1.20 and 0.07 undecided</td>"));
   EXPECT_THAT(page, HasSubstr("<bdi>near</bdi></th><td>0.00 and 0.50 undecided</td>"));
   EXPECT_THAT(page, HasSubstr("<bdi>far</bdi></th><td>0.00</td>"));
