@@ -224,13 +224,7 @@ class SessionExport {
     if (summary_.frames_in_recording > 0)
       return request_.recording.string() + " has no frame between --start and --end; it has " +
              base::counted(summary_.frames_in_recording, "complete frame") + " before --end";
-    std::string why = request_.recording.string() +
-                      " contains no complete frame: one map of each camera of the recorded rig "
-                      "that gives shape";
-    for (const auto& [reason, count] : summary_.drops)
-      why += "; dropped: " + std::to_string(count) + " " + reason;
-    if (!summary_.first_fault.empty()) why += ", first: " + base::printable(summary_.first_fault);
-    return why;
+    return frames_.why_none();
   }
 
   const ExportRequest& request_;

@@ -8,12 +8,12 @@
 #include "common/base/process/progress_line.h"
 #include "common/base/usage_error.h"
 #include "common/base/version.h"
+#include "common/study/report/html_sections.h"
 #include "common/study/report/page.h"
 #include "launch/study/commands.h"
 #include "launch/study/folder/study_lock.h"
 #include "launch/study/results/scene_parts.h"
 #include "launch/study/results/trial_results.h"
-#include "launch/units/length.h"
 
 namespace fivepipe::study {
 namespace {
@@ -41,6 +41,12 @@ report::Participant& participant_of(report::Study& shown, const StoredTrial& tri
 std::vector<StoredTrial> trials_of(const StudyFolder& study) {
   const StudyLock lock(study.path(), "report", {StudyPart::trials});
   return study.trials();
+}
+
+// Certified, so rounded up, as in the page.
+std::string min_free_text(const report::WhatIfCurve& curve) {
+  const auto least_m = curve.min_free_m();
+  return least_m ? report::cm_at_most(*least_m) + " cm" : "none";
 }
 
 int run_report(ReportOptions options) {
@@ -86,8 +92,7 @@ int run_report(ReportOptions options) {
     for (const report::Trial& trial : participant.trials)
       for (const report::WhatIfCurve& curve : trial.what_if)
         std::cout << fmt::format("trial {}: {}: minimum spacing above which all are free: {}\n",
-                                 trial.number, curve.part,
-                                 text_of_length(min_free_spacing_m(curve.result, curve.range)));
+                                 trial.number, curve.part, min_free_text(curve));
   std::cout << (study.report_folder() / "report.html").string() << '\n';
   return 0;
 }

@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <cstdlib>
 #include <fstream>
+#include <iostream>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/videoio.hpp>
 
 #include "capture_node/segmentation/bit_morphology.h"
 #include "capture_node/sources/synthetic_source.h"
@@ -25,6 +27,10 @@ using Eigen::Vector3d;
 using nlohmann::ordered_json;
 
 constexpr double kFrameRate_hz = 20;
+// Of a frame of the video, on average. H.264 at CRF 23 quantises with steps of about 9 levels.
+constexpr double kMaxCodecError_levels = 4.5;
+// In a quarter of its turn, the hand is nowhere twice.
+constexpr std::uint64_t kNearFrames = 5;
 
 // The hand of the synthetic world moves once around in one second, so that two frames never look
 // the same. The camera `head` is on the viewer.
@@ -65,7 +71,7 @@ name: content
 rig: rig.yaml
 scene: scene.yaml
 frame_rate_hz: 20
-settings: {still: "4"}
+settings: {still: "4", video: "false"}
 viewer:
   path:
     - {t_s: 0, eye_m: [0.0, -0.75, 0.55], target_m: [0.0, 0.05, 0.2]}
@@ -78,7 +84,7 @@ nodes:
   - {name: recon_a, program: recon_node, worker: 0, workers: 2, tile_columns: 4, tile_rows: 3}
   - {name: recon_b, program: recon_node, worker: 1, workers: 2, tile_columns: 4, tile_rows: 3}
   - {name: simulation, program: sim_node}
-  - {name: rendering, program: render_node, video: false, still_frame: "${still}"}
+  - {name: rendering, program: render_node, video: "${video}", still_frame: "${still}"}
 )";
 
 struct State {
@@ -148,6 +154,7 @@ class CompositeContent : public RecordingTest {
   config::SyntheticWorld world_;
   std::map<std::string, std::unique_ptr<capture::SyntheticImageSource>> sources_;  // by camera
   std::map<std::uint64_t, FrameMessages> frames_;  // the complete ones
+  std::set<std::uint64_t> composable_;             // with all tiles, which render_node waits for
   std::vector<State> states_;                      // all of the recording
   std::int64_t first_capture_stamp_ns_ = INT64_MAX;
   std::string lacks_;  // why the frames do not suffice
@@ -180,6 +187,7 @@ class CompositeContent : public RecordingTest {
     frames_.clear();
     states_.clear();
     first_capture_stamp_ns_ = INT64_MAX;
+    composable_.clear();
     std::map<std::uint64_t, FrameMessages> all;
     auto cursor = recording.messages();
     while (const auto message = cursor.next()) {
@@ -200,6 +208,7 @@ class CompositeContent : public RecordingTest {
         {"HeadPose", 1},        {"ObjectColour", 4}, {"ObjectPixelMap", 3}, {"VirtualState", 1},
         {"CollisionResult", 3}, {"HullTile", 12},    {"FrameComposited", 1}};
     for (auto& [frame, messages] : all) {
+      if (messages["HullTile"].size() == 12) composable_.insert(frame);
       const bool is_complete = std::all_of(
           complete.begin(), complete.end(),
           [&](const auto& expected) { return messages[expected.first].size() == expected.second; });
@@ -236,6 +245,9 @@ class CompositeContent : public RecordingTest {
   void compare_image(const cv::Mat& image, const Composition& composition);
   // The image of a frame, by a real render_node that a lossless replay of the recording feeds.
   cv::Mat replayed_image(const std::filesystem::path& recording, std::uint64_t frame);
+  // The still and the video of `fivepipe export --composites`.
+  void compare_export(const std::filesystem::path& recording,
+                      const std::map<std::uint64_t, Composition>& compositions);
 };
 
 // The maps show the synthetic object, the colours are those of the cameras' images, and the pose is
@@ -458,6 +470,70 @@ cv::Mat CompositeContent::replayed_image(const std::filesystem::path& recording,
   return cv::imread(still);
 }
 
+double luma_of(const Vector3d& bgr) {  // ITU-R BT.601
+  return bgr.dot(Vector3d(0.114, 0.587, 0.299));
+}
+// The luma of each pixel, row by row; NaN where the colour is not known.
+std::vector<double> luma_of(const Composition& composition, cv::Size size_px) {
+  std::vector<double> luma;
+  for (int v = 0; v < size_px.height; ++v)
+    for (int u = 0; u < size_px.width; ++u) {
+      const auto expected = composition.composite(u, v);
+      luma.push_back(expected ? luma_of(expected->colour.bgr[0]) : std::nan(""));
+    }
+  return luma;
+}
+// The mean of the absolute differences [levels of 255].
+double luma_difference(const cv::Mat& image, const std::vector<double>& expected) {
+  double sum = 0;
+  int count = 0;
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    if (std::isnan(expected[i])) continue;
+    const cv::Vec3b& bgr = image.at<cv::Vec3b>(int(i) / image.cols, int(i) % image.cols);
+    sum += std::abs(luma_of(Vector3d(bgr[0], bgr[1], bgr[2])) - expected[i]);
+    ++count;
+  }
+  return sum / count;
+}
+
+// The still is exact. The codec of the video loses less than the hand changes from frame to frame,
+// so each of its images is that of its frame.
+void CompositeContent::compare_export(const std::filesystem::path& recording,
+                                      const std::map<std::uint64_t, Composition>& compositions) {
+  const std::uint64_t still = compositions.rbegin()->first;
+  const std::filesystem::path out = folder_ / "export";
+  Program exporter({FIVEPIPE_BINARY_DIR "/fivepipe", "export", recording, "--composites", "--out",
+                    out, "--set", "video=true", "--set", "still=" + std::to_string(still)},
+                   folder_ / "export.log");
+  ASSERT_EQ(exporter.wait_for_end(kStart), 0) << exporter.said();
+  EXPECT_NE(exporter.said().find("\n" + std::to_string(composable_.size()) +
+                                 " composited frames in composite.mp4."),
+            std::string::npos)
+      << exporter.said();
+  compare_image(cv::imread(out / "composites" / "composite.png"), compositions.at(still));
+  // The video repeats an image for a frame that is missing.
+  cv::VideoCapture video(out / "composites" / "composite.mp4");
+  std::map<std::uint64_t, cv::Mat> images;
+  std::uint64_t number = *composable_.begin();
+  for (cv::Mat image; video.read(image); ++number) images[number] = image.clone();
+  EXPECT_EQ(number, *composable_.rbegin() + 1);
+  double largest = 0;
+  for (const auto& [frame, composition] : compositions) {
+    ASSERT_TRUE(images.contains(frame)) << frame;
+    ASSERT_EQ(images.at(frame).size(), cv::Size(96, 72));
+    const std::vector<double> expected = luma_of(composition, {96, 72});
+    const double own = luma_difference(images.at(frame), expected);
+    EXPECT_LE(own, kMaxCodecError_levels) << "frame " << frame;
+    largest = std::max(largest, own);
+    for (const auto& [other, image] : images)
+      if (composable_.contains(other) && other != frame && other + kNearFrames >= frame &&
+          other <= frame + kNearFrames) {
+        EXPECT_LT(own, luma_difference(image, expected)) << frame << " looks like " << other;
+      }
+  }
+  std::cout << "video: mean difference of luma at most " << largest << " levels\n";
+}
+
 TEST_F(CompositeContent, EveryMessageAndImageMatchesAnIndependentComposition) {
   const bool is_long = std::getenv("FIVEPIPE_LONG") != nullptr;
   const std::size_t min_frames = is_long ? 30 : 6;
@@ -494,6 +570,7 @@ TEST_F(CompositeContent, EveryMessageAndImageMatchesAnIndependentComposition) {
     SCOPED_TRACE("image of frame " + std::to_string(frame));
     compare_image(replayed_image(file, frame), compositions.at(frame));
   }
+  compare_export(file, compositions);
   EXPECT_GT(highlighted_pixels_, 50) << "no compared image shows a colliding object";
 }
 

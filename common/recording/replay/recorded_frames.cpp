@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "common/base/text_table.h"
 #include "common/recording/replay/recorded_messages.h"
 
 namespace fivepipe::replay {
@@ -119,6 +120,16 @@ std::optional<RecordedFrame> RecordedFrames::next() {
     frame.eye_from_world = extras->eye_from_world;
   }
   return frame;
+}
+
+std::string RecordedFrames::why_none() const {
+  std::string why = recording_.file().string() +
+                    " contains no complete frame: one map of each camera of the recorded rig that "
+                    "gives shape";
+  for (const auto& [reason, count] : drops_)
+    why += "; dropped: " + std::to_string(count) + " " + reason;
+  if (!first_fault_.empty()) why += ", first: " + base::printable(first_fault_);
+  return why + "; `fivepipe info " + recording_.file().string() + "` lists what was recorded";
 }
 
 }  // namespace fivepipe::replay

@@ -45,6 +45,9 @@ class RecordedFrames {
   const std::map<std::string, std::uint64_t>& drops() const { return drops_; }
   // Describes the first bad message or damaged chunk; empty: there was none.
   const std::string& first_fault() const { return first_fault_; }
+  // For a recording of which next() has returned no frame: the file, what a frame needs, what was
+  // dropped, and how to find out more.
+  std::string why_none() const;
 
  private:
   struct Extras {

@@ -94,10 +94,11 @@ std::string spacing_yaml(const config::Spacing& spacing) {
 }
 
 // The other files that a mesh file names: of a glTF its buffers, of an OBJ its materials, of both
-// their textures. None if the file is unusable, which loading its copy explains.
+// their textures. Throws base::UsageError if the file is unusable.
 std::set<fs::path> files_named_by(const fs::path& file) {
   const config::MeshOrReason mesh = config::read_mesh(
       file, config::has_unit(file) ? std::nullopt : std::optional(1.0), config::Materials::with);
+  if (!mesh.reason.empty()) throw base::UsageError("--mesh: " + file.string() + ": " + mesh.reason);
   std::set<fs::path> named;
   const auto add = [&](const fs::path& other) {
     named.insert(fs::absolute(other).lexically_normal());

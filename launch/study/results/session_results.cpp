@@ -112,8 +112,7 @@ void SessionResults::compute(const std::function<void(double done)>& progress) {
     progress(frame->done);
   }
   if (swept_) sweep(waiting);
-  if (frames_.empty())
-    throw recording::RecordingError(recording_.file().string() + " contains no complete frame");
+  if (frames_.empty()) throw recording::RecordingError(frames.why_none());
   drops_ = frames.drops();
   study_->results();
 }
@@ -122,7 +121,9 @@ void SessionResults::add_remarks(const std::string& of, std::vector<std::string>
   for (const auto& [reason, count] : drops_)
     remarks.push_back(fmt::format("{}: dropped of the recording: {} ({}).", of, reason, count));
   if (const std::string damage = recording_.mcap().damage().summary; !damage.empty())
-    remarks.push_back(fmt::format("{}: the recording is incomplete: {}.", of, damage));
+    remarks.push_back(fmt::format(
+        "{}: the recording is incomplete: {}; `fivepipe info {}` states what is missing.", of,
+        damage, recording_.file().string()));
   if (study_->empty_frames() > 0)
     remarks.push_back(fmt::format("{}: frames without a hull: {} of {}.", of,
                                   study_->empty_frames(), study_->frames()));

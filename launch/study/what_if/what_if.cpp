@@ -159,17 +159,6 @@ void add_frames(replay::RecordedFrames& frames, SpacingStudy& study, const Progr
   study.on_frame({});
 }
 
-[[noreturn]] void refuse_without_frames(const std::filesystem::path& file,
-                                        const replay::RecordedFrames& frames) {
-  std::string why = file.string() +
-                    " contains no complete frame: one map of each camera of the recorded rig that "
-                    "gives shape";
-  for (const auto& [reason, count] : frames.drops())
-    why += "; dropped: " + std::to_string(count) + " " + reason;
-  if (!frames.first_fault().empty()) why += ", first: " + base::printable(frames.first_fault());
-  throw recording::RecordingError(why);
-}
-
 // The line of a part with one spacing goes beyond its range.
 void clip(std::vector<collision::SpacingInterval>& intervals,
           const collision::SpacingInterval& range) {
@@ -213,7 +202,7 @@ WhatIf what_if(const WhatIfOptions& options, const Progress& progress) {
                      lines.joint_layouts);
   replay::RecordedFrames frames(recording, deployment);
   add_frames(frames, study, progress);
-  if (study.frames() == 0) refuse_without_frames(options.recording, frames);
+  if (study.frames() == 0) throw recording::RecordingError(frames.why_none());
   const std::vector<LineResult> results = study.results();
   progress(1);
   for (const LineResult& result : results)

@@ -165,7 +165,9 @@ std::string limits_of(const WhatIf& found) {
   for (const auto& [reason, count] : found.drops)
     notes += fmt::format("Dropped of the recording: {} ({}).\n", reason, count);
   if (!found.damage.empty())
-    notes += base::printable(found.damage) + ": only what could be read was studied.\n";
+    notes += fmt::format(
+        "{}: only what could be read was studied; `fivepipe info {}` states what is missing.\n",
+        base::printable(found.damage), base::printable(found.options.recording.string()));
   for (const std::string& warning : found.warnings)
     notes += "warning: " + base::printable(warning) + '\n';
   return notes +

@@ -102,7 +102,7 @@ def parse():
                         help="a JavaScript expression; its value is printed as \"value\"")
     parser.add_argument("--screenshot", metavar="PNG", type=pathlib.Path, help="the whole page")
     parser.add_argument("--element", metavar="CSS", help="--screenshot shows only this element")
-    parser.add_argument("--pdf", metavar="PDF", type=pathlib.Path)
+    parser.add_argument("--pdf", metavar="PDF", type=pathlib.Path, help="the page as it is printed")
     parser.add_argument("--dark", action="store_true")
     parser.add_argument("--size", default="1280,900", help="of the window, in pixels")
     parser.add_argument("--timeout", type=float, default=60, help="in s")
@@ -144,7 +144,9 @@ def visit(browser, page, arguments):
             sys.exit(f"{page}: {answer['exceptionDetails']}")
         return answer["result"].get("value")
 
-    evaluate(READY)
+    # --pdf alone prints at once, as a reader may who has not scrolled through the page.
+    if arguments.run or arguments.screenshot:
+        evaluate(READY)
     value = evaluate(arguments.run.read_text()) if arguments.run else None
     if arguments.screenshot:
         shot = browser.call("Page.captureScreenshot", session, captureBeyondViewport=True,

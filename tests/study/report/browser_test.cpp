@@ -5,7 +5,9 @@
 #include <array>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
 #include <set>
 
 #include "common/study/report/page.h"
@@ -19,6 +21,8 @@ namespace fivepipe::study::report {
 namespace {
 
 using nlohmann::json;
+using ::testing::HasSubstr;
+using ::testing::Not;
 
 // The end of a script, an element with a script, and 1,000 characters without a blank. The other
 // texts need no browser.
@@ -112,6 +116,76 @@ TEST(ReportInBrowser, ShowsTableChartsPicturesAndViewWithoutErrorOrRequest) {
   EXPECT_FALSE(found[2]["value"]["attacked"]);
   EXPECT_TRUE(found[3]["value"]["attacked"]);
   EXPECT_THAT(found[3]["requests"].dump(), ::testing::HasSubstr("http://127.0.0.1:9/x.png"));
+}
+
+// The pages that Chromium sends to the printer.
+struct Printed {
+  std::string text;  // lines from left to right, columns apart
+  // How often images of a width are on the pages, without their masks.
+  std::map<int, std::size_t> images;
+  std::vector<cv::Mat> pages;  // with few pixels
+};
+
+Printed printed(const std::string& page) {
+  const test::TestFolder folder;
+  const std::filesystem::path html = folder.path / "page.html";
+  const std::string pdf = (folder.path / "page.pdf").string();
+  std::ofstream(html, std::ios::binary) << page;
+  // The system's theme is dark, and the reader has not scrolled.
+  test::browse("--dark --pdf " + pdf, {html});
+  Printed found{test::output_of("pdftotext -layout " + pdf + " -"), {}, {}};
+  std::istringstream list(test::output_of("pdfimages -list " + pdf));
+  for (std::string line; std::getline(list, line);) {
+    std::istringstream words(line);
+    int page_number = 0, number = 0, width = 0;
+    std::string type;
+    if (words >> page_number >> number >> type >> width && type == "image") ++found.images[width];
+  }
+  test::output_of("pdftoppm -r 20 -png " + pdf + " " + (folder.path / "page").string());
+  for (const auto& entry : std::filesystem::directory_iterator(folder.path))
+    if (entry.path().extension() == ".png")
+      found.pages.push_back(cv::imread(entry.path().string(), cv::IMREAD_GRAYSCALE));
+  return found;
+}
+
+std::size_t count_in(const std::string& text, const std::string& what) {
+  std::size_t count = 0;
+  for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + 1))
+    ++count;
+  return count;
+}
+
+TEST(ReportInBrowser, PrintsTableChartsPicturesAndViewsWithoutButtons) {
+  if (test::chromium().empty()) FIVEPIPE_SKIP_WITHOUT_PACKAGE("chromium is not installed");
+  for (const char* program : {"pdftotext", "pdfimages", "pdftoppm"})
+    if (test::program_in_path(program).empty())
+      FIVEPIPE_SKIP_WITHOUT_PACKAGE("poppler-utils is not installed");
+  const std::string page = report_page(test::example_study());
+  const Printed found = printed(page);
+  EXPECT_THAT(found.text, ::testing::ContainsRegex(
+                              "How much space is necessary\\? +14.0 +14.2 +15.0.{1,3}16.0 +15.0"));
+  // The axes of the charts are text, too.
+  const std::size_t clearances = count_in(page, "data-chart=\"clearance\""),
+                    what_ifs = count_in(page, "data-chart=\"what-if-collision\"");
+  EXPECT_GT(clearances, 10u);
+  EXPECT_GT(what_ifs, 3u);
+  EXPECT_EQ(count_in(found.text, "time, s"), clearances);
+  EXPECT_EQ(count_in(found.text, "cap of the measurement"), clearances);
+  EXPECT_EQ(count_in(found.text, "undecided"), what_ifs) << "in the chart's key";
+  EXPECT_THAT(found.text, HasSubstr("space, cm")) << "the chart of the answers";
+  EXPECT_EQ(found.images.at(320), count_in(page, "<img ")) << "pictures of collisions";
+  std::size_t views = 0;
+  for (const auto& [width, count] : found.images)
+    if (width != 320) views += count;
+  EXPECT_EQ(views, count_in(page, "<figure class=\"view3d\""));
+  for (const char* button : {"Theme", "Print", "Reset", "Front", "Drag to turn", "Skip"})
+    EXPECT_THAT(found.text, Not(HasSubstr(button)));
+  // Light: each page has a white border and is mostly white.
+  ASSERT_GT(found.pages.size(), 5u);
+  for (const cv::Mat& image : found.pages) {
+    EXPECT_EQ(image.at<std::uint8_t>(2, 2), 255);
+    EXPECT_GT(cv::mean(image)[0], 200);
+  }
 }
 
 void expect_map(const json& map, const std::string& quantity) {

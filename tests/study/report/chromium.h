@@ -14,25 +14,38 @@
 namespace fivepipe::test {
 
 // Returns the program's path, or nothing if it is not installed.
-inline std::string chromium() {
+inline std::string program_in_path(const std::string& name) {
   std::istringstream folders(std::getenv("PATH") != nullptr ? std::getenv("PATH") : "");
   for (std::string folder; std::getline(folders, folder, ':');)
-    if (std::filesystem::exists(folder + "/chromium")) return folder + "/chromium";
+    if (std::filesystem::exists(folder + "/" + name)) return folder + "/" + name;
   return "";
 }
+inline std::string chromium() { return program_in_path("chromium"); }
 
-// Returns what browser.py and checks.js found on each of the pages.
-inline std::vector<nlohmann::json> visits(const std::vector<std::filesystem::path>& pages) {
-  const std::string tests = std::string(FIVEPIPE_SOURCE_DIR) + "/tests/study/report/";
-  std::string command = "python3 " + tests + "browser.py --timeout 100 --size 1000,800 --run " +
-                        tests + "checks.js --chromium " + chromium();
-  for (const std::filesystem::path& page : pages) command += " '" + page.string() + "'";
+// Returns what the command prints. The test fails if the command does.
+inline std::string output_of(const std::string& command) {
   std::FILE* pipe = popen(command.c_str(), "r");
   std::string text;
   for (std::array<char, 4096> piece; const std::size_t n = std::fread(piece.data(), 1, 4096, pipe);)
     text.append(piece.data(), n);
   EXPECT_EQ(pclose(pipe), 0) << command;
-  std::istringstream lines(text);
+  return text;
+}
+
+// Runs browser.py with these options on the pages.
+inline std::string browse(const std::string& options,
+                          const std::vector<std::filesystem::path>& pages) {
+  std::string command = "python3 " FIVEPIPE_SOURCE_DIR
+                        "/tests/study/report/browser.py --timeout 100 --chromium " +
+                        chromium() + " " + options;
+  for (const std::filesystem::path& page : pages) command += " '" + page.string() + "'";
+  return output_of(command);
+}
+
+// Returns what browser.py and checks.js found on each of the pages.
+inline std::vector<nlohmann::json> visits(const std::vector<std::filesystem::path>& pages) {
+  std::istringstream lines(
+      browse("--size 1000,800 --run " FIVEPIPE_SOURCE_DIR "/tests/study/report/checks.js", pages));
   std::vector<nlohmann::json> found;
   for (std::string line; std::getline(lines, line);) found.push_back(nlohmann::json::parse(line));
   EXPECT_EQ(found.size(), pages.size());

@@ -122,7 +122,7 @@ TEST(Csv, ClearanceBeyondTheCapHasNoUpperBound) {
 
 TEST(Csv, WhatIfStatesWhichLayoutsAreInACertifiedInterval) {
   const Rows rows = rows_of(what_if_csv(test::example_study()));
-  std::size_t free = 0;
+  std::size_t free = 0, undecided = 0;
   for (std::size_t i = 1; i < rows.size(); ++i) {
     const double spacing_cm = std::stod(rows[i][column(rows, "spacing_cm")]);
     if (rows[i][0] != "P1") continue;
@@ -130,8 +130,10 @@ TEST(Csv, WhatIfStatesWhichLayoutsAreInACertifiedInterval) {
         (spacing_cm >= 11.2 && spacing_cm <= 12.1) || (spacing_cm >= 14.6 && spacing_cm <= 35);
     EXPECT_EQ(rows[i][column(rows, "certified_free")], is_free ? "yes" : "no") << spacing_cm;
     free += is_free;
+    undecided += rows[i][column(rows, "undecided_frames")] == "2";
   }
   EXPECT_GT(free, 10u);
+  EXPECT_EQ(undecided, 1u) << "at 14.5 cm";
 }
 
 TEST(Csv, HostileTextsStayInTheirField) {

@@ -221,6 +221,20 @@ TEST(ReportPage, StatesTheDepthOfEachEventAndTheLargestOne) {
   EXPECT_THAT(page, HasSubstr("4.00 to 5.00 s</figcaption>"));
 }
 
+// Seconds in which a part may have collided are no collision, and not silent.
+TEST(ReportPage, StatesTheUndecidedSecondsOfEachPart) {
+  Study study = test::study_of(1, ParticipantKind::human);
+  study.participants[0].trials[0].parts = {
+      {.part = "both", .collision_s = 1.2, .events = {{0, 1.2}}, .undecided_s = 0.067},
+      {.part = "near", .events = {}, .undecided_s = 0.5},
+      {.part = "far", .events = {}}};
+  const Participant& participant = study.participants[0];
+  const std::string page = trial_section(participant, participant.trials[0], 0);
+  EXPECT_THAT(page, HasSubstr("<bdi>both</bdi></th><td>1.20 and 0.07 undecided</td>"));
+  EXPECT_THAT(page, HasSubstr("<bdi>near</bdi></th><td>0.00 and 0.50 undecided</td>"));
+  EXPECT_THAT(page, HasSubstr("<bdi>far</bdi></th><td>0.00</td>"));
+}
+
 TEST(ReportPage, ListsEachBadValue) {
   Study study = test::example_study();
   EXPECT_EQ(error_of(study), "");
@@ -315,6 +329,18 @@ TEST(PageData, FreeIntervalsAreRoundedInwards) {
   const auto curve = page_data(study)["trials"][0]["what_if"][0];
   EXPECT_EQ(curve["free_cm"][0][0], 12.346);
   EXPECT_EQ(curve["free_cm"][0][1], 23.456);
+}
+
+// The chart has a ring for these.
+TEST(PageData, MarksTheLayoutsWithUndecidedFrames) {
+  Study study = test::study_of(1, ParticipantKind::human);
+  WhatIfCurve curve{"A", {0.1, 0.3}, {}};
+  curve.result.layouts = {{.spacing_m = 0.1, .colliding_frames = 3, .collision_s = 0.1},
+                          {.spacing_m = 0.2, .undecided_frames = 1},
+                          {.spacing_m = 0.3}};
+  study.participants[0].trials[0].what_if = {curve};
+  EXPECT_EQ(page_data(study)["trials"][0]["what_if"][0]["undecided"],
+            nlohmann::ordered_json({false, true, false}));
 }
 
 TEST(WriteReport, WritesThePageAndTheCsvFiles) {

@@ -1,11 +1,13 @@
 // What the report shows of a trial, from copies of the kept recording.
 #include "launch/study/results/trial_results.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <fstream>
 
+#include "common/recording/replay/recorded_frames.h"
 #include "launch/study/results/scene_parts.h"
 #include "launch/study/what_if/what_if.h"
 #include "tests/study/results/recording_copy.h"
@@ -133,6 +135,35 @@ TEST_F(TrialResults, EventsHaveTheirDepth) {
   EXPECT_LE(deepest.min_m, expected.max_m);
   EXPECT_GE(deepest.max_m, expected.min_m);
   EXPECT_LE(deepest.max_m - deepest.min_m, 2e-3);
+}
+
+// The block at a spacing where some frames are undecided: one of thousands.
+TEST_F(TrialResults, UndecidedSecondsAreThoseOfTheLayout) {
+  trial({with_spacing});
+  WhatIfOptions layouts;
+  layouts.recording = file(study_.trials()[0], 1);
+  layouts.parts = {
+      {.name = "block", .range = {0.02, 0.22}, .axis_of_scene = true, .at_of_scene = true}};
+  layouts.layouts = 6000;
+  layouts.with_distances = false;
+  const LineResult line = what_if(layouts, [](double) {}).parts.at(0).result;
+  const auto found = std::ranges::find_if(
+      line.layouts, [](const LayoutResult& layout) { return layout.undecided_frames > 0; });
+  ASSERT_NE(found, line.layouts.end());
+  const std::string at_m = fmt::format("{}", found->spacing_m);
+  const report::Trial moved = results(trial({[&](const std::string& name, const std::string& text) {
+    if (!name.ends_with("scene.yaml")) return text;
+    return test::replaced(
+        text, kBlockPosition,
+        fmt::format("position_m: [{}, 0.10, 0.25]\n    spacing: {{axis: [1, 0, 0], at_m: {}, "
+                    "range_m: [0, 0.48]}}\n",
+                    -0.22 + found->spacing_m, at_m));
+  }}));
+  const report::PartResult& block = part_of(moved, "block");
+  EXPECT_GT(block.undecided_s, 0);
+  EXPECT_NEAR(block.collision_s, found->collision_s, 1e-9);
+  // The frames are of different length, but none is longer than this.
+  EXPECT_LE(block.undecided_s, double(found->undecided_frames) * replay::kMaxFrame_s);
 }
 
 // The study's present scene is another one.

@@ -146,6 +146,41 @@ TEST(PayloadTruth, TheStudyFindsTheHullOfTheExactCones) {
   }
 }
 
+// A flexible cord with tongs needs 7.45 cm more than a stiff one by hand. The excess of both hulls
+// is at most a footprint, and so is what else the study adds.
+TEST(PayloadTruth, TongsNeedMoreThanAHandByWhatTheGeometryDemands) {
+  const auto result_of = [](const char* tool) {
+    const Sessions s(payload_session({{"tool", tool}}), 0, 4);
+    return s.studied(exact_maps(s.session, s.times_s));
+  };
+  const Result hand = result_of("none"), tongs = result_of("tongs");
+  const double true_m = tongs.true_m - hand.true_m, studied_m = tongs.studied_m - hand.studied_m;
+  fmt::print(
+      "tongs need {:.2f} cm more than a hand, by the study {:.2f} cm; a footprint is {:.2f} "
+      "mm\n",
+      100 * true_m, 100 * studied_m, 1e3 * hand.footprint_m);
+  EXPECT_NEAR(true_m, 0.0745, 0.001);
+  EXPECT_NEAR(studied_m, true_m, kMaxFootprints * std::min(hand.footprint_m, tongs.footprint_m));
+}
+
+// The rule of the deployment limits the hull to the rig's volume, and so does the study.
+TEST(PayloadTruth, TheStudyHasTheHullRuleOfTheShippedDeployment) {
+  for (Session session : {payload_session({}), engine_session({})}) {
+    const hull::HullRule& rule = session.deployment.hull_rule;
+    EXPECT_EQ(rule.limits, hull::Limits::all) << "as the cones";
+    ASSERT_TRUE(rule.is_bounded());
+    EXPECT_TRUE(rule.within_world_m.isApprox(session.deployment.rig.volume_m));
+    const std::vector<double> times_s = session_times(session, 0, 1);
+    const auto maps = exact_maps(session, times_s);
+    const std::vector<SpacingInterval> free = studied_free(session, maps);
+    EXPECT_GT(free.back().low_m, session.gap_of(session.moved_range.low_m)) << "it collides";
+    // In a volume without the person, there is no hull.
+    const Vector3d far_m(5, 5, 5);
+    session.deployment.hull_rule.within_world_m = {far_m, far_m + Vector3d::Ones()};
+    EXPECT_EQ(studied_free(session, maps).front().low_m, session.gap_of(session.moved_range.low_m));
+  }
+}
+
 TEST(PayloadTruth, TheStudyFindsItOnMapsWithNoise) {
   const Sessions s(payload_session({{"tool", "tongs"}}), 0, 2);
   expect_within_criterion(s.studied(segmented_maps(s.session, s.times_s, 2)), "noise 2");

@@ -77,7 +77,8 @@ std::vector<SpacingInterval> truly_free(const Session& session, std::span<const 
 
 std::vector<SpacingInterval> studied_free(
     const Session& session, const std::vector<std::vector<hull::Silhouette>>& frames) {
-  study::SpacingStudy study({{session.part, session.moved_range, {}, false}}, {}, test_pool());
+  study::SpacingStudy study({{session.part, session.moved_range, {}, false}},
+                            {.rule = session.deployment.hull_rule}, test_pool());
   for (const std::vector<hull::Silhouette>& silhouettes : frames)
     study.add({silhouettes, 1 / kSessionRate_hz});
   return as_gaps(session, study.results().front().free);

@@ -33,13 +33,22 @@ function startTheme() {
     button.textContent = `Theme: ${theme}`;
     show(theme);
   });
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
+  // The printer's scheme is light. What would be drawn again after the pages are laid out would be
+  // missing on them.
+  let isPrinting = false;
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+    if (!isPrinting) redraw();
+  });
   const print = document.getElementById("print");
   print.hidden = false;
   print.addEventListener("click", () => window.print());
   window.addEventListener("beforeprint", () => {
+    isPrinting = true;
     drawAll();
     show("light");
   });
-  window.addEventListener("afterprint", () => show(theme));
+  window.addEventListener("afterprint", () => {
+    isPrinting = false;
+    show(theme);
+  });
 }
