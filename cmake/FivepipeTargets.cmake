@@ -103,7 +103,7 @@ function(fivepipe_program_precompiled_headers name)
 endfunction()
 
 # The precompiled headers of the test programs, which also hold GoogleTest. The test programs are
-# half of all sources, so the compiler does not optimise them, and those that are NUMERIC little.
+# half of all sources, so the compiler does not optimise them, except NUMERIC ones (-O1).
 function(fivepipe_test_precompiled_headers)
   foreach(name fivepipe_test_precompiled fivepipe_numeric_test_precompiled)
     add_executable(${name} ${CMAKE_SOURCE_DIR}/cmake/precompiled_main.cpp)
@@ -139,9 +139,9 @@ endfunction()
 # The tests of ALONE_TESTS (patterns of GoogleTest) run alone, because they assert a time that is
 # less than three times what they need on an idle machine. Under the sanitizers, WAITS has no effect
 # either; a program that is ALWAYS_ALONE, too, is so only there.
-# NUMERIC is for programs that compute for long: the compiler optimises them, except in preset debug.
-# The build with the thread sanitizer has none of them, because their only threads are those of
-# base::WorkerPool, which tests of tests/base and tests/system run there.
+# NUMERIC is for programs that compute for long: the compiler optimises them, except in preset
+# debug. The build with the thread sanitizer has none of them, because their only threads are those
+# of base::WorkerPool, which tests of tests/base and tests/system run there.
 function(fivepipe_test name)
   if(NOT FIVEPIPE_TESTS)
     return()

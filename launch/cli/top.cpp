@@ -84,7 +84,7 @@ int run_top(const TopOptions& options) {
     if (is_silent)
       std::cout << "no node publishes a status in domain " << joined.domain
                 << other_domain_or(bus.why_not_admitted(), options.network) << '\n';
-    else
+    if (!is_silent || !joined.nodes.empty())
       std::cout << nodes_table(registry, arrival_clock_ns(), joined.nodes)
                 << node_messages(registry)
                 << simulations_table(simulations, registry, arrival_clock_ns())

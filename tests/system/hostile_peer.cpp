@@ -1,6 +1,6 @@
 // A peer in a deployment's domain: sends every message type of bus/topics.h with invented names,
-// wrong sizes, extreme stamps and frame numbers, and NaN. The nodes must drop all of it. It sends
-// no valid message and claims no node's name.
+// wrong sizes, extreme stamps and frame numbers, and NaN. The nodes must drop all of it. It
+// publishes no status as a node of the deployment.
 #include <charconv>
 #include <chrono>
 #include <cstdio>

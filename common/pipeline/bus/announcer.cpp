@@ -1,11 +1,13 @@
 #include "common/pipeline/bus/announcer.h"
 
+#include <algorithm>
 #include <array>
 #include <memory>
 #include <utility>
 
 #include "common/pipeline/bus/checked.h"
 #include "common/pipeline/bus/discovery.h"
+#include "common/pipeline/bus/process_id.h"
 
 namespace fivepipe::bus::detail {
 
@@ -35,12 +37,12 @@ void Announcer::run() {
     const Clock::time_point now = Clock::now();
     std::erase_if(missing_, [&](const auto& process) { return now > process.second; });
     if (!missing_.empty() && now >= next) {
-      announce();
+      if (may_announce()) announce();
       next = now + kPeriod;
     }
     const dds_duration_t until_next_ns =
         missing_.empty() ? DDS_INFINITY : std::chrono::nanoseconds(next - now).count();
-    dds_waitset_wait(waitset_.handle, nullptr, 0, until_next_ns);
+    if (dds_waitset_wait(waitset_.handle, nullptr, 0, until_next_ns) < 0) return;
   }
 }
 
@@ -54,16 +56,39 @@ void Announcer::take_participants() {
     for (std::size_t i = 0; i < std::size_t(count); ++i) {
       const auto& described = *static_cast<const dds_builtintopic_participant_t*>(samples[i]);
       const std::string guid = guid_text(described.key);
-      if (infos[i].instance_state == DDS_IST_ALIVE && infos[i].valid_data) {
-        const std::string user_data = user_data_of(described.qos);
-        missing_.erase(user_data);
-        if (present_.size() < kMaxRemembered) present_[guid] = user_data;
-      } else if (const auto known = present_.find(guid); known != present_.end()) {
-        if (missing_.size() < kMaxRemembered) missing_[known->second] = Clock::now() + kSearch;
-        present_.erase(known);
-      }
+      if (infos[i].instance_state != DDS_IST_ALIVE || !infos[i].valid_data)
+        take_end(guid);
+      else if (const auto process = from_user_data(user_data_of(described.qos)))
+        take_participant(guid, process->host);
     }
   }
+}
+
+void Announcer::take_participant(const std::string& guid, const std::string& machine) {
+  if (machine == this_process().host) return;
+  missing_.erase(machine);
+  if (present_.size() < kMaxRemembered) present_[guid] = machine;
+}
+
+// While another process of the machine is present, the network to it works.
+void Announcer::take_end(const std::string& guid) {
+  const auto known = present_.find(guid);
+  if (known == present_.end()) return;
+  const std::string machine = known->second;
+  present_.erase(known);
+  const bool is_missing = std::ranges::none_of(
+      present_, [&](const auto& process) { return process.second == machine; });
+  if (is_missing && missing_.size() < kMaxRemembered) missing_[machine] = Clock::now() + kSearch;
+}
+
+bool Announcer::may_announce() {
+  const Clock::time_point now = Clock::now();
+  const double waited_s = std::chrono::duration<double>(now - counted_at_).count();
+  announcements_ = std::min(kMaxAnnouncements, announcements_ + waited_s);
+  counted_at_ = now;
+  if (announcements_ < 1) return false;
+  --announcements_;
+  return true;
 }
 
 void Announcer::announce() {

@@ -230,7 +230,7 @@ Bus::Bus(const BusOptions& options) : impl_(std::make_unique<Impl>()) {
       checked(dds_create_waitset(impl_->participant->handle), "waitset"));
   // Cyclone DDS does not wait for an empty waitset. Attached to itself, it waits without readers.
   checked(dds_waitset_attach(impl_->waitset->handle, impl_->waitset->handle, 0), "waitset");
-  if (reaches_other_machines(options.network.profile))
+  if (reaches_other_machines(options.network.profile) && resolves_addresses_quickly())
     impl_->announcer.emplace(impl_->participant->handle, impl_->identity);
 }
 

@@ -1,6 +1,7 @@
 #include "common/pipeline/bus/profile.h"
 
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <string_view>
@@ -103,6 +104,22 @@ std::size_t kernel_rmem_max_bytes() {
   std::ifstream file("/proc/sys/net/core/rmem_max");
   std::size_t bytes = 0;
   return file >> bytes ? bytes : 0;
+}
+
+bool resolves_addresses_quickly() {
+  constexpr int kQuick_ms = 200;
+  bool has_interface = false;
+  std::error_code ignored;
+  for (const auto& entry :
+       std::filesystem::directory_iterator("/proc/sys/net/ipv4/neigh", ignored)) {
+    const std::string interface = entry.path().filename();
+    if (interface == "lo" || interface == "default") continue;
+    int retransmission_ms = 1000;  // the kernel's default
+    std::ifstream(entry.path() / "retrans_time_ms") >> retransmission_ms;
+    if (retransmission_ms > kQuick_ms) return false;
+    has_interface = true;
+  }
+  return has_interface;
 }
 
 }  // namespace fivepipe::bus

@@ -53,5 +53,10 @@ FittedProfile fitted_to_kernel(const std::string& xml, std::size_t rmem_max_byte
 
 // Returns net.core.rmem_max, or 0 if it cannot be read.
 std::size_t kernel_rmem_max_bytes();
+// Returns whether the kernel asks several times per second for the hardware address of a machine
+// that does not answer, as launch/installed/05-fivepipe.conf sets it. Otherwise it keeps
+// announcements to such machines for up to 3 s, and more than one per second would block the
+// others.
+bool resolves_addresses_quickly();
 
 }  // namespace fivepipe::bus

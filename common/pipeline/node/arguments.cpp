@@ -45,7 +45,7 @@ Arguments parse_arguments(const std::string& program, int argc, char** argv) {
     throw CommandLineExit{app.exit(error) == 0 ? 0 : 2};
   }
   if (!spacings_m.empty() && program != "sim_node") {
-    std::cerr << program << ": --spacing is an option of sim_node\n";
+    std::cerr << program << ": only sim_node has --spacing; omit it\n";
     throw CommandLineExit{2};
   }
   if (*domain_option) args.domain = domain;

@@ -102,8 +102,11 @@ StatusRegistry::Entry& StatusRegistry::entry_of(std::vector<Entry>& processes,
   });
   if (known != processes.end()) return *known;
   if (processes.size() >= kMaxProcesses) {
-    add_totals(processes[1].newest, processes[0].newest);
-    processes.erase(processes.begin());
+    const auto longest_silent = std::ranges::min_element(processes, {}, &Entry::arrived_ns);
+    const auto next =
+        longest_silent + 1 == processes.end() ? longest_silent - 1 : longest_silent + 1;
+    add_totals(next->newest, longest_silent->newest);
+    processes.erase(longest_silent);
   }
   return processes.emplace_back(Entry{status, arrived_ns, arrived_ns, 0});
 }
@@ -127,12 +130,16 @@ const ProcessStatus* StatusRegistry::newest(const std::string& node) const {
 std::vector<DuplicateNode> StatusRegistry::duplicates() const {
   std::vector<DuplicateNode> duplicates;
   for (const auto& [node, entries] : entries_) {
-    std::vector<Entry> running = entries;
-    std::erase_if(running, [](const Entry& entry) { return entry.newest.final_report; });
+    // A process of which only the last status arrived: it died before.
+    const auto is_late = [](const Entry& entry) {
+      return entry.newest.final_report && entry.arrived_ns == entry.first_arrived_ns;
+    };
+    const auto last = std::find_if_not(entries.rbegin(), entries.rend(), is_late);  // to appear
+    if (last == entries.rend()) continue;
     DuplicateNode duplicate{node, {}};
-    for (const Entry& entry : running)
-      if (&entry == &running.back() ||
-          entry.arrived_ns > running.back().first_arrived_ns + kStatusTimeout_ns)
+    for (const Entry& entry : entries)
+      if (&entry == &*last || (!entry.newest.final_report &&
+                               entry.arrived_ns > last->first_arrived_ns + kStatusTimeout_ns))
         duplicate.processes.push_back(text_of(entry.newest.process));
     if (duplicate.processes.size() > 1) duplicates.push_back(std::move(duplicate));
   }

@@ -138,7 +138,7 @@ TEST_F(TrialResults, EventsHaveTheirDepth) {
 }
 
 // The block at a spacing where some frames are undecided: one of thousands.
-TEST_F(TrialResults, UndecidedSecondsAreThoseOfTheLayout) {
+TEST_F(TrialResults, UndecidedSecondsAreReported) {
   trial({with_spacing});
   WhatIfOptions layouts;
   layouts.recording = file(study_.trials()[0], 1);

@@ -164,7 +164,7 @@ TEST(PayloadTruth, TongsNeedMoreThanAHandByWhatTheGeometryDemands) {
 }
 
 // The rule of the deployment limits the hull to the rig's volume, and so does the study.
-TEST(PayloadTruth, TheStudyHasTheHullRuleOfTheShippedDeployment) {
+TEST(PayloadTruth, TheSpacingStudyAppliesTheHullRuleOfTheDeployment) {
   for (Session session : {payload_session({}), engine_session({})}) {
     const hull::HullRule& rule = session.deployment.hull_rule;
     EXPECT_EQ(rule.limits, hull::Limits::all) << "as the cones";

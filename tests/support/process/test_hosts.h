@@ -37,10 +37,12 @@ class TestHosts {
     run("ip address add " + kObserver + "/24 dev switch");
     run("ip link set switch up");
     for (int i = 0; i < count; ++i) {
-      // `unshare` becomes `sleep`, whose network is that of the host, for longer than any test
-      // runs.
+      // `unshare` becomes `sleep`, whose network and name are those of the host, for longer than
+      // any test runs.
+      const std::string machine = "machine" + std::to_string(i + 1);
       holders_.push_back(std::make_unique<Program>(
-          std::vector<std::string>{"/usr/bin/unshare", "--net", "sleep", "infinity"},
+          std::vector<std::string>{"/usr/bin/unshare", "--uts", "--net", "sh", "-c",
+                                   "hostname " + machine + " && exec sleep infinity"},
           folder / ("host" + std::to_string(i) + ".log")));
       const std::string pid = std::to_string(holders_.back()->pid()), port = port_of(i);
       wait_for_own_network(holders_.back()->pid());
@@ -60,8 +62,9 @@ class TestHosts {
   static inline const std::string kObserver = "10.77.0.254";
   // The words of a program that runs on the host.
   std::vector<std::string> in(int host, std::vector<std::string> words) const {
-    words.insert(words.begin(), {"/usr/bin/nsenter", "--target",
-                                 std::to_string(holders_.at(std::size_t(host))->pid()), "--net"});
+    words.insert(words.begin(),
+                 {"/usr/bin/nsenter", "--target",
+                  std::to_string(holders_.at(std::size_t(host))->pid()), "--uts", "--net"});
     return words;
   }
   // Moves the calling thread, and the threads and processes that it starts from then on, into the

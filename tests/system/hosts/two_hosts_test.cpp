@@ -31,18 +31,20 @@ const std::regex kFullRate(std::string("frames composited, now ") +
 // The hosts start in any order; each finds its name by its address.
 TEST_F(TwoHosts, FramesGoThroughBoth) {
   const std::string file = deployment();
-  const auto beta = up(1, file, {"--duration", "6"});
+  const auto beta = up(1, file);
   ASSERT_TRUE(holds(kStart, [&] { return contains(beta->said(), "waiting for host alpha"); }))
       << beta->said();
   const auto alpha = up(0, file);
-  EXPECT_EQ(beta->wait_for_end(90s * kSlowdown), 0) << beta->said() << alpha->said();
-  alpha->signal(SIGINT);
-  EXPECT_EQ(alpha->wait_for_end(5s * kSlowdown), 130) << alpha->said();
-  const auto report = nlohmann::json::parse(std::ifstream(folder_.path / "beta/report.json"));
-  EXPECT_GE(report["frames"]["composited"].get<int>(), 60) << beta->said();
   // The rate is that of the render_node, on whatever host it is.
   for (const Program* of_host : {alpha.get(), beta.get()})
-    EXPECT_TRUE(std::regex_search(of_host->said(), kFullRate)) << of_host->said();
+    EXPECT_TRUE(holds(kStart, [&] { return std::regex_search(of_host->said(), kFullRate); }))
+        << of_host->said();
+  for (const auto& host : {beta.get(), alpha.get()}) {
+    host->signal(SIGINT);
+    EXPECT_EQ(host->wait_for_end(5s * kSlowdown), 130) << host->said();
+  }
+  const auto report = nlohmann::json::parse(std::ifstream(folder_.path / "beta/report.json"));
+  EXPECT_GE(report["frames"]["composited"].get<int>(), kHasSanitizer ? 10 : 40) << beta->said();
 }
 
 // A machine with the addresses of both.

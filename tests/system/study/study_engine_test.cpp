@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <signal.h>
 
+#include <cmath>
+
 #include "launch/study/folder/study_folder.h"
 #include "launch/units/length.h"
 #include "tests/support/recording/recordings.h"
@@ -43,15 +45,17 @@ class StudyEngine : public RecordingTest {
   }
 };
 
-// The length after this text, such as "15.3 cm" [m].
+// The length after this text, such as "15.3 cm" [m]; NaN, which equals nothing, without one.
 double length_after(const std::string& said, const std::string& text) {
   const std::size_t at = said.find(text);
   if (at == std::string::npos) {
     ADD_FAILURE() << text << " is not in\n" << said;
-    return 0;
+    return NAN;
   }
   const std::size_t from = at + text.size();
-  return study::length_m(said.substr(from, said.find('\n', from) - from)).value_or(0);
+  const auto found_m = study::length_m(said.substr(from, said.find('\n', from) - from));
+  EXPECT_TRUE(found_m) << said;
+  return found_m.value_or(NAN);
 }
 
 TEST_F(StudyEngine, ALargePersonReachesTheFilterAndNeedsMoreSpaceThanASmallOne) {
