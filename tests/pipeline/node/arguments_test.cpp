@@ -79,7 +79,7 @@ TEST(NodeArguments, WrongOnesExitWithTwoAndTheReason) {
   EXPECT_TRUE(test::contains(reason(with({"--spacing", "part", "wide"})), "wide"));
   EXPECT_TRUE(test::contains(reason(with({"--spacing", "part"})), "--spacing"));
   EXPECT_EQ(parsed(with({"--spacing", "part", "0.1"}), "recon_node").printed,
-            "recon_node: --spacing is an option of sim_node\n");
+            "recon_node: only sim_node has --spacing; omit it\n");
   EXPECT_EQ(parsed(with({"--spacing", "part", "0.1"}), "recon_node").exit_code, 2);
   EXPECT_TRUE(test::contains(reason(with({"--domain", "231"})), "231"));
   EXPECT_TRUE(test::contains(reason(with({"--domain", "-1"})), "-1"));

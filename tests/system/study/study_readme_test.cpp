@@ -76,7 +76,7 @@ TEST_F(StudyReadme, ThreeCommandsLeadFromTheScenePayloadToTheReport) {
   ASSERT_EQ(commands.size(), 3u);
   run(commands[0]);
   const std::string trial =
-      whole ? commands[1] : replaced(commands[1], "--duration 33", "--duration 9");
+      whole ? commands[1] : replaced(commands[1], "--duration 33", "--duration 12");
   run(trial + " --domain " + std::to_string(domain_));
   const std::string said = run(commands[2]);
 
