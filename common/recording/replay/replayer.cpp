@@ -25,6 +25,9 @@ constexpr auto kPollPeriod = 50ms;
 constexpr double kMaxWait_s = 1e9;
 // Within this time a waiting node wakes up and takes its received messages.
 constexpr auto kNodeResetTime = 100ms;
+// Within this time each node takes the session, also on a busy machine. It would drop the first
+// frames if it took their maps before.
+constexpr auto kSessionTime = 250ms;
 // Maximum number of consecutive frames that no node waits for; less than a reader's queue holds.
 constexpr int kMaxIncomplete = 4;
 // Maximum wait for the frames in flight when the user ends a replay.
@@ -141,7 +144,7 @@ void Replayer::announce() {
   session_.write(message);
   session_.wait_for_delivery(plan_.timeout);
   // Nodes discard their state when they take the session, which must precede the first frame.
-  std::this_thread::sleep_for(kNodeResetTime);
+  std::this_thread::sleep_for(kSessionTime);
 }
 
 void Replayer::run(const std::function<ReplayControl()>& control) {
