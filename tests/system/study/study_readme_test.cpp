@@ -36,7 +36,8 @@ class StudyReadme : public RecordingTest {
     const std::string shell =
         "cd '" + folder_.string() + "' && PATH=" FIVEPIPE_BINARY_DIR ":$PATH && exec " + command;
     Program program({"/bin/sh", "-c", shell}, folder_ / (std::to_string(++programs_) + ".log"));
-    EXPECT_EQ(program.wait_for_end(is_long() ? 300s : 100s), 0) << command << '\n' << program.said();
+    EXPECT_EQ(program.wait_for_end(is_long() ? 300s : 100s), 0) << command << '\n'
+                                                                << program.said();
     return program.said();
   }
   std::string csv(const std::string& name) const {
