@@ -202,7 +202,7 @@ std::string hull_facts(const Results& results) {
 
 // Results are named scene/view/backend.
 std::string every_pixel(const Results& results) {
-  // The test of the documents reads results that were measured before this table existed.
+  // A folder of results may lack this table, which takes longest to measure.
   if (!results.has(kEveryPixel))
     return wrapped(
         "Not measured yet: `fivepipe bench hull --every-pixel`, which `launch/figures` runs.");

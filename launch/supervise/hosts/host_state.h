@@ -36,18 +36,19 @@ std::uint64_t checksum_of(std::string_view bytes, std::uint64_t before = kNoByte
 // fivepipe, and the files of the deployment.
 std::vector<std::string> differences(const HostState& own, const HostState& other);
 
-// A host that has spoken.
+// A host whose `up` has published a HostStatus.
 struct HeardHost {
   HostState state;
-  double silent_s = 0;  // time since it has spoken last
+  double silent_s = 0;  // [s] since its last one arrived
 };
-// `up` speaks for a host once per second. One that is silent for longer has ended or is out of
-// reach.
+// `up` publishes a HostStatus once per second. A host that is silent for longer has ended or is out
+// of reach.
 inline constexpr double kMaxHostSilence_s = 5;
 
 // The table of `fivepipe top`, with a row per host; empty if there is no host. The clocks are
 // compared with that of the first host, by name, that measures them and is not silent. deployed:
-// the hosts of the deployment file, if there is one; those that have not spoken are missing.
+// the hosts of the deployment file, if there is one; those that published no HostStatus are
+// missing.
 std::string hosts_table(const std::vector<HeardHost>& heard,
                         const std::set<std::string>& deployed = {});
 

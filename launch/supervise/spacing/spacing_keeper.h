@@ -24,7 +24,7 @@ class SpacingKeeper {
 
   void add(const SeenSpacing& seen);
   // Returns the newest requested spacings [m], by object, for the start of a sim_node on this host.
-  // The next writer's first spacing is the answer to them, and no newer request.
+  // The next writer's first spacing confirms them; it is not a newer request.
   std::map<std::string, double> for_start();
   // Returns the spacings [m] to request now, by object: those that a restarted sim_node does not
   // have, because another process started it, or because the request became known after

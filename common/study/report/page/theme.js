@@ -33,8 +33,8 @@ function startTheme() {
     button.textContent = `Theme: ${theme}`;
     show(theme);
   });
-  // The printer's scheme is light. What would be drawn again after the pages are laid out would be
-  // missing on them.
+  // The printer's scheme is light. Charts that are drawn again after the layout would be blank in
+  // print.
   let isPrinting = false;
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
     if (!isPrinting) redraw();
