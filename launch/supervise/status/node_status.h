@@ -97,7 +97,7 @@ class StatusRegistry {
   // clock may be set back between two starts. nullptr: none. Valid until the next add().
   const ProcessStatus* newest(const std::string& node) const;
   // Nodes of which a process still publishes 1.5 s after the first status of the one that appeared
-  // last; not those that sent their final report.
+  // last. Of the earlier ones, not those that sent their final report.
   std::vector<DuplicateNode> duplicates() const;
   // CPU use of the node's newest process between its two newest statuses [% of one core]; 0 before
   // the second status.

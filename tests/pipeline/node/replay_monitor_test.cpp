@@ -95,7 +95,7 @@ TEST(ReplayMonitor, RefusesASessionWithoutANameOrWithAnImpossibleRate) {
     }
     return counted == refused;
   })) << counted;
-  // The end of what was refused is not the end of the replay.
+  // The end of a refused session is not the end of the replay.
   forged.reset();
   ASSERT_FALSE(test::eventually(bus, 300ms, [&] {
     expect_still_as_before();
