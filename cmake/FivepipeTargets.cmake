@@ -16,6 +16,13 @@ target_compile_options(fivepipe_compile_options INTERFACE
   # Lets ccache cache files that use precompiled headers.
   $<$<AND:$<CXX_COMPILER_ID:GNU>,$<COMPILE_LANGUAGE:CXX>>:-fpch-preprocess>)
 
+# The two hundred programs are linked in a third of the time.
+include(CheckLinkerFlag)
+check_linker_flag(CXX -fuse-ld=gold FIVEPIPE_HAS_GOLD)
+if(FIVEPIPE_HAS_GOLD)
+  add_link_options(-fuse-ld=gold)
+endif()
+
 # The include path and the language of every target.
 add_library(fivepipe_options INTERFACE)
 target_include_directories(fivepipe_options INTERFACE $<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}>
@@ -86,20 +93,21 @@ function(fivepipe_module name)
     LIBRARY_OUTPUT_DIRECTORY ${CMAKE_RUNTIME_OUTPUT_DIRECTORY})
 endfunction()
 
-# fivepipe_program(NAME source... LINK library...): a program.
+# fivepipe_program(NAME [COLD] source... LINK library...): a program. COLD as for libraries.
 function(fivepipe_program name)
-  cmake_parse_arguments(ARG "" "" "LINK" ${ARGN})
+  cmake_parse_arguments(ARG "COLD" "" "LINK" ${ARGN})
   add_executable(${name} ${ARG_UNPARSED_ARGUMENTS})
   target_link_libraries(${name} PRIVATE fivepipe_options ${ARG_LINK})
-  fivepipe_program_precompiled_headers(${name})
-endfunction()
-
-# Gives a program the precompiled header of the libraries. GCC accepts it only with the option for
-# which it was built: -fPIC, not -fPIE.
-function(fivepipe_program_precompiled_headers name)
+  # GCC accepts the precompiled header of the libraries only with the option for which it was built:
+  # -fPIC, not -fPIE.
   set_target_properties(${name} PROPERTIES POSITION_INDEPENDENT_CODE OFF)
   target_compile_options(${name} PRIVATE -fPIC)
-  target_precompile_headers(${name} REUSE_FROM fivepipe_precompiled)
+  if(ARG_COLD)
+    target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
+    target_precompile_headers(${name} REUSE_FROM fivepipe_precompiled_cold)
+  else()
+    target_precompile_headers(${name} REUSE_FROM fivepipe_precompiled)
+  endif()
 endfunction()
 
 # The precompiled headers of the test programs, which also hold GoogleTest. The test programs are

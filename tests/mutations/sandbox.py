@@ -84,6 +84,7 @@ def environment():
     return os.environ | {
         "FIVEPIPE_WERROR": "0",  # a dropped statement may leave a variable unused
         "LP_NUM_THREADS": os.environ.get("LP_NUM_THREADS", "1"),
+        "CCACHE_DEPEND": "1",
         "CCACHE_SLOPPINESS": "pch_defines,time_macros,include_file_mtime,include_file_ctime",
     }
 
