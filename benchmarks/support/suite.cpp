@@ -15,7 +15,8 @@ void add_options(CLI::App& app, const Suite& suite, Args& args) {
       ->check(CLI::Range(1, 256))
       ->capture_default_str();
   CLI::Option* quick = app.add_flag("--quick", args.quick, "check that the suite runs at all");
-  if (suite.plot_help) app.add_option("--plot", args.plot_file, suite.plot_help);
+  CLI::Option* plot = nullptr;
+  if (suite.plot_help) plot = app.add_option("--plot", args.plot_file, suite.plot_help);
   if (suite.maps_help)
     app.add_option("--maps", args.maps, suite.maps_help)
         ->check(CLI::ExistingDirectory)
@@ -30,9 +31,14 @@ void add_options(CLI::App& app, const Suite& suite, Args& args) {
         ->check(CLI::ExistingDirectory)
         ->take_all()
         ->allow_extra_args(false);
-  if (suite.full_help) app.add_flag("--full", args.full, suite.full_help)->excludes(quick);
-  if (suite.every_pixel_help)
-    app.add_flag("--every-pixel", args.every_pixel, suite.every_pixel_help)->excludes(quick);
+  CLI::Option* full = nullptr;
+  if (suite.full_help) full = app.add_flag("--full", args.full, suite.full_help)->excludes(quick);
+  if (suite.every_pixel_help) {
+    CLI::Option* const every_pixel =
+        app.add_flag("--every-pixel", args.every_pixel, suite.every_pixel_help)->excludes(quick);
+    for (CLI::Option* const other : {plot, full})
+      if (other) every_pixel->excludes(other);
+  }
 }
 
 }  // namespace

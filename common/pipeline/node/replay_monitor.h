@@ -24,8 +24,11 @@ class ReplayMonitor {
         continue;
       }
       if (!(sample->replay[0] != '\0' && std::isfinite(sample->rate) && sample->rate >= 0)) {
-        status_.drop_from(sessions_.process(sample),
-                          {"bad_replay", sample->replay, "no name, or its rate is impossible"});
+        status_.drop_from(
+            sessions_.process(sample),
+            {"bad_replay", sample->replay,
+             sample->replay[0] == '\0' ? "no name"
+                                       : "impossible rate " + std::to_string(sample->rate)});
         continue;
       }
       session_ = sample->replay;

@@ -1,7 +1,8 @@
-#include "common/pipeline/bus/announcer.h"
+#include "common/pipeline/bus/announce/announcer.h"
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <memory>
 #include <utility>
 
@@ -18,7 +19,8 @@ Announcer::Announcer(dds_entity_t participant, std::string user_data)
           dds_create_reader(participant, DDS_BUILTIN_TOPIC_DCPSPARTICIPANT, nullptr, nullptr),
           "reading participants")),
       ended_(checked(dds_create_guardcondition(participant), "guard condition")),
-      waitset_(checked(dds_create_waitset(participant), "waitset")) {
+      waitset_(checked(dds_create_waitset(participant), "waitset")),
+      announcements_(this_process().host, Announcements::Clock::now()) {
   checked(dds_set_status_mask(reader_.handle, DDS_DATA_AVAILABLE_STATUS), "status mask");
   for (const dds_entity_t entity : {reader_.handle, ended_.handle})
     checked(dds_waitset_attach(waitset_.handle, entity, 0), "waitset");
@@ -31,18 +33,16 @@ Announcer::~Announcer() {
 }
 
 void Announcer::run() {
-  Clock::time_point next = Clock::now();
+  using Clock = Announcements::Clock;
   for (bool ended = false; !ended; dds_read_guardcondition(ended_.handle, &ended)) {
     take_participants();
-    const Clock::time_point now = Clock::now();
-    std::erase_if(missing_, [&](const auto& process) { return now > process.second; });
-    if (!missing_.empty() && now >= next) {
-      if (may_announce()) announce();
-      next = now + kPeriod;
-    }
+    if (announcements_.is_due(Clock::now())) announce();
+    const auto next = announcements_.next();
     const dds_duration_t until_next_ns =
-        missing_.empty() ? DDS_INFINITY : std::chrono::nanoseconds(next - now).count();
-    if (dds_waitset_wait(waitset_.handle, nullptr, 0, until_next_ns) < 0) return;
+        next ? std::chrono::nanoseconds(*next - Clock::now()).count() : DDS_INFINITY;
+    if (dds_waitset_wait(waitset_.handle, nullptr, 0, std::max<dds_duration_t>(until_next_ns, 0)) <
+        0)
+      return;
   }
 }
 
@@ -57,38 +57,11 @@ void Announcer::take_participants() {
       const auto& described = *static_cast<const dds_builtintopic_participant_t*>(samples[i]);
       const std::string guid = guid_text(described.key);
       if (infos[i].instance_state != DDS_IST_ALIVE || !infos[i].valid_data)
-        take_end(guid);
+        announcements_.lost(guid, Announcements::Clock::now());
       else if (const auto process = from_user_data(user_data_of(described.qos)))
-        take_participant(guid, process->host);
+        announcements_.found(guid, process->host);
     }
   }
-}
-
-void Announcer::take_participant(const std::string& guid, const std::string& machine) {
-  if (machine == this_process().host) return;
-  missing_.erase(machine);
-  if (present_.size() < kMaxRemembered) present_[guid] = machine;
-}
-
-// While another process of the machine is present, the network to it works.
-void Announcer::take_end(const std::string& guid) {
-  const auto known = present_.find(guid);
-  if (known == present_.end()) return;
-  const std::string machine = known->second;
-  present_.erase(known);
-  const bool is_missing = std::ranges::none_of(
-      present_, [&](const auto& process) { return process.second == machine; });
-  if (is_missing && missing_.size() < kMaxRemembered) missing_[machine] = Clock::now() + kSearch;
-}
-
-bool Announcer::may_announce() {
-  const Clock::time_point now = Clock::now();
-  const double waited_s = std::chrono::duration<double>(now - counted_at_).count();
-  announcements_ = std::min(kMaxAnnouncements, announcements_ + waited_s);
-  counted_at_ = now;
-  if (announcements_ < 1) return false;
-  --announcements_;
-  return true;
 }
 
 void Announcer::announce() {
