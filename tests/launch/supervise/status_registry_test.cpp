@@ -131,6 +131,38 @@ TEST(StatusRegistry, KeepsEightProcessesAndAddsTheTotalsOfTheOldestToTheNext) {
   EXPECT_EQ(never.p50_ms + never.p95_ms + never.p99_ms + never.max_ms + double(never.count), 0);
 }
 
+TEST(StatusRegistry, DropsTheLongestSilentProcessAndKeepsAnOldOneThatGoesOn) {
+  launch::StatusRegistry registry;
+  const auto counting = [](std::uint32_t pid, std::uint64_t frames) {
+    auto one = status("sim", pid, 1 * s);
+    one.counts["frames"] = frames;
+    return one;
+  };
+  for (std::uint32_t pid = 1; pid <= 8; ++pid) registry.add(counting(pid, 1), 10 * s + pid);
+  registry.add(counting(1, 5), 11 * s);
+  registry.add(counting(9, 1), 12 * s);
+  registry.add(counting(1, 7), 13 * s);
+  const auto kept = registry.processes().at("sim");
+  ASSERT_EQ(kept.size(), 8u);
+  EXPECT_EQ(kept[0].process->pid, 1u);
+  EXPECT_EQ(kept[0].counts.at("frames"), 7u) << "counted once";
+  EXPECT_EQ(kept[1].process->pid, 3u);
+  EXPECT_EQ(kept[1].counts.at("frames"), 2u) << "with that of process 2, which was silent longest";
+}
+
+TEST(StatusRegistry, AnOlderProcessStaysADuplicateAfterTheFinalReportOfTheNewerOne) {
+  launch::StatusRegistry registry;
+  registry.add(status("sim", kFirst, 1 * s), 10 * s);
+  registry.add(status("sim", kSecond, 9 * s), 11 * s);
+  auto last = status("sim", kSecond, 9 * s);
+  last.final_report = true;
+  registry.add(last, 12 * s);
+  registry.add(status("sim", kFirst, 1 * s), 14 * s);
+  ASSERT_EQ(registry.duplicates().size(), 1u);
+  EXPECT_EQ(registry.duplicates()[0].processes,
+            (std::vector<std::string>{"process 12 on host alpha", "process 34 on host alpha"}));
+}
+
 TEST(StatusRegistry, KeepsTotalsThatOnlyTheOldestProcessReported) {
   launch::StatusRegistry registry;
   auto oldest = status("sim", 1, 1 * s);
