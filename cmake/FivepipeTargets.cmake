@@ -126,27 +126,28 @@ endfunction()
 # fivepipe_discover_tests(NAME FILTER PROPERTY value...): ctest runs each test of the program NAME
 # that the GoogleTest filter matches, with these properties.
 function(fivepipe_discover_tests name filter)
-  set(timeout_s 120)
-  if(CMAKE_CXX_FLAGS MATCHES "-fsanitize")
-    set(timeout_s 400)
-  endif()
   # A program that is built for a sanitizer takes seconds to start on a busy machine.
   gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 120
-    TEST_FILTER "${filter}" PROPERTIES TIMEOUT ${timeout_s} ${ARGN})
+    TEST_FILTER "${filter}" PROPERTIES TIMEOUT ${FIVEPIPE_TEST_TIMEOUT_S} ${ARGN})
 endfunction()
 
 # fivepipe_test(NAME [ALONE | ALWAYS_ALONE] [WAITS lock] [NUMERIC] source...
-# [ALONE_TESTS pattern...] LINK library...): a GoogleTest program. ctest runs each of its tests.
+# [ALONE_TESTS pattern...] [LONG_TESTS pattern...] LINK library...): a GoogleTest program. ctest
+# runs all its tests as one process, which takes half the processor time of one process per test.
+# tests/run -R selects among entries of single tests.
 # ALONE is for programs whose tests measure times or rates, or need all cores for a whole pipeline:
-# ctest then runs no other test at the same time. Under the sanitizers, which slow the tests too
-# much to measure, ALONE has no effect, and a test may take longer.
+# ctest then runs each test by itself, and no other at the same time. Under the sanitizers, which
+# slow the tests too much to measure, ALONE has no effect, and a test may take longer.
 # ALWAYS_ALONE has its effect there, too: it is for programs that load the machine for seconds.
 # WAITS is for programs whose tests wait for most of their time and hold on a busy machine, too.
-# ctest runs them beside all tests that are not alone, but at most one per lock at a time:
-# `pipeline` for whole pipelines, `node` for single nodes, commands, cameras and checks of hosts.
+# ctest runs each test by itself, beside all that are not alone, but at most one per lock at a time:
+# `pipeline` for whole pipelines, `session` for checks of hosts, deployments with keys and studies,
+# `node` for single nodes, commands and cameras. The locks take about the same time.
 # The tests of ALONE_TESTS (patterns of GoogleTest) run alone, because they assert a time that is
 # less than three times what they need on an idle machine. Under the sanitizers, WAITS has no effect
 # either; a program that is ALWAYS_ALONE, too, is so only there.
+# LONG_TESTS (patterns of GoogleTest) run only in the program's long test (fivepipe_long_test) and
+# with tests/run -R. Only ALONE and WAITS programs can have them.
 # NUMERIC is for programs that compute for long: the compiler optimises them, except in preset
 # debug. The build with the thread sanitizer has none of them, because their only threads are those
 # of base::WorkerPool, which tests of tests/base and tests/system run there.
@@ -154,12 +155,18 @@ function(fivepipe_test name)
   if(NOT FIVEPIPE_TESTS)
     return()
   endif()
-  cmake_parse_arguments(ARG "ALONE;ALWAYS_ALONE;NUMERIC" "WAITS" "ALONE_TESTS;LINK" ${ARGN})
-  if(ARG_WAITS AND NOT ARG_WAITS MATCHES "^(pipeline|node)$")
-    message(FATAL_ERROR "${name}: WAITS must be pipeline or node, not ${ARG_WAITS}")
+  cmake_parse_arguments(ARG "ALONE;ALWAYS_ALONE;NUMERIC" "WAITS" "ALONE_TESTS;LONG_TESTS;LINK"
+    ${ARGN})
+  if(ARG_WAITS AND NOT ARG_WAITS MATCHES "^(pipeline|session|node)$")
+    message(FATAL_ERROR
+      "${name}: WAITS must be pipeline, session or node, not ${ARG_WAITS}")
   endif()
   if(ARG_ALONE_TESTS AND NOT ARG_WAITS)
     message(FATAL_ERROR "${name}: ALONE_TESTS needs WAITS; without it, the program is ALONE or not")
+  endif()
+  if(ARG_LONG_TESTS AND NOT (ARG_WAITS OR ARG_ALONE OR ARG_ALWAYS_ALONE))
+    message(FATAL_ERROR
+      "${name}: LONG_TESTS needs ALONE or WAITS; the others run as one process")
   endif()
   if(NOT ARG_UNPARSED_ARGUMENTS)
     message(FATAL_ERROR "${name}: no sources; they must precede ALONE_TESTS and LINK")
@@ -177,16 +184,18 @@ function(fivepipe_test name)
   target_link_libraries(${name} PRIVATE fivepipe_options ${ARG_LINK} GTest::gtest_main)
   target_compile_definitions(${name} PRIVATE FIVEPIPE_SOURCE_DIR="${CMAKE_SOURCE_DIR}"
     FIVEPIPE_BINARY_DIR="${CMAKE_RUNTIME_OUTPUT_DIRECTORY}")
-  set(has_sanitizer FALSE)
-  if(CMAKE_CXX_FLAGS MATCHES "-fsanitize")
-    set(has_sanitizer TRUE)
-  endif()
   if(ARG_NUMERIC)
     target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
     target_precompile_headers(${name} REUSE_FROM fivepipe_numeric_test_precompiled)
   else()
     target_compile_options(${name} PRIVATE -O0)
     target_precompile_headers(${name} REUSE_FROM fivepipe_test_precompiled)
+  endif()
+  set(has_sanitizer FALSE)
+  set(FIVEPIPE_TEST_TIMEOUT_S 120)
+  if(CMAKE_CXX_FLAGS MATCHES "-fsanitize")
+    set(has_sanitizer TRUE)
+    set(FIVEPIPE_TEST_TIMEOUT_S 400)
   endif()
   if(has_sanitizer)
     set(alone ${ARG_ALWAYS_ALONE})
@@ -196,17 +205,35 @@ function(fivepipe_test name)
     set(alone FALSE)
   endif()
   set_target_properties(${name} PROPERTIES FIVEPIPE_LONG_ALONE "${alone}")
+  if(NOT (ARG_ALONE OR ARG_ALWAYS_ALONE OR ARG_WAITS))
+    fivepipe_discover_tests(${name} "*" LABELS single)
+    math(EXPR timeout_s "5 * ${FIVEPIPE_TEST_TIMEOUT_S}")
+    # tests/run counts the tests by this file.
+    add_test(NAME ${name} COMMAND ${name})
+    set_tests_properties(${name} PROPERTIES LABELS whole TIMEOUT ${timeout_s}
+      ENVIRONMENT GTEST_OUTPUT=xml:${CMAKE_BINARY_DIR}/whole/${name}.xml)
+    return()
+  endif()
+  list(JOIN ARG_ALONE_TESTS ":" alone_tests)
+  list(JOIN ARG_LONG_TESTS ":" long_tests)
+  set(others "*")
+  if(ARG_LONG_TESTS)
+    fivepipe_discover_tests(${name} "${long_tests}" RUN_SERIAL ${alone} LABELS single)
+    set(others "*-${long_tests}")
+  endif()
   if(ARG_WAITS AND NOT has_sanitizer)
-    set(others *)
     if(ARG_ALONE_TESTS)
-      list(JOIN ARG_ALONE_TESTS ":" patterns)
-      fivepipe_discover_tests(${name} "${patterns}" RUN_SERIAL TRUE)
-      set(others "-${patterns}")
+      fivepipe_discover_tests(${name} "${alone_tests}" RUN_SERIAL TRUE)
+      if(ARG_LONG_TESTS)
+        set(others "-${long_tests}:${alone_tests}")
+      else()
+        set(others "-${alone_tests}")
+      endif()
     endif()
     # Their cost lets ctest start them first: one at a time, they would else be the last.
     fivepipe_discover_tests(${name} "${others}" RESOURCE_LOCK ${ARG_WAITS} COST 1000)
   else()
-    fivepipe_discover_tests(${name} "*" RUN_SERIAL ${alone})
+    fivepipe_discover_tests(${name} "${others}" RUN_SERIAL ${alone})
   endif()
 endfunction()
 

@@ -1,5 +1,5 @@
-// Each pattern of ALONE_TESTS matches a test: a test that was renamed must not lose the machine
-// that it needs for itself.
+// Each pattern of ALONE_TESTS and LONG_TESTS matches a test: a test that was renamed must not lose
+// the machine that it needs for itself. A program with LONG_TESTS has a long test, which runs them.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -16,8 +16,9 @@ namespace {
 namespace fs = std::filesystem;
 
 // The patterns of a CMakeLists.txt. `Suite.Name`, where `*` is any text.
-std::vector<std::string> alone_patterns(const std::string& cmake) {
-  static const std::regex kList(R"(ALONE_TESTS\s+([^()]*?)\s+LINK)"), kPattern(R"(\S+)");
+std::vector<std::string> patterns_of(const std::string& cmake) {
+  static const std::regex kList(R"((?:ALONE|LONG)_TESTS\s+([^()]*?)\s+(?=LINK|LONG_TESTS))"),
+      kPattern(R"(\S+)");
   std::vector<std::string> patterns;
   for (auto list = std::sregex_iterator(cmake.begin(), cmake.end(), kList);
        list != std::sregex_iterator(); ++list) {
@@ -54,15 +55,35 @@ TEST(AloneTests, EachPatternMatchesATestOfItsFolder) {
   for (const auto& entry : fs::recursive_directory_iterator(kRoot / "tests")) {
     if (entry.path().filename() != "CMakeLists.txt") continue;
     const std::vector<std::string> tests = tests_in(entry.path().parent_path());
-    for (const std::string& pattern : alone_patterns(text_of(entry.path()))) {
+    for (const std::string& pattern : patterns_of(text_of(entry.path()))) {
       ++patterns;
       EXPECT_TRUE(std::ranges::any_of(
           tests,
           [regex = regex_of(pattern)](const auto& test) { return regex_match(test, regex); }))
-          << entry.path() << ": ALONE_TESTS " << pattern << " matches no test of this folder";
+          << entry.path() << ": " << pattern << " matches no test of this folder";
     }
   }
   EXPECT_GE(patterns, 10u);
+}
+
+TEST(LongTestsOfAProgram, AreRunByItsLongTest) {
+  static const std::regex kProgram(R"(fivepipe_test\((\w+)[^()]*LONG_TESTS)");
+  std::size_t programs = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(kRoot / "tests")) {
+    if (entry.path().filename() != "CMakeLists.txt") continue;
+    const std::string cmake = text_of(entry.path());
+    for (auto it = std::sregex_iterator(cmake.begin(), cmake.end(), kProgram);
+         it != std::sregex_iterator(); ++it) {
+      ++programs;
+      const std::string program = (*it)[1], name = program.substr(0, program.rfind("_test"));
+      // By its own name, or that of a loop over programs.
+      EXPECT_TRUE(std::regex_search(cmake, std::regex("fivepipe_long_test\\(" + name + "\\b")) ||
+                  std::regex_search(cmake, std::regex("foreach\\(test[^()]*\\b" +
+                                                      name.substr(name.find('_') + 1) + "\\b")))
+          << entry.path() << ": " << program << " needs fivepipe_long_test()";
+    }
+  }
+  EXPECT_GE(programs, 3u);
 }
 
 }  // namespace

@@ -30,8 +30,9 @@ constexpr double kMaxDistances_s = 30, kMaxVerdicts_s = 120, kMaxRatio = 40;
 constexpr double kMaxBracket_m = 2e-3;
 // The clearance that the study measures at most.
 constexpr double kCap_m = 0.1;
-constexpr std::size_t kReferences = 4;  // layouts whose clearance the exact reference measures
-constexpr int kRandomFrames = 3;        // of each of them
+// Layouts whose clearance the exact reference measures, and frames of each of them.
+std::size_t references() { return is_long() ? 4 : 2; }
+int random_frames() { return is_long() ? 3 : 1; }
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -202,7 +203,7 @@ TEST_F(WhatIfSpeed, ClearanceContainsTheReference) {
   std::mt19937 random(19);
   int below_cap = 0;
   for (std::size_t i = 0; i < measured.size();
-       i += (measured.size() + kReferences - 1) / kReferences) {
+       i += (measured.size() + references() - 1) / references()) {
     const auto start = std::chrono::steady_clock::now();
     const study::LayoutResult& layout = *measured[i];
     std::vector<double> nearest_m(recorded().maps.different.size(), HUGE_VAL);
@@ -227,7 +228,7 @@ TEST_F(WhatIfSpeed, ClearanceContainsTheReference) {
     EXPECT_LT(reference.max_m, kCap_m);
     EXPECT_LE(layout.clearance.min_m, reference.max_m);
     EXPECT_GE(layout.clearance.max_m, reference.min_m);
-    for (int k = 0; k < kRandomFrames; ++k) {
+    for (int k = 0; k < random_frames(); ++k) {
       const std::size_t frame = random() % recorded().maps.different.size();
       const Bracket of_frame =
           reference_clearance_m(recorded().maps.different[frame], moved, layout.spacing_m, kCap_m);

@@ -36,10 +36,11 @@ constexpr auto kHealthyAfter = 10s;
 // The allocator keeps some freed memory; a leak grows with the rounds.
 constexpr std::size_t kMaxGrowth_bytes = 4'000'000;
 
-// FIVEPIPE_ROUNDS: how often each node is killed, and how often stopped.
+// FIVEPIPE_ROUNDS: how often each node is killed, and how often stopped. 0, as in the quick run:
+// each node is either killed or stopped.
 int rounds() {
   const char* const text = std::getenv("FIVEPIPE_ROUNDS");
-  return text ? std::atoi(text) : 1;
+  return text ? std::atoi(text) : std::getenv("FIVEPIPE_LONG") ? 3 : 0;
 }
 
 struct Fault {
@@ -204,10 +205,11 @@ TEST_F(LostNodes, StopThePictureShortly) {
   const std::size_t bytes_before = resident_bytes(deployed_.pid());
   // Each node is killed in one of two passes and stopped in the other one.
   std::vector<Fault> faults;
-  for (int round = 0; round < rounds(); ++round) {
+  for (int round = 0; round < std::max(rounds(), 1); ++round) {
     std::map<std::string, int> first;
     for (const std::string& node : kNodes) first[node] = random() % 2 ? SIGKILL : SIGSTOP;
     for (const bool second : {false, true}) {
+      if (second && rounds() == 0) break;
       std::vector<std::string> nodes(std::begin(kNodes), std::end(kNodes));
       std::shuffle(nodes.begin(), nodes.end(), random);
       for (const std::string& node : nodes)
@@ -253,7 +255,9 @@ TEST_F(LostNodes, StopThePictureShortly) {
     EXPECT_LE(resident_bytes(deployed_.pid()), bytes_before + kMaxGrowth_bytes);
     for (const auto& [node, bytes] : growth_bytes_) EXPECT_LE(bytes, kMaxGrowth_bytes) << node;
   }
-  EXPECT_TRUE(contains(deployed_.said(), "recon_a: gives no answer")) << deployed_.said();
+  if (results.contains({"recon_a", SIGSTOP})) {
+    EXPECT_TRUE(contains(deployed_.said(), "recon_a: gives no answer")) << deployed_.said();
+  }
 }
 
 // The process of a lost context ends, and its successor makes another one.

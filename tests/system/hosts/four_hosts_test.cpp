@@ -220,11 +220,13 @@ TEST_F(FourHosts, AMapIsSentOnceForAllReaders) {
               << received << " Mb/s\n";
     return std::pair(sent, received);
   };
-  const auto one = mbit_per_s({2}), three = mbit_per_s({2, 2, 2}), apart = mbit_per_s({2, 2, 3});
+  const auto one = mbit_per_s({2}), apart = mbit_per_s({2, 2, 3});
   EXPECT_GT(one.first, 1);
+  EXPECT_LT(apart.first, 1.2 * one.first);  // received by two hosts
+  if (!is_long()) return;
+  const auto three = mbit_per_s({2, 2, 2});
   EXPECT_LT(three.first, 1.2 * one.first);
   EXPECT_LT(three.second, 1.2 * one.second);
-  EXPECT_LT(apart.first, 1.2 * one.first);  // received by two hosts
 }
 
 }  // namespace

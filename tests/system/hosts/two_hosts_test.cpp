@@ -126,7 +126,7 @@ TEST_F(TwoHosts, EncryptedFramesGoThroughBoth) {
   for (const std::string profile : {"lan", "lossy"}) {
     const std::string file = deployment("", profile);
     std::ofstream(file, std::ios::app) << "security: {keys: keys}\n";
-    constexpr int kDuration_s = kHasSanitizer ? 10 : 6;
+    constexpr int kDuration_s = kHasSanitizer ? 10 : 4;
     const nlohmann::json report = report_of_run(file, kDuration_s);
     // At 20 Hz.
     EXPECT_GE(report["frames"]["composited"].get<int>(), kHasSanitizer ? 20 : 15 * kDuration_s)
@@ -138,7 +138,7 @@ TEST_F(TwoHosts, EncryptedFramesGoThroughBoth) {
 
 TEST_F(TwoHosts, OnePercentOfLostPacketsLosesNoFrame) {
   const std::string file = deployment("", "lossy");
-  constexpr int kDuration_s = 10;
+  constexpr int kDuration_s = kHasSanitizer ? 10 : 6;
   const nlohmann::json before = report_of_run(file, kDuration_s);
   hosts_.lose_one_in(100, 0);
   hosts_.lose_one_in(100, 1);
