@@ -71,8 +71,7 @@ std::string account(const Results& results) {
       {"with capture_node, images from files, `collision: paper`", "paper_files",
        "pipeline_with_capture/paper_files/"}};
   MarkdownTable table({"run", "stage", "frames", "by the nodes, ms", "outside, ms",
-                       "difference, ms", "limit, ms", "p5 / p95 of the difference, ms",
-                       "limit, ms"});
+                       "difference, ms", "limit, ms", "p5 / p95 of the difference, ms"});
   bool agree = true;
   for (const Run& run : runs) {
     std::size_t stages = 0;
@@ -88,8 +87,7 @@ std::string account(const Results& results) {
                  fmt::format("{:.3f}{}", outside_ms - own_ms, agrees ? "" : " DIFFERS"),
                  fmt::format("{:.3f}", count_of(result, "limit_ms")),
                  fmt::format("{:.3f} / {:.3f}", count_of(result, "difference_p5_ms"),
-                             count_of(result, "difference_p95_ms")),
-                 fmt::format("{:.3f}", count_of(result, "tail_limit_ms"))});
+                             count_of(result, "difference_p95_ms"))});
       ++stages;
     }
     // Without CAP_NET_RAW the benchmark measures none.
@@ -97,7 +95,7 @@ std::string account(const Results& results) {
       throw std::runtime_error(run.file + ".json has no result " + run.prefix + "outside/");
   }
   return table.text() + "\n" +
-         (agree ? "All stages agree within both limits.\n" : "NOT all stages agree.\n");
+         (agree ? "All stages agree within the limit.\n" : "NOT all stages agree.\n");
 }
 
 std::string nodes(const Results& results) {
@@ -113,30 +111,10 @@ std::string nodes(const Results& results) {
   return table.text();
 }
 
-// Results are named security/BYTES/PROTECTION.
-std::string security(const Results& results) {
-  MarkdownTable table({"message, bytes", "protection", "latency p50, ms", "p99, ms",
-                       "processor time of sender and receiver, ms per message", "lost"});
-  for (const json& result : results.all("security")) {
-    const std::string name = result.at("name");
-    const std::size_t size_at = name.find('/') + 1, protection_at = name.find('/', size_at) + 1;
-    table.add({count_text(std::stod(name.substr(size_at))), name.substr(protection_at),
-               fmt::format("{:.2f}", time_ms(result)),
-               fmt::format("{:.2f}", time_ms(result, "p99")),
-               fmt::format("{:.2f}", count_of(result, "cpu_us_per_message") / 1000),
-               count_text(error_of(result, "lost"))});
-  }
-  return table.text();
-}
-
 }  // namespace
 
 std::map<std::string, Block> pipeline_blocks() {
-  return {{"pipeline", pipeline},
-          {"replay", replay},
-          {"account", account},
-          {"nodes", nodes},
-          {"security", security}};
+  return {{"pipeline", pipeline}, {"replay", replay}, {"account", account}, {"nodes", nodes}};
 }
 
 }  // namespace fivepipe::figures
