@@ -105,7 +105,7 @@ class SimulationPipe {
         if (command.valid()) apply(*command, node_.node.name, *simulation_);
       // The spacing of a frame arrives before its maps.
       std::vector<frames::FrameSet> sets = sets_.take();
-      spacing_.take(replay_.replaying());
+      spacing_.take(replay_);
       for (frames::FrameSet& set : sets) simulate(std::move(set));
       if (!replay_.lossless()) advance_by_wall_clock();
     }
@@ -120,7 +120,7 @@ class SimulationPipe {
   // Restores the state after the start of the process, so that a replay gives the same bits again.
   void reset() {
     sets_.reset();
-    spacing_.reset();  // before the slow step, during which the replay may send the first ones
+    spacing_.reset();
     simulation_ = new_simulation();
     reported_ = {};
     held_.reset();

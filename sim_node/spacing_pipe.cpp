@@ -28,7 +28,6 @@ SpacingPipe::SpacingPipe(node::NodeContext& node) : node_(node), scene_(node.dep
 
 void SpacingPipe::reset() {
   pending_.clear();
-  if (recorded_) recorded_->take();  // those that this node sent before the replay
   states_.resize(scene_.objects.size());
   for (std::size_t i = 0; i < states_.size(); ++i)
     if (scene_.objects[i].spacing) {
@@ -38,12 +37,14 @@ void SpacingPipe::reset() {
 }
 
 template <class Topic>
-void SpacingPipe::take_from(bus::Reader<Topic>& reader, bool is_used) {
+void SpacingPipe::take_from(bus::Reader<Topic>& reader, const node::ReplayMonitor& replay,
+                            bool is_used) {
   // One call returns a part of what has arrived.
   for (std::size_t calls = 0; calls < kMaxCalls; ++calls) {
     const auto samples = reader.take();
     for (const auto& sample : samples) {
-      if (!sample.valid() || !is_used) continue;
+      // This node itself may have sent those that precede the replay.
+      if (!sample.valid() || !is_used || replay.precedes_replay(sample)) continue;
       const auto change = change_from(*sample, scene_);
       if (const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&change))
         node_.status.drop_from(reader.process(sample), *bad);
@@ -65,12 +66,13 @@ void SpacingPipe::add(const SpacingChange& change) {
 }
 
 // Without a replay, an ObjectSpacing is that of an earlier process or of this one.
-void SpacingPipe::take(bool replaying) {
+void SpacingPipe::take(const node::ReplayMonitor& replay) {
   if (!requests_) return;
+  const bool replaying = replay.replaying();
   if (was_replaying_ && !replaying) pending_.clear();
   was_replaying_ = replaying;
-  take_from(*requests_, !replaying);
-  take_from(*recorded_, replaying);
+  take_from(*requests_, replay, !replaying);
+  take_from(*recorded_, replay, replaying);
 }
 
 void SpacingPipe::apply(std::int64_t capture_stamp_ns, Simulation& simulation) {

@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "common/pipeline/node/replay_monitor.h"
 #include "common/pipeline/node/run_node.h"
 #include "sim_node/messages_spacing.h"
 #include "sim_node/simulation/simulation.h"
@@ -16,8 +17,8 @@ class SpacingPipe {
   // Begins with NodeContext::spacings_m; drops and counts those that the scene does not permit.
   explicit SpacingPipe(node::NodeContext& node);
 
-  // Call before the frame sets are taken. Drops and counts invalid messages.
-  void take(bool replaying);
+  // Drops and counts invalid messages. Of a replay, takes those that arrived after its session.
+  void take(const node::ReplayMonitor& replay);
   // Moves the simulation's objects to their spacings in this frame. Call before it is simulated.
   void apply(std::int64_t capture_stamp_ns, Simulation& simulation);
   // Sends the spacings that this frame is the first to have; none during a replay.
@@ -32,7 +33,7 @@ class SpacingPipe {
     std::optional<double> published_m = {};
   };
   template <class Topic>
-  void take_from(bus::Reader<Topic>& reader, bool is_used);
+  void take_from(bus::Reader<Topic>& reader, const node::ReplayMonitor& replay, bool is_used);
   void add(const SpacingChange& change);
 
   node::NodeContext& node_;

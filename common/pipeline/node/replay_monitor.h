@@ -1,6 +1,7 @@
 // Tracks whether a replay feeds this node. Captures of a replay are in the past.
 #pragma once
 #include <cmath>
+#include <cstdint>
 #include <string>
 
 #include "common/pipeline/bus/bus.h"
@@ -32,12 +33,18 @@ class ReplayMonitor {
         continue;
       }
       session_ = sample->replay;
+      began_ns_ = sample.arrived_ns();
       lossless_ = sample->lossless;
       replaying_ = begins = true;
     }
     return begins;
   }
   bool replaying() const { return replaying_; }
+  // Returns true if the sample arrived before the newest replay began.
+  template <class Topic>
+  bool precedes_replay(const bus::Sample<Topic>& sample) const {
+    return replaying_ && sample.arrived_ns() < began_ns_;
+  }
   // True in a lossless replay: the node advances by frames, not by the clock.
   bool lossless() const { return lossless_; }
 
@@ -46,6 +53,7 @@ class ReplayMonitor {
   bus::Reader<bus::topics::ReplaySession> sessions_;
   std::string session_;  // name of the newest one
   bool replaying_ = false, lossless_ = false;
+  std::int64_t began_ns_ = 0;  // arrival of its session
 };
 
 }  // namespace fivepipe::node

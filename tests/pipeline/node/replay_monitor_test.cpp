@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "common/base/realtime.h"
 #include "common/pipeline/messages/wire_conversions.h"
 #include "tests/support/not_finite.h"
 #include "tests/support/process.h"
@@ -56,6 +57,26 @@ TEST(ReplayMonitor, ReportsEachBeginningAndTheEndOfAReplay) {
     return !monitor.replaying();
   }));
   EXPECT_FALSE(monitor.lossless());
+}
+
+TEST(ReplayMonitor, KnowsWhatArrivedBeforeTheReplay) {
+  using Spacing = bus::topics::ObjectSpacing;
+  bus::Bus bus({test::own_domain()});
+  NodeStatusReporter status(bus, "node");
+  ReplayMonitor monitor(bus, status);
+  auto sessions = bus.writer<bus::topics::ReplaySession>();
+  ASSERT_TRUE(test::eventually(bus, 10s, [&] { return sessions.readers() == 1; }));
+  const Spacing::Message message{};
+  const auto arrived = [&](std::int64_t arrived_ns) {
+    return bus::Sample<Spacing>(&message, {true, false, 0, 0, arrived_ns});
+  };
+  EXPECT_FALSE(monitor.precedes_replay(arrived(0))) << "no replay";
+  for (int replay = 0; replay < 2; ++replay) {
+    const std::int64_t before_ns = base::now_realtime_ns();
+    ASSERT_TRUE(begins_by(bus, sessions, monitor, "replay"));
+    EXPECT_TRUE(monitor.precedes_replay(arrived(before_ns - 1)));
+    EXPECT_FALSE(monitor.precedes_replay(arrived(base::now_realtime_ns() + 1)));
+  }
 }
 
 TEST(ReplayMonitor, RefusesASessionWithoutANameOrWithAnImpossibleRate) {

@@ -1,5 +1,6 @@
 // A real sim_node moves a part as messages request, or as a replay states.
 #include <gtest/gtest.h>
+#include <signal.h>
 
 #include <algorithm>
 
@@ -62,6 +63,14 @@ objects:
                         "  - {name: simulation, program: sim_node}\n"),
           more);
     wait_for_readers(infos_, maps_, requests_);
+  }
+  fivepipe_v1_ObjectSpacing recorded_spacing(std::uint64_t frame, double spacing_m) const {
+    fivepipe_v1_ObjectSpacing message{};
+    messages::set_text(message.object, "part");
+    message.frame = frame;
+    message.capture_stamp_ns = stamp_of(frame);
+    message.spacing_m = spacing_m;
+    return message;
   }
   void request(double spacing_m, const std::string& object = "part") {
     deliver(requests_, request_of(spacing_m, object));
@@ -178,12 +187,7 @@ TEST_F(SimNodeSpacing, AReplayMovesThePartInExactlyTheRecordedFrames) {
   wait_for_readers(recorded);
   begin_replay(true);
   const auto record = [&](std::uint64_t frame, double spacing_m) {
-    fivepipe_v1_ObjectSpacing message{};
-    messages::set_text(message.object, "part");
-    message.frame = frame;
-    message.capture_stamp_ns = stamp_of(frame);
-    message.spacing_m = spacing_m;
-    deliver(recorded, message);
+    deliver(recorded, recorded_spacing(frame, spacing_m));
   };
   record(0, 0.2);
   record(2, 0.12);
@@ -199,6 +203,34 @@ TEST_F(SimNodeSpacing, AReplayMovesThePartInExactlyTheRecordedFrames) {
   const NodeReport report = ended();
   EXPECT_EQ(drops_of(report, "bad_spacing"), 1u);
   EXPECT_EQ(report.sent.at(bus::topics::ObjectSpacing::name), 0u) << "the replay has sent them";
+}
+
+// A node that is busy takes the replay's session and its first spacings at once.
+TEST_F(SimNodeSpacing, AReplayMovesThePartAlsoIfTheNodeIsBusyWhenItBegins) {
+  auto recorded = bus_.writer<bus::topics::ObjectSpacing>();
+  auto sessions = bus_.writer<bus::topics::ReplaySession>();
+  start_node();
+  wait_for_readers(recorded, sessions);
+  fivepipe_v1_ReplaySession session{};
+  messages::set_text(session.replay, "script");
+  session.lossless = true;
+  simulate(0);
+  std::uint64_t frame = 0;
+  for (const double spacing_m : {0.2, 0.12, 0.3, 0.25, 0.15}) {
+    program_->signal(SIGSTOP);
+    sessions.write(session);
+    recorded.write(recorded_spacing(++frame, spacing_m));
+    program_->signal(SIGCONT);
+    EXPECT_TRUE(sessions.wait_for_delivery(kAnswer) && recorded.wait_for_delivery(kAnswer));
+    EXPECT_NEAR(simulate(frame), spacing_m - 0.1, 1e-12);
+  }
+  // One that arrives before the session belongs to an earlier replay.
+  program_->signal(SIGSTOP);
+  recorded.write(recorded_spacing(++frame, 0.5));
+  sessions.write(session);
+  program_->signal(SIGCONT);
+  EXPECT_TRUE(sessions.wait_for_delivery(kAnswer) && recorded.wait_for_delivery(kAnswer));
+  EXPECT_NEAR(simulate(frame), 0.3, 1e-12) << "as in the scene";
 }
 
 }  // namespace
