@@ -16,7 +16,7 @@ target_compile_options(fivepipe_compile_options INTERFACE
   # Lets ccache cache files that use precompiled headers.
   $<$<AND:$<CXX_COMPILER_ID:GNU>,$<COMPILE_LANGUAGE:CXX>>:-fpch-preprocess>)
 
-# The two hundred programs are linked in a third of the time.
+# GNU gold links the 200 programs in a third of the time of GNU ld.
 include(CheckLinkerFlag)
 check_linker_flag(CXX -fuse-ld=gold FIVEPIPE_HAS_GOLD)
 if(FIVEPIPE_HAS_GOLD)
@@ -123,31 +123,44 @@ function(fivepipe_test_precompiled_headers)
   target_compile_options(fivepipe_numeric_test_precompiled PRIVATE $<$<CONFIG:Release>:-O1>)
 endfunction()
 
+# The time after which ctest ends a test [s].
+function(fivepipe_test_timeout variable)
+  if(CMAKE_CXX_FLAGS MATCHES "-fsanitize")
+    set(${variable} 400 PARENT_SCOPE)
+  else()
+    set(${variable} 120 PARENT_SCOPE)
+  endif()
+endfunction()
+
 # fivepipe_discover_tests(NAME FILTER PROPERTY value...): ctest runs each test of the program NAME
 # that the GoogleTest filter matches, with these properties.
 function(fivepipe_discover_tests name filter)
+  fivepipe_test_timeout(timeout_s)
   # A program that is built for a sanitizer takes seconds to start on a busy machine.
   gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 120
-    TEST_FILTER "${filter}" PROPERTIES TIMEOUT ${FIVEPIPE_TEST_TIMEOUT_S} ${ARGN})
+    TEST_FILTER "${filter}" PROPERTIES TIMEOUT ${timeout_s} ${ARGN})
 endfunction()
 
 # fivepipe_test(NAME [ALONE | ALWAYS_ALONE] [WAITS lock] [NUMERIC] source...
 # [ALONE_TESTS pattern...] [LONG_TESTS pattern...] LINK library...): a GoogleTest program. ctest
-# runs all its tests as one process, which takes half the processor time of one process per test.
-# tests/run -R selects among entries of single tests.
+# runs all its tests in one process; one process per test would take twice the processor time. For
+# tests/run -R, ctest also has one entry per test.
 # ALONE is for programs whose tests measure times or rates, or need all cores for a whole pipeline:
-# ctest then runs each test by itself, and no other at the same time. Under the sanitizers, which
-# slow the tests too much to measure, ALONE has no effect, and a test may take longer.
-# ALWAYS_ALONE has its effect there, too: it is for programs that load the machine for seconds.
+# ctest runs each test in a process of its own, and no other test at the same time. Under the
+# sanitizers, which slow the tests too much to measure, other tests run at the same time, and a test
+# may take longer.
+# ALWAYS_ALONE is for programs that load the machine for seconds: no other test runs at the same
+# time under the sanitizers either.
 # WAITS is for programs whose tests wait for most of their time and hold on a busy machine, too.
-# ctest runs each test by itself, beside all that are not alone, but at most one per lock at a time:
-# `pipeline` for whole pipelines, `session` for checks of hosts, deployments with keys and studies,
-# `node` for single nodes, commands and cameras. The locks take about the same time.
+# ctest runs each test in a process of its own, beside all that are not alone, but at most one per
+# lock at a time: `pipeline` for whole pipelines, `session` for `doctor` between hosts, deployments
+# with keys, and studies, `node` for single nodes, commands and cameras. The tests of each lock
+# together take about the same time.
 # The tests of ALONE_TESTS (patterns of GoogleTest) run alone, because they assert a time that is
 # less than three times what they need on an idle machine. Under the sanitizers, WAITS has no effect
 # either; a program that is ALWAYS_ALONE, too, is so only there.
-# LONG_TESTS (patterns of GoogleTest) run only in the program's long test (fivepipe_long_test) and
-# with tests/run -R. Only ALONE and WAITS programs can have them.
+# LONG_TESTS (patterns of GoogleTest) run only in the program's long test (fivepipe_long_test), with
+# tests/run -R, and under the sanitizers. Only ALONE and WAITS programs can have them.
 # NUMERIC is for programs that compute for long: the compiler optimises them, except in preset
 # debug. The build with the thread sanitizer has none of them, because their only threads are those
 # of base::WorkerPool, which tests of tests/base and tests/system run there.
@@ -192,10 +205,8 @@ function(fivepipe_test name)
     target_precompile_headers(${name} REUSE_FROM fivepipe_test_precompiled)
   endif()
   set(has_sanitizer FALSE)
-  set(FIVEPIPE_TEST_TIMEOUT_S 120)
   if(CMAKE_CXX_FLAGS MATCHES "-fsanitize")
     set(has_sanitizer TRUE)
-    set(FIVEPIPE_TEST_TIMEOUT_S 400)
   endif()
   if(has_sanitizer)
     set(alone ${ARG_ALWAYS_ALONE})
@@ -207,7 +218,8 @@ function(fivepipe_test name)
   set_target_properties(${name} PROPERTIES FIVEPIPE_LONG_ALONE "${alone}")
   if(NOT (ARG_ALONE OR ARG_ALWAYS_ALONE OR ARG_WAITS))
     fivepipe_discover_tests(${name} "*" LABELS single)
-    math(EXPR timeout_s "5 * ${FIVEPIPE_TEST_TIMEOUT_S}")
+    fivepipe_test_timeout(timeout_s)
+    math(EXPR timeout_s "5 * ${timeout_s}")
     # tests/run counts the tests by this file.
     add_test(NAME ${name} COMMAND ${name})
     set_tests_properties(${name} PROPERTIES LABELS whole TIMEOUT ${timeout_s}
@@ -217,7 +229,7 @@ function(fivepipe_test name)
   list(JOIN ARG_ALONE_TESTS ":" alone_tests)
   list(JOIN ARG_LONG_TESTS ":" long_tests)
   set(others "*")
-  if(ARG_LONG_TESTS)
+  if(ARG_LONG_TESTS AND NOT has_sanitizer)
     fivepipe_discover_tests(${name} "${long_tests}" RUN_SERIAL ${alone} LABELS single)
     set(others "*-${long_tests}")
   endif()

@@ -17,7 +17,8 @@ namespace fs = std::filesystem;
 
 // The patterns of a CMakeLists.txt. `Suite.Name`, where `*` is any text.
 std::vector<std::string> patterns_of(const std::string& cmake) {
-  static const std::regex kList(R"((?:ALONE|LONG)_TESTS\s+([^()]*?)\s+(?=LINK|LONG_TESTS))"),
+  static const std::regex kList(
+      R"((?:ALONE|LONG)_TESTS\s+([^()]*?)\s+(?=LINK|ALONE_TESTS|LONG_TESTS))"),
       kPattern(R"(\S+)");
   std::vector<std::string> patterns;
   for (auto list = std::sregex_iterator(cmake.begin(), cmake.end(), kList);
@@ -77,9 +78,10 @@ TEST(LongTestsOfAProgram, AreRunByItsLongTest) {
       ++programs;
       const std::string program = (*it)[1], name = program.substr(0, program.rfind("_test"));
       // By its own name, or that of a loop over programs.
-      EXPECT_TRUE(std::regex_search(cmake, std::regex("fivepipe_long_test\\(" + name + "\\b")) ||
-                  std::regex_search(cmake, std::regex("foreach\\(test[^()]*\\b" +
-                                                      name.substr(name.find('_') + 1) + "\\b")))
+      const std::regex by_name("fivepipe_long_test\\(" + name + "\\b"),
+          in_loop("foreach\\(test[^()]*\\b" + name.substr(name.find('_') + 1) +
+                  "\\b[^()]*\\)\\s*fivepipe_long_test\\(\\$\\{test\\}");
+      EXPECT_TRUE(std::regex_search(cmake, by_name) || std::regex_search(cmake, in_loop))
           << entry.path() << ": " << program << " needs fivepipe_long_test()";
     }
   }

@@ -32,7 +32,7 @@ constexpr double kMaxBracket_m = 2e-3;
 constexpr double kCap_m = 0.1;
 // Layouts whose clearance the exact reference measures, and frames of each of them.
 std::size_t references() { return is_long() ? 4 : 2; }
-int random_frames() { return is_long() ? 3 : 1; }
+int random_frames() { return is_long() ? 3 : 2; }
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

@@ -1,5 +1,7 @@
 // Tracks whether a replay feeds this node. Captures of a replay are in the past.
 #pragma once
+#include <fmt/format.h>
+
 #include <cmath>
 #include <cstdint>
 #include <string>
@@ -28,8 +30,9 @@ class ReplayMonitor {
         status_.drop_from(
             sessions_.process(sample),
             {"bad_replay", sample->replay,
-             sample->replay[0] == '\0' ? "no name"
-                                       : "impossible rate " + std::to_string(sample->rate)});
+             sample->replay[0] == '\0'
+                 ? "no name"
+                 : fmt::format("impossible rate {}: must be finite and at least 0", sample->rate)});
         continue;
       }
       session_ = sample->replay;

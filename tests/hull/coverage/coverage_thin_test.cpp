@@ -107,11 +107,11 @@ Level level_of(const SparseCoverageMap& m, const Wire& wire) {
 
 // Wires at any angle: every fourth within 2 degrees of a diagonal or exactly on it, every eighth
 // along rows or columns. Half as many in the quick run, fewer with a sanitizer.
-int fewer() { return std::getenv("FIVEPIPE_LONG") ? kSlowdown : 2 * kSlowdown; }
+int sample_divisor() { return kHasSanitizer ? kSlowdown : std::getenv("FIVEPIPE_LONG") ? 1 : 2; }
 std::vector<Wire> wires(double width_px, int count) {
   test::Random random(unsigned(width_px * 1000));
   std::vector<Wire> all;
-  for (int i = 0; i < count / fewer(); ++i) {
+  for (int i = 0; i < count / sample_divisor(); ++i) {
     all.push_back(random_wire(random, width_px));
     if (i % 4 == 0)
       all.back().angle_rad = std::numbers::pi / 4 * (1 + i % 8 / 2) +
@@ -133,7 +133,7 @@ TEST(ThinCoverage, KeepsWiresConnected) {
         EXPECT_TRUE(unbroken(preserve_thin(map, {.rule = rule}), wire))
             << width_px << " px, " << wire.angle_rad << " rad at " << wire.center_px.transpose();
     }
-  EXPECT_GT(broken_before, 500 / fewer());
+  EXPECT_GT(broken_before, 500 / sample_divisor());
 }
 
 TEST(ThinCoverage, ContainedRuleKeepsTheAxisInside) {

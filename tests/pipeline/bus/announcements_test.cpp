@@ -12,31 +12,31 @@ using Clock = Announcements::Clock;
 
 constexpr Clock::time_point kStart{};
 
-// Asks as often as next() says. Returns how often the process announces itself in this time.
+// Calls take_due() at each time that next() returns. Returns how often it was true in this time.
 int announcements_in(Announcements& announcements, Clock::time_point from, Clock::duration time) {
-  int count = announcements.is_due(from);
+  int count = announcements.take_due(from);
   for (auto next = announcements.next(); next && *next < from + time; next = announcements.next())
-    count += announcements.is_due(*next);
+    count += announcements.take_due(*next);
   return count;
 }
 
 TEST(Announcements, AreDueWhileAllProcessesOfAMachineAreMissing) {
   Announcements announcements("own", kStart);
-  EXPECT_FALSE(announcements.is_due(kStart));
+  EXPECT_FALSE(announcements.take_due(kStart));
   EXPECT_EQ(announcements.next(), std::nullopt);
   announcements.found("1", "other");
   announcements.found("2", "other");
   announcements.found("3", "third");
   announcements.lost("1", kStart);
-  EXPECT_FALSE(announcements.is_due(kStart)) << "another process of the machine is present";
+  EXPECT_FALSE(announcements.take_due(kStart)) << "another process of the machine is present";
   EXPECT_EQ(announcements.next(), std::nullopt);
   announcements.lost("2", kStart);
-  EXPECT_TRUE(announcements.is_due(kStart));
+  EXPECT_TRUE(announcements.take_due(kStart));
   EXPECT_EQ(announcements.next(), kStart + Announcements::kPeriod);
-  EXPECT_FALSE(announcements.is_due(kStart + Announcements::kPeriod - 1ms));
-  EXPECT_TRUE(announcements.is_due(kStart + Announcements::kPeriod));
+  EXPECT_FALSE(announcements.take_due(kStart + Announcements::kPeriod - 1ms));
+  EXPECT_TRUE(announcements.take_due(kStart + Announcements::kPeriod));
   announcements.found("4", "other");
-  EXPECT_FALSE(announcements.is_due(kStart + 1s));
+  EXPECT_FALSE(announcements.take_due(kStart + 1s));
   EXPECT_EQ(announcements.next(), std::nullopt);
 }
 
@@ -54,7 +54,7 @@ TEST(Announcements, AProcessOfTheOwnMachineAndAnUnknownOneCauseNone) {
   announcements.found("1", "own");
   announcements.lost("1", kStart);
   announcements.lost("2", kStart);
-  EXPECT_FALSE(announcements.is_due(kStart));
+  EXPECT_FALSE(announcements.take_due(kStart));
 }
 
 // A program on the other machine starts and ends once per second.
@@ -78,7 +78,20 @@ TEST(Announcements, RememberABoundedNumberOfProcesses) {
     announcements.found(std::to_string(i), "other");
   announcements.found("further", "third");
   announcements.lost("further", kStart);
-  EXPECT_FALSE(announcements.is_due(kStart)) << "it was not remembered";
+  EXPECT_FALSE(announcements.take_due(kStart)) << "it was not remembered";
+}
+
+TEST(Announcements, SearchABoundedNumberOfMachines) {
+  Announcements announcements("own", kStart);
+  const auto come_and_go = [&](std::size_t machine, Clock::time_point now) {
+    announcements.found(std::to_string(machine), std::to_string(machine));
+    announcements.lost(std::to_string(machine), now);
+  };
+  for (std::size_t i = 0; i < Announcements::kMaxRemembered; ++i) come_and_go(i, kStart);
+  come_and_go(Announcements::kMaxRemembered, kStart + 10s);
+  EXPECT_TRUE(announcements.take_due(kStart + 10s));
+  EXPECT_FALSE(announcements.take_due(kStart + Announcements::kSearch + 5s))
+      << "the further one is not searched for";
 }
 
 }  // namespace

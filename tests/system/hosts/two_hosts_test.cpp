@@ -159,7 +159,9 @@ TEST_F(TwoHosts, OnePercentOfLostPacketsLosesNoFrame) {
     // longer waits for a frame that takes too long, as with a sanitizer.
     EXPECT_LE(report["frames"]["complete"].get<int>() - report["frames"]["composited"].get<int>(),
               kHasSanitizer ? 15 : 5);
-    EXPECT_GE(report["frames"]["composited"].get<int>(), kHasSanitizer ? 20 : 19 * kDuration_s);
+    // At 20 Hz; the first and the last frames of a run may be missing.
+    EXPECT_GE(report["frames"]["composited"].get<int>(),
+              kHasSanitizer ? 20 : 20 * kDuration_s - 10);
   }
   if (kHasSanitizer) return;
   EXPECT_LT(after["latency_ms"]["p99"].get<double>(),

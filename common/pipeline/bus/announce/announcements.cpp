@@ -20,24 +20,24 @@ void Announcements::lost(const std::string& guid, Clock::time_point now) {
   if (is_missing && missing_.size() < kMaxRemembered) missing_[machine] = now + kSearch;
 }
 
-bool Announcements::is_due(Clock::time_point now) {
+bool Announcements::take_due(Clock::time_point now) {
   std::erase_if(missing_, [&](const auto& machine) { return now > machine.second; });
   if (missing_.empty() || (due_ && now < *due_)) return false;
   due_ = now + kPeriod;
-  return takes_one(now);
+  return spend_one(now);
 }
 
 std::optional<Announcements::Clock::time_point> Announcements::next() const {
   if (missing_.empty()) return std::nullopt;
-  return due_.value_or(counted_at_);
+  return due_.value_or(budget_at_);
 }
 
-bool Announcements::takes_one(Clock::time_point now) {
-  const double waited_s = std::chrono::duration<double>(now - counted_at_).count();
-  left_ = std::min(double(kMaxAtOnce), left_ + waited_s);
-  counted_at_ = now;
-  if (left_ < 1) return false;
-  --left_;
+bool Announcements::spend_one(Clock::time_point now) {
+  const double waited_s = std::chrono::duration<double>(now - budget_at_).count();
+  budget_ = std::min(double(kMaxAtOnce), budget_ + waited_s);
+  budget_at_ = now;
+  if (budget_ < 1) return false;
+  --budget_;
   return true;
 }
 

@@ -21,25 +21,26 @@ class Announcements {
   static constexpr std::size_t kMaxRemembered = 1024;
 
   Announcements(std::string own_machine, Clock::time_point now)
-      : own_machine_(std::move(own_machine)), counted_at_(now) {}
+      : own_machine_(std::move(own_machine)), budget_at_(now) {}
 
   // Discovery has found the process. The network to its machine works.
   void found(const std::string& guid, const std::string& machine);
   // The process has ended, or the network to it fails. Its machine is missing, unless another one
   // of its processes is present.
   void lost(const std::string& guid, Clock::time_point now);
-  // Returns whether this process announces itself now. Call it again at next().
-  bool is_due(Clock::time_point now);
+  // Returns true if this process must announce itself now, and counts the announcement. Call it
+  // again at next().
+  bool take_due(Clock::time_point now);
   std::optional<Clock::time_point> next() const;  // nullopt: no machine is missing
 
  private:
-  bool takes_one(Clock::time_point now);
+  bool spend_one(Clock::time_point now);
 
   const std::string own_machine_;
   std::map<std::string, std::string> present_;        // machines of the processes, by GUID
   std::map<std::string, Clock::time_point> missing_;  // until when they count, by machine
-  double left_ = kMaxAtOnce;                          // announcements that may follow
-  Clock::time_point counted_at_;                      // when they were
+  double budget_ = kMaxAtOnce;                        // of announcements; one more per second
+  Clock::time_point budget_at_;                       // when it was this
   std::optional<Clock::time_point> due_;
 };
 

@@ -36,7 +36,7 @@ void Announcer::run() {
   using Clock = Announcements::Clock;
   for (bool ended = false; !ended; dds_read_guardcondition(ended_.handle, &ended)) {
     take_participants();
-    if (announcements_.is_due(Clock::now())) announce();
+    if (announcements_.take_due(Clock::now())) announce();
     const auto next = announcements_.next();
     const dds_duration_t until_next_ns =
         next ? std::chrono::nanoseconds(*next - Clock::now()).count() : DDS_INFINITY;
