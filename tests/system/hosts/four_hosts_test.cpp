@@ -123,6 +123,11 @@ class FourHosts : public testing::Test {
     std::vector<std::string> more{"--duration", is_long() || kHasSanitizer ? "8" : "4"};
     if (local) more.push_back("--local");
     const auto last = up(local ? -1 : kHosts - 1, name, more);
+    if (!local && is_long()) {
+      std::this_thread::sleep_for(4s);  // until frames flow
+      std::cout << "all hosts send " << mbit_per_s(3).first
+                << " Mb/s, maps, tiles, colour and all\n";
+    }
     EXPECT_EQ(last->wait_for_end(120s * kSlowdown), 0) << last->said();
     for (const auto& other : others) other->signal(SIGINT);
     for (const auto& other : others)
@@ -151,6 +156,15 @@ class FourHosts : public testing::Test {
       sum.received_bytes += of_host.received_bytes;
     }
     return sum;
+  }
+
+  // What all hosts together send and receive from now on [Mb/s].
+  std::pair<double, double> mbit_per_s(int seconds) const {
+    const TestHosts::Traffic before = total();
+    std::this_thread::sleep_for(std::chrono::seconds(seconds));
+    const TestHosts::Traffic after = total();
+    return {8e-6 * double(after.sent_bytes - before.sent_bytes) / seconds,
+            8e-6 * double(after.received_bytes - before.received_bytes) / seconds};
   }
 
   const TestFolder folder_;
@@ -187,7 +201,7 @@ TEST_F(FourHosts, TheNetworkCostsLittleOfTheRate) {
 // The nodes that read object-pixel maps run on one host or on several: a map is sent once.
 TEST_F(FourHosts, AMapIsSentOnceForAllReaders) {
   const std::string file = deployment(60);
-  const auto mbit_per_s = [&](const std::vector<int>& readers_on) {
+  const auto of_readers = [&](const std::vector<int>& readers_on) {
     std::vector<std::unique_ptr<Program>> programs, readers;
     for (const int host : {0, 1})
       programs.push_back(run(host,
@@ -207,24 +221,20 @@ TEST_F(FourHosts, AMapIsSentOnceForAllReaders) {
     }
     // The packets of discovery are no maps. After 2 s they were once 2 of 8 Mb/s.
     std::this_thread::sleep_for(5s * kSlowdown);
-    const TestHosts::Traffic before = total();
-    std::this_thread::sleep_for(5s);
-    const TestHosts::Traffic after = total();
+    const auto [sent, received] = mbit_per_s(5);
     for (const auto& program : programs) program->signal(SIGKILL);
     for (const auto& reader : readers) reader->signal(SIGKILL);
-    const double sent = 8e-6 * double(after.sent_bytes - before.sent_bytes) / 5,
-                 received = 8e-6 * double(after.received_bytes - before.received_bytes) / 5;
     EXPECT_LT(sent, 15);
     EXPECT_LT(received, 15);
     std::cout << readers_on.size() << " readers: hosts send " << sent << " Mb/s, receive "
               << received << " Mb/s\n";
     return std::pair(sent, received);
   };
-  const auto one = mbit_per_s({2}), apart = mbit_per_s({2, 2, 3});
+  const auto one = of_readers({2}), apart = of_readers({2, 2, 3});
   EXPECT_GT(one.first, 1);
   EXPECT_LT(apart.first, 1.2 * one.first);  // received by two hosts
   if (!is_long()) return;
-  const auto three = mbit_per_s({2, 2, 2});
+  const auto three = of_readers({2, 2, 2});
   EXPECT_LT(three.first, 1.2 * one.first);
   EXPECT_LT(three.second, 1.2 * one.second);
 }
