@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "common/base/realtime.h"
-#include "common/pipeline/bus/announce/announcer.h"
+#include "common/pipeline/bus/announcer.h"
 #include "common/pipeline/bus/checked.h"
 #include "common/pipeline/bus/discovery.h"
 #include "common/pipeline/bus/profile.h"

@@ -4,7 +4,7 @@
 #include <cstring>
 #include <memory>
 
-#include "common/pipeline/bus/announce/announcer.h"
+#include "common/pipeline/bus/announcer.h"
 
 namespace fivepipe::bus::detail {
 namespace {

@@ -1,4 +1,4 @@
-#include "common/pipeline/bus/announce/announcer.h"
+#include "common/pipeline/bus/announcer.h"
 
 #include <algorithm>
 #include <array>
