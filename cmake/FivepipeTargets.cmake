@@ -141,14 +141,25 @@ function(fivepipe_discover_tests name filter)
     TEST_FILTER "${filter}" PROPERTIES TIMEOUT ${timeout_s} ${ARGN})
 endfunction()
 
-# fivepipe_test(NAME [ALONE | ALWAYS_ALONE] [WAITS lock] [NUMERIC] source...
-# [ALONE_TESTS pattern...] [LONG_TESTS pattern...] LINK library...): a GoogleTest program. ctest
-# runs all its tests in one process; one process per test would take twice the processor time. For
-# tests/run -R, ctest also has one entry per test.
+# The same for the tests of a list of patterns, which may be empty.
+function(fivepipe_discover_some name patterns)
+  if(patterns)
+    list(JOIN patterns ":" filter)
+    fivepipe_discover_tests(${name} "${filter}" ${ARGN})
+  endif()
+endfunction()
+
+# fivepipe_test(NAME [PAIRED | ALONE | ALWAYS_ALONE] [WAITS lock] [NUMERIC] source...
+# [PAIRED_TESTS pattern...] [ALONE_TESTS pattern...] [LONG_TESTS pattern...] LINK library...): a
+# GoogleTest program; the patterns are those of GoogleTest. ctest runs all its tests in one process:
+# one process per test would take twice the processor time. For tests/run -R, ctest also has one
+# entry per test.
 # ALONE is for programs whose tests measure times or rates, or need all cores for a whole pipeline:
 # ctest runs each test in a process of its own, and no other test at the same time. Under the
 # sanitizers, which slow the tests too much to measure, other tests run at the same time, and a test
 # may take longer.
+# PAIRED is for programs of which two tests leave each other enough of two cores, and which do not
+# hold on a busy machine: tests/run runs two of them at a time, and nothing else.
 # ALWAYS_ALONE is for programs that load the machine for seconds: no other test runs at the same
 # time under the sanitizers either.
 # WAITS is for programs whose tests wait for most of their time and hold on a busy machine, too.
@@ -156,11 +167,12 @@ endfunction()
 # lock at a time: `pipeline` for whole pipelines, `session` for `doctor` between hosts, deployments
 # with keys, and studies, `node` for single nodes, commands and cameras. The tests of each lock
 # together take about the same time.
-# The tests of ALONE_TESTS (patterns of GoogleTest) run alone, because they assert a time that is
-# less than three times what they need on an idle machine. Under the sanitizers, WAITS has no effect
-# either; a program that is ALWAYS_ALONE, too, is so only there.
-# LONG_TESTS (patterns of GoogleTest) run only in the program's long test (fivepipe_long_test), with
-# tests/run -R, and under the sanitizers. Only ALONE and WAITS programs can have them.
+# The tests of ALONE_TESTS and PAIRED_TESTS of a WAITS program run as those of ALONE and PAIRED
+# programs, because they assert a time that is less than three times what they need on an idle
+# machine. Under the sanitizers, WAITS and PAIRED have no effect either; a program that is
+# ALWAYS_ALONE, too, is so only there.
+# LONG_TESTS run only in the program's long test (fivepipe_long_test), with tests/run -R, and under
+# the sanitizers. Only PAIRED, ALONE and WAITS programs can have them.
 # NUMERIC is for programs that compute for long: the compiler optimises them, except in preset
 # debug. The build with the thread sanitizer has none of them, because their only threads are those
 # of base::WorkerPool, which tests of tests/base and tests/system run there.
@@ -168,18 +180,24 @@ function(fivepipe_test name)
   if(NOT FIVEPIPE_TESTS)
     return()
   endif()
-  cmake_parse_arguments(ARG "ALONE;ALWAYS_ALONE;NUMERIC" "WAITS" "ALONE_TESTS;LONG_TESTS;LINK"
-    ${ARGN})
+  cmake_parse_arguments(ARG "PAIRED;ALONE;ALWAYS_ALONE;NUMERIC" "WAITS"
+    "PAIRED_TESTS;ALONE_TESTS;LONG_TESTS;LINK" ${ARGN})
   if(ARG_WAITS AND NOT ARG_WAITS MATCHES "^(pipeline|session|node)$")
     message(FATAL_ERROR
       "${name}: WAITS must be pipeline, session or node, not ${ARG_WAITS}")
   endif()
-  if(ARG_ALONE_TESTS AND NOT ARG_WAITS)
-    message(FATAL_ERROR "${name}: ALONE_TESTS needs WAITS; without it, the program is ALONE or not")
+  if((ARG_ALONE_TESTS OR ARG_PAIRED_TESTS) AND NOT ARG_WAITS)
+    message(FATAL_ERROR "${name}: ALONE_TESTS and PAIRED_TESTS need WAITS; without it, the program \
+is ALONE, PAIRED or none")
   endif()
-  if(ARG_LONG_TESTS AND NOT (ARG_WAITS OR ARG_ALONE OR ARG_ALWAYS_ALONE))
+  if(ARG_PAIRED OR ARG_ALONE OR ARG_ALWAYS_ALONE OR ARG_WAITS)
+    set(is_whole FALSE)
+  else()
+    set(is_whole TRUE)
+  endif()
+  if(ARG_LONG_TESTS AND is_whole)
     message(FATAL_ERROR
-      "${name}: LONG_TESTS needs ALONE or WAITS; the others run as one process")
+      "${name}: LONG_TESTS needs PAIRED, ALONE or WAITS; the others run in one process")
   endif()
   if(NOT ARG_UNPARSED_ARGUMENTS)
     message(FATAL_ERROR "${name}: no sources; they must precede ALONE_TESTS and LINK")
@@ -210,13 +228,13 @@ function(fivepipe_test name)
   endif()
   if(has_sanitizer)
     set(alone ${ARG_ALWAYS_ALONE})
-  elseif(ARG_ALONE OR ARG_ALWAYS_ALONE OR ARG_WAITS)
+  elseif(NOT is_whole)
     set(alone TRUE)
   else()
     set(alone FALSE)
   endif()
   set_target_properties(${name} PROPERTIES FIVEPIPE_LONG_ALONE "${alone}")
-  if(NOT (ARG_ALONE OR ARG_ALWAYS_ALONE OR ARG_WAITS))
+  if(is_whole)
     fivepipe_discover_tests(${name} "*" LABELS single)
     fivepipe_test_timeout(timeout_s)
     math(EXPR timeout_s "5 * ${timeout_s}")
@@ -226,32 +244,34 @@ function(fivepipe_test name)
       ENVIRONMENT GTEST_OUTPUT=xml:${CMAKE_BINARY_DIR}/whole/${name}.xml)
     return()
   endif()
-  list(JOIN ARG_ALONE_TESTS ":" alone_tests)
-  list(JOIN ARG_LONG_TESTS ":" long_tests)
-  set(others "*")
-  if(ARG_LONG_TESTS AND NOT has_sanitizer)
-    fivepipe_discover_tests(${name} "${long_tests}" RUN_SERIAL ${alone} LABELS single)
-    set(others "*-${long_tests}")
+  if(has_sanitizer)
+    fivepipe_discover_tests(${name} "*" RUN_SERIAL ${alone})
+    return()
   endif()
-  if(ARG_WAITS AND NOT has_sanitizer)
-    if(ARG_ALONE_TESTS)
-      fivepipe_discover_tests(${name} "${alone_tests}" RUN_SERIAL TRUE)
-      if(ARG_LONG_TESTS)
-        set(others "-${long_tests}:${alone_tests}")
-      else()
-        set(others "-${alone_tests}")
-      endif()
-    endif()
+  # After the others, tests/run runs those with label quiet, two at a time if they are not serial.
+  set(others ${ARG_LONG_TESTS} ${ARG_PAIRED_TESTS} ${ARG_ALONE_TESTS})
+  if(others)
+    list(JOIN others ":" others)
+    set(others "*-${others}")
+  else()
+    set(others "*")
+  endif()
+  fivepipe_discover_some(${name} "${ARG_LONG_TESTS}" RUN_SERIAL TRUE LABELS single)
+  fivepipe_discover_some(${name} "${ARG_PAIRED_TESTS}" LABELS quiet)
+  fivepipe_discover_some(${name} "${ARG_ALONE_TESTS}" RUN_SERIAL TRUE LABELS quiet)
+  if(ARG_WAITS)
     # Their cost lets ctest start them first: one at a time, they would else be the last.
     fivepipe_discover_tests(${name} "${others}" RESOURCE_LOCK ${ARG_WAITS} COST 1000)
+  elseif(ARG_PAIRED)
+    fivepipe_discover_tests(${name} "${others}" LABELS quiet)
   else()
-    fivepipe_discover_tests(${name} "${others}" RUN_SERIAL ${alone})
+    fivepipe_discover_tests(${name} "${others}" RUN_SERIAL TRUE LABELS quiet)
   endif()
 endfunction()
 
 # fivepipe_long_test(NAME TIMEOUT [PROGRAM]): the test program PROGRAM (default: NAME_test) as the
 # long test Long_NAME, which runs for at most TIMEOUT seconds, with FIVEPIPE_LONG=1: the program's
-# full numbers. It runs alone if the program is ALONE or WAITS: its checks may be stricter.
+# full numbers. It runs alone if the program is PAIRED, ALONE or WAITS: its checks may be stricter.
 function(fivepipe_long_test name timeout_s)
   set(program ${name}_test)
   if(ARGC GREATER 2)

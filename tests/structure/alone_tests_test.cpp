@@ -1,5 +1,6 @@
-// Each pattern of ALONE_TESTS and LONG_TESTS matches a test: a test that was renamed must not lose
-// the machine that it needs for itself. A program with LONG_TESTS has a long test, which runs them.
+// Each pattern of PAIRED_TESTS, ALONE_TESTS and LONG_TESTS matches a test: a test that was renamed
+// must not lose the machine that it needs for itself. A program with LONG_TESTS has a long test,
+// which runs them.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,7 +19,7 @@ namespace fs = std::filesystem;
 // The patterns of a CMakeLists.txt. `Suite.Name`, where `*` is any text.
 std::vector<std::string> patterns_of(const std::string& cmake) {
   static const std::regex kList(
-      R"((?:ALONE|LONG)_TESTS\s+([^()]*?)\s+(?=LINK|ALONE_TESTS|LONG_TESTS))"),
+      R"((?:PAIRED|ALONE|LONG)_TESTS\s+([^()]*?)\s+(?=LINK|\w+_TESTS\b))"),
       kPattern(R"(\S+)");
   std::vector<std::string> patterns;
   for (auto list = std::sregex_iterator(cmake.begin(), cmake.end(), kList);

@@ -266,7 +266,7 @@ TEST_F(HostilePeer, InventedNamesDoNotFillTheMemory) {
   // What each process holds throughout the last second. The recorder needs more for a moment
   // whenever a chunk waits for the disk.
   std::deque<std::pair<Clock::time_point, std::map<std::string, double>>> last_second;
-  ASSERT_TRUE(attack(is_long() ? 60 : 12, [&] {
+  ASSERT_TRUE(attack(is_long() ? 60 : 9, [&] {
     last_second.emplace_back(Clock::now(), memory_mb());
     while (last_second.back().first - last_second.front().first > 1s) last_second.pop_front();
   }));
