@@ -99,7 +99,7 @@ std::map<Where, ordered_json> read_by_us(const recording::Recording& recording) 
 class RecordingConformance : public test::RecordingTest {
  protected:
   void SetUp() override {
-    const CommandOutput install = install_npm_reader();
+    const ShellAnswer install = install_npm_reader();
     if (install.exit_code == 77) FIVEPIPE_SKIP_WITHOUT_PACKAGE(install.text);
     ASSERT_EQ(install.exit_code, 0) << install.text;
   }
@@ -110,7 +110,7 @@ TEST_F(RecordingConformance, ReferenceReaderDecodesEveryTopicIdentically) {
   const recording::Recording recording(file);
   const std::map<Where, ordered_json> ours = read_by_us(recording);
   ASSERT_EQ(ours.size(), recording.mcap().statistics().messages);
-  const CommandOutput output = read_with_npm(file);
+  const ShellAnswer output = read_with_npm(file);
   ASSERT_EQ(output.exit_code, 0) << output.text;
   std::istringstream lines(output.text);
   std::map<std::string, std::size_t> compared;

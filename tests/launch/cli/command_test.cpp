@@ -1,10 +1,8 @@
 // Runs the built `fivepipe` command.
 #include <dlfcn.h>
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -21,6 +19,7 @@
 #include "tests/support/capture/pictures.h"
 #include "tests/support/deployments.h"
 #include "tests/support/optional_package.h"
+#include "tests/support/process/shell.h"
 #include "tests/support/recording/kept_recording.h"
 #include "tests/support/test_folder.h"
 #include "tests/support/text.h"
@@ -30,22 +29,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Answer {
-  int exit_code = -1;
-  std::string text;  // stdout and stderr
-};
+using Answer = test::ShellAnswer;
 
-Answer answer_of(const std::string& line) {
-  Answer answer;
-  FILE* pipe = popen((line + " 2>&1").c_str(), "r");
-  if (!pipe) return answer;
-  char buffer[4096];
-  while (const std::size_t got = fread(buffer, 1, sizeof buffer, pipe))
-    answer.text.append(buffer, got);
-  const int status = pclose(pipe);
-  if (WIFEXITED(status)) answer.exit_code = WEXITSTATUS(status);
-  return answer;
-}
+Answer answer_of(const std::string& line) { return test::shell(line + " 2>&1"); }
 Answer fivepipe(const std::string& arguments) {
   return answer_of(FIVEPIPE_BINARY_DIR "/fivepipe " + arguments);
 }

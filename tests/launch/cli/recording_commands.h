@@ -1,7 +1,6 @@
 // Runs `fivepipe info`, `ls`, `echo` and `hz` as a user does, on small recordings that it writes.
 #pragma once
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
 #include <cstdio>
 #include <filesystem>
@@ -13,28 +12,16 @@
 #include "common/pipeline/bus/topics.h"
 #include "common/recording/files/recording_writer.h"
 #include "common/recording/schema/wire_types.h"
+#include "tests/support/process/shell.h"
 #include "tests/support/recording/mcap_files.h"
 
 namespace fivepipe::launch {
 
 namespace fs = std::filesystem;
 
-struct Answer {
-  int exit_code = -1;  // -1: killed by a signal
-  std::string text;    // stdout and stderr
-};
+using Answer = test::ShellAnswer;
+using test::shell;
 
-inline Answer shell(const std::string& line) {
-  Answer answer;
-  FILE* pipe = popen(line.c_str(), "r");
-  if (!pipe) return answer;
-  char buffer[4096];
-  while (const std::size_t got = fread(buffer, 1, sizeof buffer, pipe))
-    answer.text.append(buffer, got);
-  const int status = pclose(pipe);
-  if (WIFEXITED(status) && WEXITSTATUS(status) < 128) answer.exit_code = WEXITSTATUS(status);
-  return answer;
-}
 inline const std::string program = FIVEPIPE_BINARY_DIR "/fivepipe ";
 inline Answer fivepipe(const std::string& arguments) {
   return shell("TZ=UTC " + program + arguments + " 2>&1");

@@ -147,7 +147,7 @@ void write_things(const std::filesystem::path& path, Compression compression, bo
 }
 
 void expect_all_things(const std::filesystem::path& path) {
-  const test::CommandOutput output = test::read_with_npm(path);
+  const test::ShellAnswer output = test::read_with_npm(path);
   ASSERT_EQ(output.exit_code, 0) << output.text;
   std::istringstream lines(output.text);
   std::uint32_t number = 0;
@@ -159,7 +159,7 @@ void expect_all_things(const std::filesystem::path& path) {
 class McapConformance : public testing::TestWithParam<Compression> {
  protected:
   void SetUp() override {
-    const test::CommandOutput install = test::install_npm_reader();
+    const test::ShellAnswer install = test::install_npm_reader();
     if (install.exit_code == 77) FIVEPIPE_SKIP_WITHOUT_PACKAGE(install.text);
     ASSERT_EQ(install.exit_code, 0) << install.text;
   }
@@ -170,7 +170,7 @@ class McapConformance : public testing::TestWithParam<Compression> {
 TEST_P(McapConformance, ReferenceReaderReadsEveryMessage) {
   write_things(path_, GetParam(), true);
   expect_all_things(path_);
-  const test::CommandOutput output = test::read_with_npm(path_, "--summary");
+  const test::ShellAnswer output = test::read_with_npm(path_, "--summary");
   ASSERT_EQ(output.exit_code, 0) << output.text;
   const json summary = json::parse(output.text);
   EXPECT_EQ(summary["topics"], (json{{"things/a", 200}, {"things/b", 100}}));
@@ -220,7 +220,7 @@ TEST_P(McapConformance, ReferenceReaderSkipsQuarantinedChunk) {
   test::write_file(path_, bytes);
   const Recovery recovery = recover(path_);
   EXPECT_EQ(recovery.damage.damaged_records, 1u);
-  const test::CommandOutput output = test::read_with_npm(path_, "--summary");
+  const test::ShellAnswer output = test::read_with_npm(path_, "--summary");
   ASSERT_EQ(output.exit_code, 0) << output.text;
   const json summary = json::parse(output.text);
   EXPECT_EQ(summary["chunks"], 4);

@@ -34,13 +34,13 @@ class GltfBuffers : public testing::Test {
     std::ofstream(buffer, std::ios::binary)
         .write(reinterpret_cast<const char*>(corners.data()), sizeof corners);
   }
-  StudyAnswer made(const std::string& meshes) {
+  test::ShellAnswer made(const std::string& meshes) {
     fs::remove_all(study_);
     return study_command("new " + study_.string() + " --deployment " + test::kSmallDeployment +
                          meshes);
   }
   // Nothing is left of the study. The message names the user's file, not that of a removed copy.
-  void expect_refused(const StudyAnswer& answer, const std::string& why) {
+  void expect_refused(const test::ShellAnswer& answer, const std::string& why) {
     EXPECT_EQ(answer.exit_code, 2) << answer.text;
     EXPECT_TRUE(contains(answer.text, (parts_ / "part.gltf").string())) << answer.text;
     EXPECT_TRUE(contains(answer.text, why)) << answer.text;
@@ -57,8 +57,8 @@ TEST_F(GltfBuffers, AreCopiedAndReadFromTheCopies) {
   write(parts_ / "part.gltf", parts_ / "data" / "corners.bin", "data/corners.bin", 0.3f);
   write(parts_ / "other" / "part.gltf", parts_ / "other" / "data" / "corners.bin",
         "data/corners.bin", 0.7f);
-  const StudyAnswer answer = made(" --mesh one=" + (parts_ / "part.gltf").string() +
-                                  " --mesh two=" + (parts_ / "other" / "part.gltf").string());
+  const test::ShellAnswer answer = made(" --mesh one=" + (parts_ / "part.gltf").string() +
+                                        " --mesh two=" + (parts_ / "other" / "part.gltf").string());
   ASSERT_EQ(answer.exit_code, 0) << answer.text;
   EXPECT_TRUE(contains(answer.text, "30.0 x 0.0 x 30.0 cm")) << answer.text;
   EXPECT_TRUE(contains(answer.text, "70.0 x 0.0 x 70.0 cm")) << answer.text;

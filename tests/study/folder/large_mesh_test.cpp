@@ -64,7 +64,7 @@ double cpu_of_children_s() {
 void expect_in_time(const std::string& name, const std::string& arguments,
                     const std::vector<std::string>& texts) {
   const double before_s = cpu_of_children_s();
-  const StudyAnswer answer = study_command(arguments);
+  const test::ShellAnswer answer = study_command(arguments);
   const double cpu_s = cpu_of_children_s() - before_s;
   fmt::print("a million triangles, {}: {:.1f} s of CPU\n", name, cpu_s);
   EXPECT_EQ(answer.exit_code, 0) << answer.text;

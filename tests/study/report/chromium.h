@@ -2,14 +2,14 @@
 #pragma once
 #include <gtest/gtest.h>
 
-#include <array>
-#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
 #include <vector>
+
+#include "tests/support/process/shell.h"
 
 namespace fivepipe::test {
 
@@ -24,12 +24,9 @@ inline std::string chromium() { return program_in_path("chromium"); }
 
 // Returns what the command prints. The test fails if the command does.
 inline std::string output_of(const std::string& command) {
-  std::FILE* pipe = popen(command.c_str(), "r");
-  std::string text;
-  for (std::array<char, 4096> piece; const std::size_t n = std::fread(piece.data(), 1, 4096, pipe);)
-    text.append(piece.data(), n);
-  EXPECT_EQ(pclose(pipe), 0) << command;
-  return text;
+  const ShellAnswer answer = shell(command);
+  EXPECT_EQ(answer.exit_code, 0) << command;
+  return answer.text;
 }
 
 // Runs browser.py with these options on the pages.

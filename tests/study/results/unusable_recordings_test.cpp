@@ -36,10 +36,10 @@ class UnusableRecordings : public testing::Test {
     fs::copy_file(test::kKeptRecording, file_, fs::copy_options::overwrite_existing);
     fs::resize_file(file_, std::uintmax_t(part * double(fs::file_size(file_))));
   }
-  StudyAnswer what_if(Output output = Output::errors) const {
+  test::ShellAnswer what_if(Output output = Output::errors) const {
     return study_command("what-if " + file_.string() + " --part block --range 0m:1m", output);
   }
-  StudyAnswer report() const {
+  test::ShellAnswer report() const {
     return study_command(
         "report " + study_.path().string() + " --no-swept --no-pictures --layouts 2",
         Output::errors);
@@ -47,10 +47,10 @@ class UnusableRecordings : public testing::Test {
   std::string page() const { return test::text_of(study_.report_folder() / "report.html"); }
   // Both commands name the file and what to do. The report shows the trial without results.
   void expect_refused(const std::string& why) const {
-    const StudyAnswer alone = what_if();
+    const test::ShellAnswer alone = what_if();
     EXPECT_EQ(alone.exit_code, 1);
     EXPECT_TRUE(alone.text.starts_with("fivepipe study: " + file_.string() + why)) << alone.text;
-    const StudyAnswer of_study = report();
+    const test::ShellAnswer of_study = report();
     EXPECT_EQ(of_study.exit_code, 0) << "the other trials are reported";
     const std::size_t name = std::string("fivepipe study: ").size();
     const std::string same = alone.text.substr(name, alone.text.find('\n') - name);
@@ -99,7 +99,7 @@ TEST_F(UnusableRecordings, CutOffLaterAreUsedAsFarAsTheyGo) {
   cut_to(0.6);
   const std::string shown = ": no magic bytes at the end",
                     info = "; `fivepipe info " + file_.string() + "` states what is missing";
-  const StudyAnswer alone = what_if(Output::all), of_study = report();
+  const test::ShellAnswer alone = what_if(Output::all), of_study = report();
   EXPECT_EQ(alone.exit_code, 0);
   EXPECT_TRUE(contains(alone.text, shown + ": only what could be read was studied" + info + ".\n"))
       << alone.text;

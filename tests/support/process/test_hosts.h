@@ -5,7 +5,6 @@
 #include <unistd.h>
 
 #include <cstdint>
-#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
@@ -16,6 +15,7 @@
 
 #include "tests/support/capture/own_network.h"
 #include "tests/support/process.h"
+#include "tests/support/process/shell.h"
 
 namespace fivepipe::test {
 
@@ -161,11 +161,7 @@ class TestHosts {
     run_in(host, "nft 'add rule ip firewall received " + rule + "'");
   }
   static std::string output_of(const std::string& command) {
-    std::string text;
-    FILE* const output = popen((command + " 2>/dev/null").c_str(), "r");
-    for (int c; output && (c = fgetc(output)) != EOF;) text += char(c);
-    if (output) pclose(output);
-    return text;
+    return shell(command + " 2>/dev/null").text;
   }
   static std::string port_of(int host) { return "port" + std::to_string(host); }
   void run(const std::string& command) {
