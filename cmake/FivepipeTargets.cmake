@@ -158,8 +158,8 @@ endfunction()
 # ctest runs each test in a process of its own, and no other test at the same time. Under the
 # sanitizers, which slow the tests too much to measure, other tests run at the same time, and a test
 # may take longer.
-# PAIRED is for programs of which two tests leave each other enough of two cores, and which do not
-# hold on a busy machine: tests/run runs two of them at a time, and nothing else.
+# PAIRED is for programs of which two tests leave each other enough of two cores, and which fail on
+# a busy machine: tests/run runs two of them at a time, and no other test.
 # ALWAYS_ALONE is for programs that load the machine for seconds: no other test runs at the same
 # time under the sanitizers either.
 # WAITS is for programs whose tests wait for most of their time and hold on a busy machine, too.
@@ -186,9 +186,12 @@ function(fivepipe_test name)
     message(FATAL_ERROR
       "${name}: WAITS must be pipeline, session or node, not ${ARG_WAITS}")
   endif()
+  if((ARG_PAIRED AND (ARG_ALONE OR ARG_ALWAYS_ALONE)) OR (ARG_WAITS AND (ARG_PAIRED OR ARG_ALONE)))
+    message(FATAL_ERROR "${name}: PAIRED, ALONE and WAITS exclude each other")
+  endif()
   if((ARG_ALONE_TESTS OR ARG_PAIRED_TESTS) AND NOT ARG_WAITS)
-    message(FATAL_ERROR "${name}: ALONE_TESTS and PAIRED_TESTS need WAITS; without it, the program \
-is ALONE, PAIRED or none")
+    message(FATAL_ERROR "${name}: ALONE_TESTS and PAIRED_TESTS need WAITS; without it, declare the \
+program ALONE or PAIRED, or neither")
   endif()
   if(ARG_PAIRED OR ARG_ALONE OR ARG_ALWAYS_ALONE OR ARG_WAITS)
     set(is_whole FALSE)
@@ -200,7 +203,7 @@ is ALONE, PAIRED or none")
       "${name}: LONG_TESTS needs PAIRED, ALONE or WAITS; the others run in one process")
   endif()
   if(NOT ARG_UNPARSED_ARGUMENTS)
-    message(FATAL_ERROR "${name}: no sources; they must precede ALONE_TESTS and LINK")
+    message(FATAL_ERROR "${name}: no sources; they must precede the lists of tests and LINK")
   endif()
   if(ARG_NUMERIC AND CMAKE_CXX_FLAGS MATCHES "-fsanitize=thread")
     return()

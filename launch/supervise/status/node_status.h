@@ -80,7 +80,8 @@ class StatusRegistry {
   // the oldest status that ended or is silent for longer than kMaxSilence_s; the registry ignores
   // it if there is none, or if its process, which may replay a deployment, already publishes
   // kMaxNodesOfProcess nodes. Of a node that has more than kMaxProcesses, it drops the process that
-  // is silent longest and adds its counts to those of the one that appeared next.
+  // is silent longest and adds its counts to those of the one that appeared next, or before if it
+  // is the last.
   static constexpr std::size_t kMaxNodes = 256, kMaxNodesOfProcess = 64, kMaxProcesses = 8;
 
   void add(ProcessStatus status, std::int64_t arrived_ns);

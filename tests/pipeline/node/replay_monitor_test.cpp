@@ -107,7 +107,7 @@ TEST(ReplayMonitor, RefusesASessionWithoutANameOrWithAnImpossibleRate) {
     EXPECT_TRUE(monitor.lossless());
   };
   std::uint64_t counted = 0;
-  std::set<std::string> reasons;
+  std::set<std::string> details;
   EXPECT_TRUE(test::eventually(bus, 10s, [&] {
     expect_still_as_before();
     for (const auto& sample : statuses.take()) {
@@ -116,13 +116,13 @@ TEST(ReplayMonitor, RefusesASessionWithoutANameOrWithAnImpossibleRate) {
       for (const auto& drop : messages::span_of(sample->drops))
         if (drop.reason == std::string("bad_replay")) {
           counted += drop.count;
-          reasons.insert(drop.detail);
+          details.insert(drop.detail);
         }
     }
     return counted == refused;
   })) << counted;
-  EXPECT_TRUE(reasons.contains("no name"));
-  EXPECT_TRUE(reasons.contains("impossible rate -1e-300: must be finite and at least 0"));
+  EXPECT_TRUE(details.contains("no name"));
+  EXPECT_TRUE(details.contains("impossible rate -1e-300: must be finite and at least 0"));
   // The end of a refused session is not the end of the replay.
   forged.reset();
   ASSERT_FALSE(test::eventually(bus, 300ms, [&] {

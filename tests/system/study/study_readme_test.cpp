@@ -7,6 +7,7 @@
 #include "tests/study/report/chromium.h"
 #include "tests/support/optional_package.h"
 #include "tests/support/recording/recordings.h"
+#include "tests/support/sanitizer.h"
 #include "tests/support/text.h"
 
 namespace fivepipe::test {
@@ -36,8 +37,8 @@ class StudyReadme : public RecordingTest {
     const std::string shell =
         "cd '" + folder_.string() + "' && PATH=" FIVEPIPE_BINARY_DIR ":$PATH && exec " + command;
     Program program({"/bin/sh", "-c", shell}, folder_ / (std::to_string(++programs_) + ".log"));
-    EXPECT_EQ(program.wait_for_end(is_long() ? 300s : 100s), 0) << command << '\n'
-                                                                << program.said();
+    EXPECT_EQ(program.wait_for_end(is_long() ? 300s : 100s * kSlowdown), 0) << command << '\n'
+                                                                            << program.said();
     return program.said();
   }
   std::string csv(const std::string& name) const {
@@ -70,7 +71,8 @@ void expect_charts_pictures_and_view(const json& page) {
   EXPECT_GT(view["turned"], 0.005);
 }
 
-// The quick test runs the first seconds, in which the pipe is screwed into the PMT box.
+// Without FIVEPIPE_LONG (tests/run -R, sanitizers), the trial lasts for the seconds in which the
+// pipe is screwed into the PMT box.
 TEST_F(StudyReadme, ThreeCommandsLeadFromTheScenePayloadToTheReport) {
   const bool whole = is_long();
   const std::vector<std::string> commands = readme_commands();

@@ -38,9 +38,9 @@ class Announcements {
 
   const std::string own_machine_;
   std::map<std::string, std::string> present_;        // machines of the processes, by GUID
-  std::map<std::string, Clock::time_point> missing_;  // until when they count, by machine
+  std::map<std::string, Clock::time_point> missing_;  // end of the search, by machine
   double budget_ = kMaxAtOnce;                        // of announcements; one more per second
-  Clock::time_point budget_at_;                       // when it was this
+  Clock::time_point budget_at_;                       // time of budget_
   std::optional<Clock::time_point> due_;
 };
 
