@@ -111,10 +111,34 @@ std::string nodes(const Results& results) {
   return table.text();
 }
 
+// Results are named security/BYTES/PROTECTION.
+std::string security(const Results& results) {
+  if (!results.has("security"))
+    return wrapped(
+        "Not measured yet together with the other figures: `fivepipe bench security`, which "
+        "`launch/figures` runs.");
+  MarkdownTable table({"message, bytes", "protection", "latency p50, ms", "p99, ms",
+                       "processor time of sender and receiver, ms per message", "lost"});
+  for (const json& result : results.all("security")) {
+    const std::string name = result.at("name");
+    const std::size_t size_at = name.find('/') + 1, protection_at = name.find('/', size_at) + 1;
+    table.add({count_text(std::stod(name.substr(size_at))), name.substr(protection_at),
+               fmt::format("{:.2f}", time_ms(result)),
+               fmt::format("{:.2f}", time_ms(result, "p99")),
+               fmt::format("{:.2f}", count_of(result, "cpu_us_per_message") / 1000),
+               count_text(error_of(result, "lost"))});
+  }
+  return table.text();
+}
+
 }  // namespace
 
 std::map<std::string, Block> pipeline_blocks() {
-  return {{"pipeline", pipeline}, {"replay", replay}, {"account", account}, {"nodes", nodes}};
+  return {{"pipeline", pipeline},
+          {"replay", replay},
+          {"account", account},
+          {"nodes", nodes},
+          {"security", security}};
 }
 
 }  // namespace fivepipe::figures

@@ -282,6 +282,19 @@ TEST(Figures, AnAccountWithoutOutsideTimesIsRefused) {
       HasSubstr("paper_files.json has no result pipeline_with_capture/paper_files/outside"));
 }
 
+TEST(Figures, TheCostOfSecurityIsPerMessage) {
+  ResultFolder folder;
+  folder.add("hull", json::array());
+  EXPECT_THAT(block_text("security", folder.results()), HasSubstr("Not measured yet"));
+  folder.add("security",
+             json::array({{{"name", "security/40000/encrypt"},
+                           {"time_ms", {{"median", 0.391}, {"p99", 1.25}}},
+                           {"error", {{"lost", 0}}},
+                           {"counts", {{"cpu_us_per_message", 487.6}, {"cpu_ms_per_mb", 12.2}}}}}));
+  EXPECT_THAT(block_text("security", folder.results()),
+              HasSubstr("| 40,000 | encrypt | 0.39 | 1.25 | 0.49 | 0 |\n"));
+}
+
 json detection(const std::string& name, int crossing, int missed, int wrong, double own_ms = 1.5,
                double maps_ms = 0.5) {
   return {{"name", name},

@@ -121,8 +121,9 @@ void run(const bench::Args& args) {
       entries.push_back({{"name", name},
                          {"time_ms", base::times_json(cost.latency_ms)},
                          {"error", {{"lost", lost}}},
-                         {"cpu_us_per_message", 1e6 * cpu_s / cost.sent},
-                         {"cpu_ms_per_mb", 1e3 * cpu_s / megabytes}});
+                         {"counts",
+                          {{"cpu_us_per_message", 1e6 * cpu_s / cost.sent},
+                           {"cpu_ms_per_mb", 1e3 * cpu_s / megabytes}}}});
     }
   std::cout << table.text();
   if (!args.json_file.empty())
