@@ -117,6 +117,8 @@ TEST_F(BenchPipeline, MeasuresTheWaitForASlowSimulation) {
                                   "pipeline/small/");
   SKIP_WITHOUT_TRACE();
   const std::string waiting = "waiting for the simulation";
+  for (const std::string& name : {waiting, "outside/" + waiting})
+    ASSERT_TRUE(entries.contains(name)) << name << '\n' << said_;
   EXPECT_GT(entries.at(waiting)["time_ms"]["median"], kMinWait_ms) << said_;
   const json& checked = entries.at("outside/" + waiting)["counts"];
   EXPECT_GT(checked["nodes_mean_ms"], kMinWait_ms) << said_;
