@@ -47,7 +47,7 @@ class ReconstructionPipe {
         view_infos_(node.bus.reader<bus::topics::ViewInfo>()),
         poses_(node.bus.reader<bus::topics::HeadPose>()),
         colours_(node.bus.reader<bus::topics::ObjectColour>()),
-        replay_(node.bus, node.status),
+        replay_(node.bus, node.status, [this] { reset(); }),
         traces_(node.bus, node.status, node.node.name),
         tiles_(node.bus.writer<bus::topics::HullTile>()),
         costs_(node.bus.writer<bus::topics::TileCosts>()) {}
@@ -62,8 +62,7 @@ class ReconstructionPipe {
     node_.bus.wait(node::kMaxWait);
     // capture_node sends pose and colour before the maps. Taking the maps first guarantees that the
     // poses and colours of all taken maps are available.
-    if (replay_.update()) reset();
-    for (frames::FrameSet& set : sets_.take()) waiting_.push_back(std::move(set));
+    for (frames::FrameSet& set : sets_.take(replay_)) waiting_.push_back(std::move(set));
     take_view();
     take_colours();
     reconstruct_frames_with_pose();
@@ -104,14 +103,14 @@ class ReconstructionPipe {
       else
         set_geometry(std::get<messages::ViewGeometry>(geometry));
     }
-    for (const auto& sample : poses_.take()) {
-      if (!sample.valid() || viewer_ != sample->viewer) continue;
+    replay_.take(poses_, [&](const auto& sample) {
+      if (viewer_ != sample->viewer) return;
       if (const auto pose = messages::head_pose_from(*sample);
           const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&pose))
         node_.status.drop_from(poses_.process(sample), *bad);
       else if (!inputs_.add(std::get<messages::FramePose>(pose), sample.writer()))
         node_.status.drop({"other_writer", sample->viewer, ""});
-    }
+    });
   }
 
   void set_geometry(const messages::ViewGeometry& geometry) {
@@ -131,17 +130,16 @@ class ReconstructionPipe {
   }
 
   void take_colours() {
-    for (const auto& sample : colours_.take()) {
-      if (!sample.valid()) continue;
+    replay_.take(colours_, [&](const auto& sample) {
       auto colour = messages::colour_from(*sample, node_.deployment.rig);
       if (const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&colour)) {
         node_.status.drop_from(colours_.process(sample), *bad);
-        continue;
+        return;
       }
       if (const char* reason =
               inputs_.add(std::get<messages::CameraColour>(std::move(colour)), sample.writer()))
         node_.status.drop({reason, sample->camera, ""});
-    }
+    });
   }
 
   // Returns the owner of each tile. Tiles with the same index have the same owner in every view.

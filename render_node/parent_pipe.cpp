@@ -73,7 +73,7 @@ class ParentPipe {
         tiles_(node.bus.reader<bus::topics::HullTile>()),
         states_(node.bus.reader<bus::topics::VirtualState>()),
         collisions_(node.bus.reader<bus::topics::CollisionResult>()),
-        replay_(node.bus, node.status),
+        replay_(node.bus, node.status, [this] { reset(); }),
         traces_(node.bus, node.status, node.node.name),
         spacing_(node, presenter_) {
     if (!spectator_) composited_.emplace(node.bus.writer<bus::topics::FrameComposited>());
@@ -89,7 +89,6 @@ class ParentPipe {
     while (node::running()) {
       node_.bus.wait(pending_.empty() ? node::kMaxWait : 5ms);
       spacing_.step();
-      if (replay_.update()) reset();
       // sim_node sends the collisions and particles of a frame before its state. Taking the states
       // first guarantees that those of every taken state are available.
       take_states();
@@ -146,21 +145,20 @@ class ParentPipe {
   }
 
   void take_collisions() {
-    for (const auto& sample : collisions_.take()) {
-      if (!sample.valid()) continue;
+    replay_.take(collisions_, [&](const auto& sample) {
       const bool is_highlighted = highlighted_.contains(sample->object);
       const OverlaidObject* const overlaid = overlays_ ? overlays_->find(sample->object) : nullptr;
-      if (!is_highlighted && !overlaid) continue;
+      if (!is_highlighted && !overlaid) return;
       const auto highlight = highlight_from(*sample);
       if (const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&highlight)) {
         node_.status.drop_from(collisions_.process(sample), *bad);
-        continue;
+        return;
       }
-      if (overlaid && !take_marks(sample, *overlaid)) continue;
+      if (overlaid && !take_marks(sample, *overlaid)) return;
       const auto& [frame, stamp_ns, collides] = std::get<Highlight>(highlight);
       if (is_highlighted && collides)
         virtual_frames_.add_collision(frame, stamp_ns, sample->object);
-    }
+    });
   }
 
   // Adds the marks of a message. Drops and counts an invalid message, and returns false.
@@ -178,12 +176,11 @@ class ParentPipe {
 
   void take_particles() {
     if (!particles_) return;
-    for (const auto& sample : particles_->take()) {
-      if (!sample.valid()) continue;
+    replay_.take(*particles_, [&](const auto& sample) {
       auto received = particles_from(*sample, node_.deployment.scene);
       if (const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&received)) {
         node_.status.drop_from(particles_->process(sample), *bad);
-        continue;
+        return;
       }
       auto& [frame, stamp_ns, cloud] = std::get<ReceivedParticles>(received);
       if (const auto why = renderer_.why_undrawable(cloud))
@@ -191,19 +188,18 @@ class ParentPipe {
                                {"bad_particles", sample->source, *why});
       else
         virtual_frames_.add_particles(frame, stamp_ns, std::move(cloud));
-    }
+    });
   }
 
   void take_states() {
-    for (const auto& sample : states_.take()) {
-      if (!sample.valid()) continue;
+    replay_.take(states_, [&](const auto& sample) {
       auto poses = poses_from(*sample, node_.deployment.scene);
       if (const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&poses))
         node_.status.drop_from(states_.process(sample), *bad);
       else
         virtual_frames_.add_state(sample->frame, sample->capture_stamp_ns,
                                   drawable(std::get<0>(std::move(poses)), sample));
-    }
+    });
   }
 
   // Drops and counts the poses that the renderer cannot draw. Otherwise the kept states of a peer
@@ -219,31 +215,30 @@ class ParentPipe {
   }
 
   void take_tiles() {
-    for (const auto& sample : tiles_.take()) {
-      if (!sample.valid()) continue;
+    replay_.take(tiles_, [&](const auto& sample) {
       const std::optional<std::size_t> view = views_.find(sample->viewer);
       if (!view) {
         if (config::is_view_of(viewer_, sample->viewer))
           node_.status.drop_from(
               tiles_.process(sample),
               {"bad_tile", sample->viewer, "stereo differs from this node's deployment"});
-        continue;
+        return;
       }
       auto tile = tile_from(*sample, node_.deployment.rig);
       if (const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&tile)) {
         node_.status.drop_from(tiles_.process(sample), *bad);
-        continue;
+        return;
       }
       std::get<ReceivedTile>(tile).received_ns = sample.arrived_ns();
       auto added = views_.add(*view, std::get<ReceivedTile>(tile), order());
       if (const RefusedTile* refused = std::get_if<RefusedTile>(&added))
         node_.status.drop_from(tiles_.process(sample), {"bad_tile", "", refused->reason});
       EyeFrames* const eyes = std::get_if<EyeFrames>(&added);
-      if (!eyes) continue;
-      if (is_too_late(eyes->front())) continue;
+      if (!eyes) return;
+      if (is_too_late(eyes->front())) return;
       pending_.add(std::move(*eyes), Clock::now(), order());
       while (node::running() && pending_.is_superseded(replay_.lossless())) composite();
-    }
+    });
     report_drops();
   }
 

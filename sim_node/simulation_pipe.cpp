@@ -83,7 +83,7 @@ class SimulationPipe {
         sets_(node.bus, node.deployment.rig, node.status, node::frame_set_options(node.deployment)),
         commands_(node.bus.reader<bus::topics::Command>()),
         spacing_(node),
-        replay_(node.bus, node.status),
+        replay_(node.bus, node.status, [this] { reset(); }),
         traces_(node.bus, node.status, node.node.name),
         states_(node.bus.writer<bus::topics::VirtualState>()),
         collisions_(node.bus.writer<bus::topics::CollisionResult>()) {
@@ -97,16 +97,15 @@ class SimulationPipe {
     while (node::running()) {
       node_.bus.wait(std::min<Clock::duration>(kFrameSetTimeout, node::kMaxWait));
       const bool was_lossless = replay_.lossless();
-      if (replay_.update()) reset();
-      // The results of a lossless replay depend on its frames alone, so after the replay the
-      // simulation does not advance against the last hull.
-      if (was_lossless && !replay_.lossless()) held_.reset();
       for (const auto& command : commands_.take())
         if (command.valid()) apply(*command, node_.node.name, *simulation_);
       // The spacing of a frame arrives before its maps.
-      std::vector<frames::FrameSet> sets = sets_.take();
+      waiting_ = sets_.take(replay_);
       spacing_.take(replay_);
-      for (frames::FrameSet& set : sets) simulate(std::move(set));
+      for (frames::FrameSet& set : waiting_) simulate(std::move(set));
+      // The results of a lossless replay depend on its frames alone, so after the replay the
+      // simulation does not advance against the last hull.
+      if (was_lossless && !replay_.lossless()) held_.reset();
       if (!replay_.lossless()) advance_by_wall_clock();
     }
   }
@@ -120,6 +119,7 @@ class SimulationPipe {
   // Restores the state after the start of the process, so that a replay gives the same bits again.
   void reset() {
     sets_.reset();
+    waiting_.clear();
     spacing_.reset();
     simulation_ = new_simulation();
     reported_ = {};
@@ -198,6 +198,7 @@ class SimulationPipe {
   const config::Scene& scene_;
   std::unique_ptr<Simulation> simulation_;
   node::FrameSetReader sets_;
+  std::vector<frames::FrameSet> waiting_;  // until the spacings of their frames are known
   bus::Reader<bus::topics::Command> commands_;
   SpacingPipe spacing_;
   node::ReplayMonitor replay_;

@@ -37,22 +37,21 @@ void SpacingPipe::reset() {
 }
 
 template <class Topic>
-void SpacingPipe::take_from(bus::Reader<Topic>& reader, const node::ReplayMonitor& replay,
-                            bool is_used) {
+void SpacingPipe::take_from(bus::Reader<Topic>& reader, node::ReplayMonitor& replay,
+                            bool is_of_replay) {
+  // This node itself may have sent those that precede the replay.
+  const auto handle = [&](const auto& sample) {
+    follow(replay);
+    if (replay.replaying() != is_of_replay) return;
+    const auto change = change_from(*sample, scene_);
+    if (const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&change))
+      node_.status.drop_from(reader.process(sample), *bad);
+    else
+      add(std::get<SpacingChange>(change));
+  };
   // One call returns a part of what has arrived.
-  for (std::size_t calls = 0; calls < kMaxCalls; ++calls) {
-    const auto samples = reader.take();
-    for (const auto& sample : samples) {
-      // This node itself may have sent those that precede the replay.
-      if (!sample.valid() || !is_used || replay.precedes_replay(sample)) continue;
-      const auto change = change_from(*sample, scene_);
-      if (const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&change))
-        node_.status.drop_from(reader.process(sample), *bad);
-      else
-        add(std::get<SpacingChange>(change));
-    }
-    if (samples.empty()) return;
-  }
+  for (std::size_t calls = 0; calls < kMaxCalls; ++calls)
+    if (replay.take(reader, handle) == 0) return;
 }
 
 void SpacingPipe::add(const SpacingChange& change) {
@@ -65,14 +64,17 @@ void SpacingPipe::add(const SpacingChange& change) {
   pending_.push_back(change);
 }
 
+void SpacingPipe::follow(const node::ReplayMonitor& replay) {
+  if (was_replaying_ && !replay.replaying()) pending_.clear();
+  was_replaying_ = replay.replaying();
+}
+
 // Without a replay, an ObjectSpacing is that of an earlier process or of this one.
-void SpacingPipe::take(const node::ReplayMonitor& replay) {
+void SpacingPipe::take(node::ReplayMonitor& replay) {
   if (!requests_) return;
-  const bool replaying = replay.replaying();
-  if (was_replaying_ && !replaying) pending_.clear();
-  was_replaying_ = replaying;
-  take_from(*requests_, replay, !replaying);
-  take_from(*recorded_, replay, replaying);
+  follow(replay);
+  take_from(*requests_, replay, false);
+  take_from(*recorded_, replay, true);
 }
 
 void SpacingPipe::apply(std::int64_t capture_stamp_ns, Simulation& simulation) {

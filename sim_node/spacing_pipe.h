@@ -18,7 +18,7 @@ class SpacingPipe {
   explicit SpacingPipe(node::NodeContext& node);
 
   // Drops and counts invalid messages. Of a replay, takes those that arrived after its session.
-  void take(const node::ReplayMonitor& replay);
+  void take(node::ReplayMonitor& replay);
   // Moves the simulation's objects to their spacings in this frame. Call before it is simulated.
   void apply(std::int64_t capture_stamp_ns, Simulation& simulation);
   // Sends the spacings that this frame is the first to have; none during a replay.
@@ -32,8 +32,10 @@ class SpacingPipe {
     bool requested = false;
     std::optional<double> published_m = {};
   };
+  // Forgets the changes of a replay that has ended.
+  void follow(const node::ReplayMonitor& replay);
   template <class Topic>
-  void take_from(bus::Reader<Topic>& reader, const node::ReplayMonitor& replay, bool is_used);
+  void take_from(bus::Reader<Topic>& reader, node::ReplayMonitor& replay, bool is_of_replay);
   void add(const SpacingChange& change);
 
   node::NodeContext& node_;

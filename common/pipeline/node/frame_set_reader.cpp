@@ -30,19 +30,15 @@ void FrameSetReader::reset() {
   sets_.reset();
 }
 
-void FrameSetReader::take_coverages() {
+void FrameSetReader::take_coverages(ReplayMonitor& replay) {
   if (!coverages_) return;
   // One take() returns a part of the samples, key by key. The number of times is bounded, because a
   // peer may send without end.
-  for (int times = 0; times < kMaxTakes; ++times) {
-    const auto samples = coverages_->take();
-    if (samples.size() == 0) return;
-    for (const auto& sample : samples) add_coverage(sample);
-  }
+  for (int times = 0; times < kMaxTakes; ++times)
+    if (replay.take(*coverages_, [&](const auto& sample) { add_coverage(sample); }) == 0) return;
 }
 
 void FrameSetReader::add_coverage(const bus::Sample<bus::topics::ObjectCoverage>& sample) {
-  if (!sample.valid()) return;
   auto received = messages::coverage_from(*sample, rig_);
   if (const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&received)) {
     status_.drop_from(coverages_->process(sample), *bad);
@@ -114,15 +110,16 @@ void FrameSetReader::report_lost_cameras() {
                         fmt::join(lost, ", "), fmt::join(needed, ", ")));
 }
 
-std::vector<frames::FrameSet> FrameSetReader::take() {
+std::vector<frames::FrameSet> FrameSetReader::take(ReplayMonitor& replay) {
   check_cameras();
   std::vector<frames::FrameSet> complete;
   // capture_node sends the coverage before the map. Taking the maps first guarantees that the
   // coverage of all taken maps is available.
   const auto maps = maps_.take();
-  take_coverages();
+  replay.update();
+  take_coverages(replay);
   for (const auto& sample : maps) {
-    if (!sample.valid()) continue;
+    if (!sample.valid() || replay.precedes_replay(sample)) continue;
     if (is_mismatched(sample->camera, maps_.process(sample))) {
       status_.drop_from(maps_.process(sample),
                         {"bad_map", sample->camera, "published camera model differs from the rig"});

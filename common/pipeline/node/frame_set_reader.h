@@ -14,6 +14,7 @@
 #include "common/pipeline/frames/frame_set_assembler.h"
 #include "common/pipeline/messages/camera_messages.h"
 #include "common/pipeline/node/coverage_joiner.h"
+#include "common/pipeline/node/replay_monitor.h"
 #include "common/pipeline/node/status.h"
 
 namespace fivepipe::node {
@@ -35,8 +36,9 @@ class FrameSetReader {
   FrameSetReader(bus::Bus& bus, const config::Rig& rig, NodeStatusReporter& status,
                  FrameSetOptions options = {});
 
-  // Returns the frame sets that are now complete, oldest first. Never waits.
-  std::vector<frames::FrameSet> take();
+  // Returns the frame sets that are now complete, oldest first. Never waits. `replay` may discard
+  // (ReplayMonitor::take); then the reader must be reset.
+  std::vector<frames::FrameSet> take(ReplayMonitor& replay);
   void reset();  // see FrameSetAssembler
 
  private:
@@ -55,7 +57,7 @@ class FrameSetReader {
   static constexpr int kMaxTakes = 16;
 
   void check_cameras();
-  void take_coverages();
+  void take_coverages(ReplayMonitor& replay);
   void add_coverage(const bus::Sample<bus::topics::ObjectCoverage>& sample);
   void join_coverage(frames::FrameSet& set);
   void report_mismatch(const std::string& camera);

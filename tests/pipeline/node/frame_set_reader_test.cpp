@@ -77,7 +77,7 @@ class FrameSetReaderTest : public testing::Test {
   frames::FrameSet take_frame(std::uint64_t frame) {
     std::optional<frames::FrameSet> found;
     EXPECT_TRUE(test::eventually(bus_, 10s, [&] {
-      for (frames::FrameSet& set : reader_->take())
+      for (frames::FrameSet& set : reader_->take(replay_))
         if (set.frame == frame) found = std::move(set);
       return found.has_value();
     })) << frame;
@@ -105,6 +105,7 @@ class FrameSetReaderTest : public testing::Test {
   config::Rig rig_;
   std::optional<NodeStatusReporter> status_{std::in_place, bus_, "node"};
   std::optional<FrameSetReader> reader_;
+  ReplayMonitor replay_{bus_, *status_, [this] { reader_->reset(); }};
 };
 
 TEST_F(FrameSetReaderTest, ReportsEachCompleteSet) {
@@ -163,7 +164,7 @@ TEST_F(FrameSetReaderTest, JoinsTheCoverageOfTheSameImage) {
   EXPECT_EQ(take_frame(3).outlines, (std::vector<hull::CoverageOutline>{outline(5), none}));
   // The coverage may come after its map, but not after the set is complete.
   publish_map(0, 4);
-  EXPECT_TRUE(reader_->take().empty());
+  EXPECT_TRUE(reader_->take(replay_).empty());
   publish("c0", 4, 1'000'000, 6);
   publish("c1", 4, 1'000'000, 7);
   publish_map(1, 4);
@@ -173,6 +174,23 @@ TEST_F(FrameSetReaderTest, JoinsTheCoverageOfTheSameImage) {
   EXPECT_EQ(final_status().drops, (Counts{{"bad_coverage: c1: not as many coverages as pixels", 1},
                                           {"missing_coverage: c0", 1},
                                           {"missing_coverage: c1", 3}}));
+}
+
+// The node was busy when the replay began. A process receives its own messages during write().
+TEST_F(FrameSetReaderTest, OfAReplayItReturnsNoMapFromBeforeIt) {
+  auto sessions = bus_.writer<bus::topics::ReplaySession>();
+  ASSERT_TRUE(test::eventually(bus_, 10s, [&] { return sessions.readers() == 1; }));
+  const auto publish_frame = [&](std::uint64_t frame) {
+    for (const std::size_t camera : {0, 1}) publish_map(camera, frame);
+  };
+  publish_frame(100);
+  fivepipe_v1_ReplaySession session{};
+  messages::set_text(session.replay, "replay");
+  sessions.write(session);
+  publish_frame(1);
+  const std::vector<frames::FrameSet> sets = reader_->take(replay_);
+  ASSERT_EQ(sets.size(), 1u);
+  EXPECT_EQ(sets[0].frame, 1u);
 }
 
 struct ThreeCameras : FrameSetReaderTest {
@@ -185,14 +203,14 @@ TEST_F(ThreeCameras, NamesALostCameraUntilItReturns) {
     reader_.emplace(bus_, rig_, *status_, FrameSetOptions{{}, false, {"c1"}});
     for (std::uint64_t frame = 0; frame < 16; ++frame) {
       for (const std::size_t camera : {0, 2}) publish_map(camera, frame, 1'000'000, false);
-      reader_->take();
+      reader_->take(replay_);
     }
     for (const std::size_t camera : {0, 2}) publish_map(camera, 16, 1'000'000);
     EXPECT_EQ(take_frame(16).lost_cameras, std::vector<std::string>{"c1"});
     if (returns)
       for (const std::size_t camera : {1, 2, 0}) {
         publish_map(camera, 17);
-        EXPECT_EQ(reader_->take().size(), camera == 0 ? 1u : 0u);
+        EXPECT_EQ(reader_->take(replay_).size(), camera == 0 ? 1u : 0u);
       }
     EXPECT_EQ(
         final_status().diagnostics,
@@ -214,11 +232,11 @@ TEST_F(ThreeCameras, NamesALostCameraWithoutWhichNoSetIsComplete) {
   reader_.emplace(bus_, rig_, *status_, FrameSetOptions{{}, false, {"c1"}});
   for (std::uint64_t frame = 0; frame < 20; ++frame) {
     publish_map(0, frame);
-    EXPECT_TRUE(reader_->take().empty());
+    EXPECT_TRUE(reader_->take(replay_).empty());
   }
   // The last of these maps may not have arrived.
   EXPECT_TRUE(test::eventually(bus_, 10s, [&] {
-    EXPECT_TRUE(reader_->take().empty());
+    EXPECT_TRUE(reader_->take(replay_).empty());
     bool is_named = false;
     for (const auto& sample : statuses_.take())
       if (sample.valid()) is_named = stated_by(*sample).diagnostics.contains("lost cameras");
@@ -238,7 +256,7 @@ TEST_F(FrameSetReaderTest, DropsMessagesThatDoNotFitTheRigAndNamesTheirSender) {
   publish_map(0, 1);
   maps_.write(messages::map_message("c1", 1, 1'000'000, hull::ObjectPixels(4, 3)).message());
   publish_map(1, 1);
-  EXPECT_TRUE(reader_->take().empty()) << "the map of c0 is dropped";
+  EXPECT_TRUE(reader_->take(replay_).empty()) << "the map of c0 is dropped";
   publish_camera(0, rig_.cameras[0].published.fx_px);
   for (const std::size_t camera : {0, 1}) publish_map(camera, 2);
   take_frame(2);
@@ -260,10 +278,10 @@ struct FrameSetReaderOf257Cameras : FrameSetReaderTest {
 TEST_F(FrameSetReaderOf257Cameras, RemembersTheNewest256WrongModels) {
   for (std::size_t camera = 0; camera < 257; ++camera) {
     publish_camera(camera, 5);
-    reader_->take();
+    reader_->take(replay_);
   }
   for (const std::size_t camera : {0, 1}) publish_map(camera, 1);
-  reader_->take();
+  reader_->take(replay_);
   EXPECT_EQ(final_status().drops,
             (Counts{{"bad_map: c1: published camera model differs from the rig", 1}}));
 }
@@ -285,13 +303,14 @@ TEST(FrameSetReader, ARightModelOfOneProcessKeepsTheDiagnosticAboutAnother) {
   };
   NodeStatusReporter status(bus, "node");
   FrameSetReader reader(bus, rig, status);
+  ReplayMonitor replay(bus, status, [] {});
   // Publishes `left` with NaN.
   test::Program peer({FIVEPIPE_BINARY_DIR "/hostile_peer", std::to_string(test::own_domain()), "3",
                       "100", "CameraInfo"},
                      std::filesystem::path(testing::TempDir()) / "frame_set_reader_test.log");
   bool peer_ended = false;
   ASSERT_TRUE(test::eventually(bus, 20s, [&] {
-    reader.take();
+    reader.take(replay);
     take_statuses();
     peer_ended = peer_ended || peer.wait_for_end(0ms).has_value();
     return peer_ended && diagnostics.contains("camera left");
@@ -304,7 +323,7 @@ TEST(FrameSetReader, ARightModelOfOneProcessKeepsTheDiagnosticAboutAnother) {
   wrong.published.fx_px = 5;
   infos.write(messages::camera_info_message(wrong));
   ASSERT_TRUE(test::eventually(bus, 20s, [&] {
-    reader.take();
+    reader.take(replay);
     take_statuses();
     return diagnostics.contains("camera right");
   }));
@@ -314,7 +333,7 @@ TEST(FrameSetReader, ARightModelOfOneProcessKeepsTheDiagnosticAboutAnother) {
 
   infos.write(messages::camera_info_message(rig.cameras[1]));
   EXPECT_TRUE(test::eventually(bus, 20s, [&] {
-    reader.take();
+    reader.take(replay);
     take_statuses();
     return !diagnostics.contains("camera right");
   }));

@@ -2,10 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "common/base/realtime.h"
 #include "common/pipeline/messages/wire_conversions.h"
@@ -20,23 +23,34 @@ using namespace std::chrono_literals;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
+struct CountingMonitor : ReplayMonitor {
+  CountingMonitor(bus::Bus& bus, NodeStatusReporter& status)
+      : ReplayMonitor(bus, status, [this] { ++begun; }) {}
+  // Returns whether a replay has begun since the last call.
+  bool has_begun() {
+    update();
+    return std::exchange(begun, 0) > 0;
+  }
+  int begun = 0;
+};
+
 // Sends the session and waits until the monitor reports it.
 bool begins_by(bus::Bus& bus, bus::Writer<bus::topics::ReplaySession>& writer,
-               ReplayMonitor& monitor, const char* name) {
+               CountingMonitor& monitor, const char* name) {
   fivepipe_v1_ReplaySession session{};
   messages::set_text(session.replay, name);
   session.lossless = true;
   writer.write(session);
-  return test::eventually(bus, 10s, [&] { return monitor.update(); });
+  return test::eventually(bus, 10s, [&] { return monitor.has_begun(); });
 }
 
 TEST(ReplayMonitor, ReportsEachBeginningAndTheEndOfAReplay) {
   bus::Bus bus({test::own_domain()});
   NodeStatusReporter status(bus, "node");
-  ReplayMonitor monitor(bus, status);
+  CountingMonitor monitor(bus, status);
   EXPECT_FALSE(monitor.replaying());
   EXPECT_FALSE(monitor.lossless());
-  EXPECT_FALSE(monitor.update());
+  EXPECT_FALSE(monitor.has_begun());
   EXPECT_FALSE(monitor.replaying());
   auto writer = std::make_optional(bus.writer<bus::topics::ReplaySession>());
   ASSERT_TRUE(test::eventually(bus, 10s, [&] { return writer->readers() == 1; }));
@@ -45,16 +59,16 @@ TEST(ReplayMonitor, ReportsEachBeginningAndTheEndOfAReplay) {
   for (const bool lossless : {true, false, true}) {
     session.lossless = lossless;
     writer->write(session);
-    EXPECT_TRUE(test::eventually(bus, 10s, [&] { return monitor.update(); }));
+    EXPECT_TRUE(test::eventually(bus, 10s, [&] { return monitor.has_begun(); }));
     EXPECT_TRUE(monitor.replaying());
     EXPECT_EQ(monitor.lossless(), lossless);
-    EXPECT_FALSE(monitor.update()) << "reports a beginning once";
+    EXPECT_FALSE(monitor.has_begun()) << "reports a beginning once";
     EXPECT_TRUE(monitor.replaying());
     EXPECT_EQ(monitor.lossless(), lossless);
   }
   writer.reset();
   EXPECT_TRUE(test::eventually(bus, 10s, [&] {
-    EXPECT_FALSE(monitor.update()) << "the end is no beginning";
+    EXPECT_FALSE(monitor.has_begun()) << "the end is no beginning";
     return !monitor.replaying();
   }));
   EXPECT_FALSE(monitor.lossless());
@@ -64,7 +78,7 @@ TEST(ReplayMonitor, KnowsWhatArrivedBeforeTheReplay) {
   using Spacing = bus::topics::ObjectSpacing;
   bus::Bus bus({test::own_domain()});
   NodeStatusReporter status(bus, "node");
-  ReplayMonitor monitor(bus, status);
+  CountingMonitor monitor(bus, status);
   auto sessions = bus.writer<bus::topics::ReplaySession>();
   ASSERT_TRUE(test::eventually(bus, 10s, [&] { return sessions.readers() == 1; }));
   const Spacing::Message message{};
@@ -77,14 +91,63 @@ TEST(ReplayMonitor, KnowsWhatArrivedBeforeTheReplay) {
     ASSERT_TRUE(begins_by(bus, sessions, monitor, "replay"));
     EXPECT_TRUE(monitor.precedes_replay(arrived(before_ns - 1)));
     EXPECT_FALSE(monitor.precedes_replay(arrived(base::now_realtime_ns() + 1)));
+    EXPECT_FALSE(monitor.precedes_replay(arrived(before_ns - 1), before_ns))
+        << "the clock was set back behind the beginning";
   }
+}
+
+// A node that was busy finds messages from before a replay, its session and its first message
+// together. It must discard its state before it handles the last one, and not handle the first one.
+// A process receives its own messages during write().
+TEST(ReplayMonitor, OfWhatABusyNodeTakesTheReplayBeginsWithItsOwnMessages) {
+  using Spacing = bus::topics::ObjectSpacing;
+  bus::Bus bus({test::own_domain()});
+  NodeStatusReporter status(bus, "node");
+  std::vector<std::string> done;
+  ReplayMonitor monitor(bus, status, [&] { done.push_back("discarded"); });
+  auto reader = bus.reader<Spacing>();
+  auto sessions = bus.writer<bus::topics::ReplaySession>();
+  auto spacings = bus.writer<Spacing>();
+  ASSERT_TRUE(test::eventually(bus, 10s,
+                               [&] { return sessions.readers() == 1 && spacings.readers() == 1; }));
+  const auto send = [&](const char* object) {
+    Spacing::Message message{};
+    messages::set_text(message.object, object);
+    spacings.write(message);
+  };
+  const auto begin = [&](const char* name) {
+    fivepipe_v1_ReplaySession session{};
+    messages::set_text(session.replay, name);
+    sessions.write(session);
+  };
+  const auto take = [&] {
+    return monitor.take(reader, [&](const auto& sample) { done.push_back(sample->object); });
+  };
+  const auto expect = [&](std::size_t taken, const std::vector<std::string>& expected) {
+    EXPECT_EQ(take(), taken);
+    // DDS orders the messages of a take() by key.
+    if (!done.empty()) std::sort(done.begin() + 1, done.end());
+    EXPECT_EQ(std::exchange(done, {}), expected);
+  };
+  send("live");
+  expect(1, {"live"});
+  send("before");
+  begin("first");
+  send("of the first");
+  expect(2, {"discarded", "of the first"});
+  send("more of the first");
+  begin("second");
+  send("of the second");
+  send("more of the second");
+  expect(3, {"discarded", "more of the second", "of the second"});
+  expect(0, {});
 }
 
 TEST(ReplayMonitor, RefusesASessionWithoutANameOrWithAnImpossibleRate) {
   bus::Bus bus({test::own_domain()});
   auto statuses = bus.reader<bus::topics::NodeStatus>();
   NodeStatusReporter status(bus, "node");
-  ReplayMonitor monitor(bus, status);
+  CountingMonitor monitor(bus, status);
   auto writer = bus.writer<bus::topics::ReplaySession>();
   auto forged = std::make_optional(bus.writer<bus::topics::ReplaySession>());
   ASSERT_TRUE(
@@ -102,7 +165,7 @@ TEST(ReplayMonitor, RefusesASessionWithoutANameOrWithAnImpossibleRate) {
     for (const char* name : {"replay", "other"}) send(name, rate);
   send("", 1);
   const auto expect_still_as_before = [&] {
-    EXPECT_FALSE(monitor.update());
+    EXPECT_FALSE(monitor.has_begun());
     EXPECT_TRUE(monitor.replaying());
     EXPECT_TRUE(monitor.lossless());
   };
@@ -135,7 +198,7 @@ TEST(ReplayMonitor, RefusesASessionWithoutANameOrWithAnImpossibleRate) {
 TEST(ReplayMonitor, OnlyTheEndOfTheNewestReplayCounts) {
   bus::Bus bus({test::own_domain()});
   NodeStatusReporter status(bus, "node");
-  ReplayMonitor monitor(bus, status);
+  CountingMonitor monitor(bus, status);
   auto first = std::make_optional(bus.writer<bus::topics::ReplaySession>());
   auto second = std::make_optional(bus.writer<bus::topics::ReplaySession>());
   ASSERT_TRUE(

@@ -219,6 +219,31 @@ TEST_F(RenderNode, AReplayDiscardsTheHullsThatWaitForTheirStates) {
   EXPECT_EQ(drops_of(ended(), "late_state"), 0u);
 }
 
+// While a frame of a lossless replay waits, the node leaves further hulls on the bus. Hull 52 of
+// the first replay is not one of the second.
+TEST_F(RenderNode, AReplayDiscardsTheHullsOnTheBus) {
+  start_with(", video: false");
+  begin_replay(true);
+  send_state(50);
+  send_hull(50);
+  ASSERT_TRUE(has_composited(1)) << said();
+  send_hull(51);
+  // The node reports this state after it has taken the hull, which waits for 2 s.
+  send_state(50, 0, "ball", 7);
+  ASSERT_TRUE(holds([&] { return drops_of(report(), "bad_state") == 1; })) << said();
+  send_hull(52);
+  begin_replay(true);
+  for (const std::uint64_t frame : {1, 2}) {
+    send_state(frame);
+    send_hull(frame);
+    ASSERT_TRUE(has_composited(frame + 1)) << said();
+  }
+  EXPECT_EQ(composited_frames(), (std::vector<std::uint64_t>{50, 1, 2}));
+  const NodeReport report = ended();
+  EXPECT_EQ(drops_of(report, "late_state"), 0u);
+  EXPECT_EQ(drops_of(report, "late_tile"), 0u);
+}
+
 // Frame 6 of the replay has the number and the timestamp of a frame before the replay.
 TEST_F(RenderNode, AReplayDiscardsTheStatesBeforeIt) {
   start_with(", video: false, still_frame: 6");
