@@ -14,7 +14,6 @@ namespace {
 constexpr const char *kHull = "hull", *kEveryPixel = "hull_every_pixel";
 // A baseline counts as an alternative to the exact methods up to this mean error.
 constexpr double kFairError_mm = 2;
-constexpr const char* kNotMeasured = "-";
 
 struct HullName {
   std::string method, scene, view;

@@ -40,5 +40,7 @@ class Results {
 double time_ms(const json& result, const char* statistic = "median");
 double error_of(const json& result, const char* name);
 double count_of(const json& result, const char* name);
+// Cell of a table whose result does not exist.
+inline constexpr const char* kNotMeasured = "-";
 
 }  // namespace fivepipe::figures

@@ -265,6 +265,7 @@ TEST(Figures, AnAccountWithoutOutsideTimesIsRefused) {
                         {"nodes_mean_ms", 1},
                         {"outside_mean_ms", 1.1},
                         {"limit_ms", 0.3},
+                        {"tail_limit_ms", 3},
                         {"difference_p5_ms", -0.1},
                         {"difference_p95_ms", 0.25},
                         {"agrees", true}}}};
@@ -275,7 +276,8 @@ TEST(Figures, AnAccountWithoutOutsideTimesIsRefused) {
   folder.add("paper_files", json::array({with_capture}));
   const std::string text = block_text("account", folder.results());
   EXPECT_THAT(text, HasSubstr("All stages agree"));
-  EXPECT_THAT(text, HasSubstr("| render | 9 | 1.000 | 1.100 | 0.100 | 0.300 | -0.100 / 0.250 |\n"));
+  EXPECT_THAT(
+      text, HasSubstr("| render | 9 | 1.000 | 1.100 | 0.100 | 0.300 | -0.100 / 0.250 | 3.000 |\n"));
   folder.add("paper_files", json::array());
   EXPECT_THAT(
       error_of_call([&] { block_text("account", folder.results()); }),
