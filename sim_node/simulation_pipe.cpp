@@ -80,10 +80,10 @@ class SimulationPipe {
       : node_(node),
         scene_(node.deployment.scene),
         simulation_(new_simulation()),
+        replay_(node.bus, node.status, [this] { reset(); }),
         sets_(node.bus, node.deployment.rig, node.status, node::frame_set_options(node.deployment)),
         commands_(node.bus.reader<bus::topics::Command>()),
         spacing_(node),
-        replay_(node.bus, node.status, [this] { reset(); }),
         traces_(node.bus, node.status, node.node.name),
         states_(node.bus.writer<bus::topics::VirtualState>()),
         collisions_(node.bus.writer<bus::topics::CollisionResult>()) {
@@ -97,10 +97,11 @@ class SimulationPipe {
     while (node::running()) {
       node_.bus.wait(std::min<Clock::duration>(kFrameSetTimeout, node::kMaxWait));
       const bool was_lossless = replay_.lossless();
-      for (const auto& command : commands_.take())
-        if (command.valid()) apply(*command, node_.node.name, *simulation_);
+      replay_.take(commands_,
+                   [this](const auto& command) { apply(*command, node_.node.name, *simulation_); });
       // The spacing of a frame arrives before its maps.
       waiting_ = sets_.take(replay_);
+      is_replayed_ = replay_.replaying();
       spacing_.take(replay_);
       for (frames::FrameSet& set : waiting_) simulate(std::move(set));
       // The results of a lossless replay depend on its frames alone, so after the replay the
@@ -145,7 +146,7 @@ class SimulationPipe {
       components_->write(
           components_message(node_.node.name, result_frame(), *simulation_->hull_components())
               .message());
-    spacing_.publish(held_->frame, held_->capture_stamp_ns, replay_.replaying());
+    spacing_.publish(held_->frame, held_->capture_stamp_ns, is_replayed_);
     publish_metrics();
     traces_.handled(held_->frame, held_->capture_stamp_ns,
                     {held_->first_received_ns, held_->last_received_ns}, std::move(steps));
@@ -197,11 +198,14 @@ class SimulationPipe {
   node::NodeContext& node_;
   const config::Scene& scene_;
   std::unique_ptr<Simulation> simulation_;
+  // Before all other readers, so that this process receives the session of a running replay before
+  // the latched messages of that replay.
+  node::ReplayMonitor replay_;
   node::FrameSetReader sets_;
   std::vector<frames::FrameSet> waiting_;  // until the spacings of their frames are known
+  bool is_replayed_ = false;               // of the frames in waiting_
   bus::Reader<bus::topics::Command> commands_;
   SpacingPipe spacing_;
-  node::ReplayMonitor replay_;
   node::FrameTracer traces_;
   bus::Writer<bus::topics::VirtualState> states_;
   bus::Writer<bus::topics::CollisionResult> collisions_;

@@ -39,10 +39,10 @@ void SpacingPipe::reset() {
 template <class Topic>
 void SpacingPipe::take_from(bus::Reader<Topic>& reader, node::ReplayMonitor& replay,
                             bool is_of_replay) {
-  // This node itself may have sent those that precede the replay.
+  // This node itself may have sent those that precede the replay. A replay that ends just now has
+  // sent the frames that this node has taken.
   const auto handle = [&](const auto& sample) {
-    follow(replay);
-    if (replay.replaying() != is_of_replay) return;
+    if ((was_replaying_ || replay.replaying()) != is_of_replay) return;
     const auto change = change_from(*sample, scene_);
     if (const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&change))
       node_.status.drop_from(reader.process(sample), *bad);
@@ -64,15 +64,11 @@ void SpacingPipe::add(const SpacingChange& change) {
   pending_.push_back(change);
 }
 
-void SpacingPipe::follow(const node::ReplayMonitor& replay) {
-  if (was_replaying_ && !replay.replaying()) pending_.clear();
-  was_replaying_ = replay.replaying();
-}
-
 // Without a replay, an ObjectSpacing is that of an earlier process or of this one.
 void SpacingPipe::take(node::ReplayMonitor& replay) {
   if (!requests_) return;
-  follow(replay);
+  if (was_replaying_ && !replay.replaying()) pending_.clear();
+  was_replaying_ = replay.replaying();
   take_from(*requests_, replay, false);
   take_from(*recorded_, replay, true);
 }

@@ -17,7 +17,8 @@ class SpacingPipe {
   // Begins with NodeContext::spacings_m; drops and counts those that the scene does not permit.
   explicit SpacingPipe(node::NodeContext& node);
 
-  // Drops and counts invalid messages. Of a replay, takes those that arrived after its session.
+  // Drops and counts invalid messages. During a replay, uses only recorded spacings that arrived
+  // after its session; otherwise, only requests.
   void take(node::ReplayMonitor& replay);
   // Moves the simulation's objects to their spacings in this frame. Call before it is simulated.
   void apply(std::int64_t capture_stamp_ns, Simulation& simulation);
@@ -32,8 +33,6 @@ class SpacingPipe {
     bool requested = false;
     std::optional<double> published_m = {};
   };
-  // Forgets the changes of a replay that has ended.
-  void follow(const node::ReplayMonitor& replay);
   template <class Topic>
   void take_from(bus::Reader<Topic>& reader, node::ReplayMonitor& replay, bool is_of_replay);
   void add(const SpacingChange& change);

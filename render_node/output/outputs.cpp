@@ -105,7 +105,8 @@ void VideoFile::wait_until_open() {
 
 bool VideoFile::add(const cv::Mat& image_bgr, WhenFull when_full) {
   const bool fits = image_bgr.size() == size_px_ && image_bgr.type() == CV_8UC3;
-  if (fits && (when_full == WhenFull::wait ? queue_.push(image_bgr) : queue_.try_push(image_bgr)))
+  if (fits && (when_full == WhenFull::wait ? queue_.push(image_bgr, 1, kMaxAhead + 1)
+                                           : queue_.try_push(image_bgr)))
     return true;
   ++dropped_;
   return false;

@@ -42,6 +42,7 @@ class VideoFile {
   void wait_until_open();
 
   // Queues an 8-bit BGR image of the file's size, which the caller must not modify afterwards.
+  // WhenFull::wait waits until fewer than kMaxAhead images are queued.
   // Returns false if it drops and counts the image, because the queue is full (WhenFull::drop), an
   // earlier write failed, or the image has another size or type.
   bool add(const cv::Mat& image_bgr, WhenFull when_full = WhenFull::drop);
@@ -52,6 +53,10 @@ class VideoFile {
   // After Ctrl-C the supervisor kills a node that has not exited within 1.3 s. Encoding the frames
   // that the codec holds back takes a part of that time.
   static constexpr std::chrono::milliseconds kFinishTimeout{700};
+
+  // With WhenFull::wait at most this many frames wait behind the one in the encoder, so that the
+  // encoder of a busy machine finishes them within kFinishTimeout.
+  static constexpr std::size_t kMaxAhead = 3;
 
   std::uint64_t dropped() const { return dropped_; }
 

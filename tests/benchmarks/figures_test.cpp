@@ -275,9 +275,15 @@ TEST(Figures, AnAccountWithoutOutsideTimesIsRefused) {
   folder.add("pipeline_1", json::array({stage}));
   folder.add("paper_files", json::array({with_capture}));
   const std::string text = block_text("account", folder.results());
-  EXPECT_THAT(text, HasSubstr("All stages agree"));
+  EXPECT_THAT(text, HasSubstr("All stages agree within both limits."));
   EXPECT_THAT(
       text, HasSubstr("| render | 9 | 1.000 | 1.100 | 0.100 | 0.300 | -0.100 / 0.250 | 3.000 |\n"));
+  with_capture["counts"].erase("tail_limit_ms");
+  folder.add("paper_files", json::array({with_capture}));
+  EXPECT_THAT(
+      block_text("account", folder.results()),
+      AllOf(HasSubstr("| 0.300 | -0.100 / 0.250 | - |\n"),
+            HasSubstr("All stages agree within the limit of the difference of the means.")));
   folder.add("paper_files", json::array());
   EXPECT_THAT(
       error_of_call([&] { block_text("account", folder.results()); }),
@@ -287,7 +293,7 @@ TEST(Figures, AnAccountWithoutOutsideTimesIsRefused) {
 TEST(Figures, TheCostOfSecurityIsPerMessage) {
   ResultFolder folder;
   folder.add("hull", json::array());
-  EXPECT_THAT(block_text("security", folder.results()), HasSubstr("Not measured yet"));
+  EXPECT_THAT(block_text("security", folder.results()), HasSubstr("No results yet"));
   folder.add("security",
              json::array({{{"name", "security/40000/encrypt"},
                            {"time_ms", {{"median", 0.391}, {"p99", 1.25}}},

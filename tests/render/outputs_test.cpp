@@ -125,6 +125,16 @@ TEST_F(Outputs, AddWaitsForRoomIfToldTo) {
   EXPECT_EQ(video.dropped(), 0u);
 }
 
+TEST_F(Outputs, AddThatWaitsLeavesFewFramesForTheEnd) {
+  const cv::Size large(1280, 960);
+  VideoFile video(folder_ / "v.mp4", large, roomy());
+  cv::Mat noise(large, CV_8UC3);
+  cv::randu(noise, 0, 255);
+  for (int i = 0; i < 12; ++i) EXPECT_TRUE(video.add(noise, WhenFull::wait));
+  video.finish(std::chrono::milliseconds(0));
+  EXPECT_LE(video.dropped(), VideoFile::kMaxAhead + 1) << "with the one that the encoder takes";
+}
+
 TEST_F(Outputs, FinishDropsTheFramesThatMissTheDeadline) {
   const cv::Size large(1280, 960);
   VideoFile video(folder_ / "v.mp4", large, roomy());

@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <iterator>
 #include <regex>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -54,11 +56,13 @@ std::vector<std::string> tests_in(const fs::path& folder) {
 
 TEST(AloneTests, EachPatternMatchesATestOfItsFolder) {
   std::size_t patterns = 0;
+  std::set<std::string> seen;
   for (const auto& entry : fs::recursive_directory_iterator(kRoot / "tests")) {
     if (entry.path().filename() != "CMakeLists.txt") continue;
     const std::vector<std::string> tests = tests_in(entry.path().parent_path());
     for (const std::string& pattern : patterns_of(text_of(entry.path()))) {
       ++patterns;
+      EXPECT_TRUE(seen.insert(pattern).second) << pattern << " is in two lists";
       EXPECT_TRUE(std::ranges::any_of(
           tests,
           [regex = regex_of(pattern)](const auto& test) { return regex_match(test, regex); }))
@@ -70,10 +74,13 @@ TEST(AloneTests, EachPatternMatchesATestOfItsFolder) {
 
 TEST(LongTestsOfAProgram, AreRunByItsLongTest) {
   static const std::regex kProgram(R"(fivepipe_test\((\w+)[^()]*LONG_TESTS)");
-  std::size_t programs = 0;
+  static const std::regex kList(R"(\bLONG_TESTS\b)");
+  std::size_t programs = 0, lists = 0;
   for (const auto& entry : fs::recursive_directory_iterator(kRoot / "tests")) {
     if (entry.path().filename() != "CMakeLists.txt") continue;
     const std::string cmake = text_of(entry.path());
+    lists +=
+        std::size_t(std::distance(std::sregex_iterator(cmake.begin(), cmake.end(), kList), {}));
     for (auto it = std::sregex_iterator(cmake.begin(), cmake.end(), kProgram);
          it != std::sregex_iterator(); ++it) {
       ++programs;
@@ -86,6 +93,7 @@ TEST(LongTestsOfAProgram, AreRunByItsLongTest) {
           << entry.path() << ": " << program << " needs fivepipe_long_test()";
     }
   }
+  EXPECT_EQ(programs, lists) << "each list is that of a program that this test has found";
   EXPECT_GE(programs, 3u);
 }
 

@@ -780,6 +780,23 @@ TEST_F(ReconNode, AReplayDiscardsTheMessagesBeforeIt) {
   EXPECT_EQ(drops_of(ended(), "late_map"), 0u);
 }
 
+// A busy node finds messages from before a replay together with the replay's own.
+TEST_F(ReconNode, AReplayDiscardsThePosesAndColoursOnTheBus) {
+  start_with(kTwoWorkers);
+  begin_replay(true);
+  at_once([&] {
+    send_pose(1, {0, 0, 0, 0}, 0, geometry::look_at({0, -0.5, 0.5}, {0, 0, 0}));
+    send_colours(1, {9, 9, 9});
+    begin_replay(true);
+    send_maps(1);
+  });
+  send_pose(1, {0, 0, 0, 0});
+  ASSERT_TRUE(has_handled(1)) << said();
+  EXPECT_EQ(tiles_of(1).size(), 4u);
+  for (const Tile& tile : tiles_of(1)) expect_exact(tile);
+  EXPECT_EQ(colour_of(1), std::nullopt);
+}
+
 TEST_F(ReconNode, ReportsTheTimesOfEachFrame) {
   start_with(kTwoWorkers);
   const std::int64_t first_start_ns = start_ns_;

@@ -509,6 +509,26 @@ TEST_F(SimNode, ExecutesItsCommandsBeforeTheNextFrame) {
   EXPECT_GT(next(), paused_m);
 }
 
+// A busy node finds commands from before a replay together with the replay's own.
+TEST_F(SimNode, ExecutesTheFirstCommandsOfAReplayThatBeginsWhileItIsBusy) {
+  start_with(kScene);
+  begin_replay(true);
+  simulate(0);
+  for (const bool pauses : {true, false}) {
+    at_once([&] {
+      if (!pauses) command(fivepipe_v1_pause_simulation, "simulation");
+      begin_replay(true);
+      if (pauses) command(fivepipe_v1_pause_simulation, "simulation");
+    });
+    std::vector<double> z_m;
+    for (const std::uint64_t frame : {0, 1, 2}) {
+      simulate(frame);
+      z_m.push_back(states_.all().back().world_from_object.at("faller").translation().z());
+    }
+    EXPECT_EQ(z_m[2] == z_m[1], pauses);
+  }
+}
+
 // DDS reports the end of a writer as a sample without data.
 TEST_F(SimNode, TheEndOfACommandersWriterIsNoCommand) {
   start_with(kScene);

@@ -1,8 +1,10 @@
 // A queue from any number of producer threads to one consumer thread, bounded by a cost.
 #pragma once
+#include <algorithm>
 #include <condition_variable>
 #include <cstddef>
 #include <deque>
+#include <limits>
 #include <mutex>
 #include <optional>
 #include <utility>
@@ -28,10 +30,12 @@ class BoundedQueue {
     return append(std::move(item), cost);
   }
 
-  // Waits for room. Returns false, and drops the item, if the queue is closed.
-  bool push(T item, std::size_t cost = 1) {
+  // Waits for room: until the cost is below max_cost and `limit`. Returns false, and drops the
+  // item, if the queue is closed.
+  bool push(T item, std::size_t cost = 1,
+            std::size_t limit = std::numeric_limits<std::size_t>::max()) {
     std::unique_lock lock(mutex_);
-    changed_.wait(lock, [this] { return closed_ || cost_ < max_cost_; });
+    changed_.wait(lock, [&] { return closed_ || cost_ < std::min(max_cost_, limit); });
     return append(std::move(item), cost);
   }
 

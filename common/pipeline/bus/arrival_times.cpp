@@ -18,7 +18,7 @@ std::optional<std::int64_t> ArrivalTimes::of(std::uint64_t writer,
     if (arrival.writer == writer && arrival.source_stamp_ns == source_stamp_ns)
       return arrival.arrived_ns;
   }
-  return std::nullopt;
+  return arrivals_[next_].arrived_ns;
 }
 
 }  // namespace fivepipe::bus::detail

@@ -12,13 +12,15 @@ namespace fivepipe::bus::detail {
 // its receive threads.
 class ArrivalTimes {
  public:
-  // Maximum number of times; a further one displaces the oldest.
-  static constexpr std::size_t kMaxSamples = 256;
+  // Maximum number of times; a further one displaces the oldest. A reader of the tiles of a stereo
+  // view (8 x 6 tiles in two eyes) holds up to 768 samples.
+  static constexpr std::size_t kMaxSamples = 1024;
 
   // The publication handle of the writer and the source timestamp identify a sample. arrived_ns:
   // CLOCK_REALTIME.
   void add(std::uint64_t writer, std::int64_t source_stamp_ns, std::int64_t arrived_ns);
-  // Returns the time of the sample that arrived last, or nullopt if it is not known any more.
+  // Returns the time of the sample that arrived last. If it was displaced, returns the oldest known
+  // time, which is later. Returns nullopt if no such sample has arrived.
   std::optional<std::int64_t> of(std::uint64_t writer, std::int64_t source_stamp_ns) const;
 
  private:

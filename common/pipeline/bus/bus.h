@@ -31,7 +31,8 @@ struct SampleInfo {
   bool writer_gone;              // the key has no writer any more
   std::uint64_t writer;          // publication handle; see Reader::process() for an identity
   std::int64_t source_stamp_ns;  // CLOCK_REALTIME at the write
-  // CLOCK_REALTIME at the arrival in this process; if that is no longer known, at the take()
+  // CLOCK_REALTIME at the arrival in this process; if that is no longer known, a later time, but
+  // not after the arrival of any later sample whose time is known
   std::int64_t arrived_ns;
 };
 

@@ -36,8 +36,8 @@ class FrameSetReader {
   FrameSetReader(bus::Bus& bus, const config::Rig& rig, NodeStatusReporter& status,
                  FrameSetOptions options = {});
 
-  // Returns the frame sets that are now complete, oldest first. Never waits. `replay` may discard
-  // (ReplayMonitor::take); then the reader must be reset.
+  // Returns the frame sets that are now complete, oldest first. Never waits. Polls `replay`, whose
+  // `discard` must call reset() of this reader.
   std::vector<frames::FrameSet> take(ReplayMonitor& replay);
   void reset();  // see FrameSetAssembler
 

@@ -35,7 +35,7 @@ config::Deployment deployment() {
 }
 
 bool eventually(const std::function<bool()>& condition) {
-  const auto until = std::chrono::steady_clock::now() + 10s * test::kSlowdown;
+  const auto until = std::chrono::steady_clock::now() + 30s * test::kSlowdown;
   while (!condition()) {
     if (std::chrono::steady_clock::now() > until) return false;
     std::this_thread::sleep_for(20ms);

@@ -49,7 +49,7 @@ TEST(Announcements, EndAfterTheSearch) {
   EXPECT_EQ(announcements.next(), std::nullopt);
 }
 
-TEST(Announcements, AProcessOfTheOwnMachineAndAnUnknownOneCauseNone) {
+TEST(Announcements, AreNotDueForTheOwnMachineOrAnUnknownProcess) {
   Announcements announcements("own", kStart);
   announcements.found("1", "own");
   announcements.lost("1", kStart);
@@ -58,7 +58,7 @@ TEST(Announcements, AProcessOfTheOwnMachineAndAnUnknownOneCauseNone) {
 }
 
 // A program on the other machine starts and ends once per second.
-TEST(Announcements, AreFewWhileProgramsStartAndEndAgainAndAgain) {
+TEST(Announcements, AreLimitedToOnePerSecondAfterTheFirstHundred) {
   constexpr int kSeconds = 600;
   Announcements announcements("own", kStart);
   int count = 0;

@@ -177,13 +177,20 @@ TEST_F(FrameSetReaderTest, JoinsTheCoverageOfTheSameImage) {
 }
 
 // The node was busy when the replay began. A process receives its own messages during write().
-TEST_F(FrameSetReaderTest, OfAReplayItReturnsNoMapFromBeforeIt) {
+TEST_F(FrameSetReaderTest, ReturnsNoMapOrCoverageThatArrivedBeforeTheReplay) {
+  reader_.emplace(bus_, rig_, *status_, FrameSetOptions{{}, true, {}});
   auto sessions = bus_.writer<bus::topics::ReplaySession>();
-  ASSERT_TRUE(test::eventually(bus_, 10s, [&] { return sessions.readers() == 1; }));
+  auto coverages = bus_.writer<bus::topics::ObjectCoverage>();
+  ASSERT_TRUE(test::eventually(bus_, 10s, [&] {
+    return sessions.readers() == 1 && coverages.readers() == 1 && maps_.readers() == 1;
+  }));
   const auto publish_frame = [&](std::uint64_t frame) {
     for (const std::size_t camera : {0, 1}) publish_map(camera, frame);
   };
   publish_frame(100);
+  hull::CoverageOutline outline{hull::ObjectPixels(4, 4), {100}};
+  outline.pixels.set(1, 1);
+  coverages.write(messages::coverage_message("c0", 1, 1'000'000, outline).message());
   fivepipe_v1_ReplaySession session{};
   messages::set_text(session.replay, "replay");
   sessions.write(session);
@@ -191,6 +198,7 @@ TEST_F(FrameSetReaderTest, OfAReplayItReturnsNoMapFromBeforeIt) {
   const std::vector<frames::FrameSet> sets = reader_->take(replay_);
   ASSERT_EQ(sets.size(), 1u);
   EXPECT_EQ(sets[0].frame, 1u);
+  EXPECT_TRUE(sets[0].outlines.empty());
 }
 
 struct ThreeCameras : FrameSetReaderTest {

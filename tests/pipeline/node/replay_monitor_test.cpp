@@ -74,7 +74,7 @@ TEST(ReplayMonitor, ReportsEachBeginningAndTheEndOfAReplay) {
   EXPECT_FALSE(monitor.lossless());
 }
 
-TEST(ReplayMonitor, KnowsWhatArrivedBeforeTheReplay) {
+TEST(ReplayMonitor, ComparesArrivalsWithThatOfTheSession) {
   using Spacing = bus::topics::ObjectSpacing;
   bus::Bus bus({test::own_domain()});
   NodeStatusReporter status(bus, "node");
@@ -99,7 +99,7 @@ TEST(ReplayMonitor, KnowsWhatArrivedBeforeTheReplay) {
 // A node that was busy finds messages from before a replay, its session and its first message
 // together. It must discard its state before it handles the last one, and not handle the first one.
 // A process receives its own messages during write().
-TEST(ReplayMonitor, OfWhatABusyNodeTakesTheReplayBeginsWithItsOwnMessages) {
+TEST(ReplayMonitor, DiscardsEarlierMessagesThatArriveWithTheSession) {
   using Spacing = bus::topics::ObjectSpacing;
   bus::Bus bus({test::own_domain()});
   NodeStatusReporter status(bus, "node");
@@ -141,6 +141,32 @@ TEST(ReplayMonitor, OfWhatABusyNodeTakesTheReplayBeginsWithItsOwnMessages) {
   send("more of the second");
   expect(3, {"discarded", "more of the second", "of the second"});
   expect(0, {});
+}
+
+// Between two polls a replay has begun and ended, or two have begun, the first of which is the last
+// by name.
+TEST(ReplayMonitor, OfSeveralSessionsAtOnceTheNewestCounts) {
+  bus::Bus bus({test::own_domain()});
+  NodeStatusReporter status(bus, "node");
+  CountingMonitor monitor(bus, status);
+  auto writer = std::make_optional(bus.writer<bus::topics::ReplaySession>());
+  ASSERT_TRUE(test::eventually(bus, 10s, [&] { return writer->readers() == 1; }));
+  const auto begin = [&](const char* name, bool lossless) {
+    fivepipe_v1_ReplaySession session{};
+    messages::set_text(session.replay, name);
+    session.lossless = lossless;
+    writer->write(session);
+  };
+  for (const auto& [first, second] : {std::pair("a", "b"), {"b", "a"}}) {
+    begin(first, false);
+    begin(second, true);
+    EXPECT_TRUE(monitor.has_begun());
+    EXPECT_TRUE(monitor.lossless()) << second;
+  }
+  begin("short", false);
+  writer.reset();
+  EXPECT_TRUE(monitor.has_begun());
+  EXPECT_FALSE(monitor.replaying());
 }
 
 TEST(ReplayMonitor, RefusesASessionWithoutANameOrWithAnImpossibleRate) {

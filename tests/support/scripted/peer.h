@@ -1,5 +1,7 @@
 // Plays the peers of one real node: publishes crafted messages and reads what the node publishes.
 #pragma once
+#include <signal.h>
+
 #include <map>
 #include <memory>
 #include <optional>
@@ -83,11 +85,20 @@ class ScriptedPeer : public RecordingTest {
   void start(const std::string& program, const std::string& name, const std::string& deployment,
              const std::vector<std::string>& more = {});
 
-  // Writes the message and waits until every reader has it.
+  // Writes the message and waits until every reader has it, except in at_once().
   template <class Topic>
-  static void deliver(bus::Writer<Topic>& writer, const typename Topic::Message& message) {
+  void deliver(bus::Writer<Topic>& writer, const typename Topic::Message& message) {
     writer.write(message);
-    EXPECT_TRUE(writer.wait_for_delivery(kAnswer)) << Topic::name;
+    EXPECT_TRUE(is_stopped_ || writer.wait_for_delivery(kAnswer)) << Topic::name;
+  }
+  // Stops the node during send(), so that it finds all messages of send() at once.
+  template <class Send>
+  void at_once(const Send& send) {
+    program_->signal(SIGSTOP);
+    is_stopped_ = true;
+    send();
+    is_stopped_ = false;
+    program_->signal(SIGCONT);
   }
   // Waits until every writer has at least one reader, the node under test.
   template <class... Topic>
@@ -96,7 +107,8 @@ class ScriptedPeer : public RecordingTest {
   }
   // Waits until the condition holds. Returns false after kAnswer, or if the node has failed.
   bool holds(const std::function<bool()>& condition);
-  // Announces a replay, which stays in force until end_replay().
+  // Announces a replay, which stays in force until end_replay(). Waits until the node has discarded
+  // its state, except in at_once().
   void begin_replay(bool lossless);
   void end_replay();
 
@@ -117,7 +129,8 @@ class ScriptedPeer : public RecordingTest {
   std::unique_ptr<Program> program_;
 
  private:
-  bool has_failed();  // whether the node has ended with another code than 0
+  bool is_stopped_ = false;  // the node, in at_once()
+  bool has_failed();         // whether the node has ended with another code than 0
 
   std::string name_;
   std::optional<bus::Reader<bus::topics::NodeStatus>> statuses_;

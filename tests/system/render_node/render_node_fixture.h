@@ -233,6 +233,11 @@ class RenderNode : public ScriptedPeer {
     const cv::Vec3b bgr = at(image, x_m, -0.2);
     return bgr[1] > 2 * bgr[0] && bgr[1] > 2 * bgr[2];
   }
+  // Whether the image shows a grain at this point of the plane z = 0.
+  static bool is_blue_at(const cv::Mat& image, double x_m) {
+    const cv::Vec3b bgr = at(image, x_m, 0);
+    return bgr[0] > 2 * bgr[2] && bgr[0] > 80;
+  }
   // The boxes that are red in the image.
   static std::set<std::string> red_boxes(const cv::Mat& image) {
     std::set<std::string> red;

@@ -57,12 +57,8 @@ TEST_F(RenderNode, ShowsTheParticlesOfTheFrameOfTheImage) {
   send_hull(8);
   ASSERT_TRUE(has_composited(3)) << said();
   const cv::Mat image = still();
-  const auto is_blue = [&](double x_m) {
-    const cv::Vec3b bgr = at(image, x_m, 0);
-    return bgr[0] > 2 * bgr[2] && bgr[0] > 80;
-  };
-  EXPECT_TRUE(is_blue(0));
-  EXPECT_FALSE(is_blue(-0.1) || is_blue(0.1));
+  EXPECT_TRUE(is_blue_at(image, 0));
+  EXPECT_FALSE(is_blue_at(image, -0.1) || is_blue_at(image, 0.1));
   EXPECT_TRUE(holds([&] {
     return drops_of(report(), "bad_particles: smoke") == 1 &&
            drops_of(report(), "bad_particles: grains") == 1;

@@ -15,7 +15,7 @@ class Announcements {
   // After this time without a process of the machine, only the usual announcements find one.
   static constexpr std::chrono::seconds kSearch{20};
   // At most this many announcements at once, and one more per second: programs that start and end
-  // again and again on the other machine must not keep this process at work.
+  // again and again on the other machine must not keep this process busy.
   static constexpr int kMaxAtOnce = 100;
   // Remembered processes, and missing machines; a peer can invent any number.
   static constexpr std::size_t kMaxRemembered = 1024;
@@ -31,7 +31,8 @@ class Announcements {
   // Returns true if this process must announce itself now, and counts the announcement. Call it
   // again at next().
   bool take_due(Clock::time_point now);
-  std::optional<Clock::time_point> next() const;  // nullopt: no machine is missing
+  // Time of the next announcement, which may be in the past. nullopt: no machine is missing.
+  std::optional<Clock::time_point> next() const;
 
  private:
   bool spend_one(Clock::time_point now);
