@@ -427,11 +427,12 @@ std::string beats(const std::string& times = "") {
 
 }  // namespace
 
+// A busy machine may hold up the node that beats for a second.
 TEST_F(SupervisorTest, ANodeThatStopsBeatingIsKilledAndRestarted) {
   launch::Supervisor supervisor({node("hangs", beats("20") + "exec sleep 1000"),
                                  node("beats", beats()), node("starts", kRunsForever)},
                                 {}, output(),
-                                launch::WatchdogSettings{.no_heartbeat_s = 0.5 * kSlowdown});
+                                launch::WatchdogSettings{.no_heartbeat_s = 1.5 * kSlowdown});
   ASSERT_TRUE(
       step_until(supervisor, [&] { return supervisor.history()[0].processes.size() == 3; }));
   EXPECT_TRUE(said("hangs is stalled: no heartbeat for ")) << testing::PrintToString(events);
