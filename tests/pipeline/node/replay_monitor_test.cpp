@@ -143,8 +143,8 @@ TEST(ReplayMonitor, DiscardsEarlierMessagesThatArriveWithTheSession) {
   expect(0, {});
 }
 
-// Between two polls a replay has begun and ended, or two have begun, the first of which is the last
-// by name.
+// Between two polls a replay has begun and ended, or two have begun. DDS returns the newest session
+// first, because it orders the names by their first messages.
 TEST(ReplayMonitor, OfSeveralSessionsAtOnceTheNewestCounts) {
   bus::Bus bus({test::own_domain()});
   NodeStatusReporter status(bus, "node");
@@ -157,11 +157,12 @@ TEST(ReplayMonitor, OfSeveralSessionsAtOnceTheNewestCounts) {
     session.lossless = lossless;
     writer->write(session);
   };
-  for (const auto& [first, second] : {std::pair("a", "b"), {"b", "a"}}) {
-    begin(first, false);
-    begin(second, true);
+  for (const auto& [newest, other] : {std::pair("a", "b"), {"b", "a"}}) {
+    begin(newest, false);
+    begin(other, false);
+    begin(newest, true);
     EXPECT_TRUE(monitor.has_begun());
-    EXPECT_TRUE(monitor.lossless()) << second;
+    EXPECT_TRUE(monitor.lossless()) << newest;
   }
   begin("short", false);
   writer.reset();

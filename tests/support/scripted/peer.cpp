@@ -1,7 +1,11 @@
 #include "tests/support/scripted/peer.h"
 
 #include <signal.h>
+#include <sys/ptrace.h>
+#include <sys/wait.h>
 
+#include <cerrno>
+#include <cstring>
 #include <fstream>
 
 #include "common/base/timing.h"
@@ -87,6 +91,19 @@ bool ScriptedPeer::holds(const std::function<bool()>& condition) {
 
 bool ScriptedPeer::has_failed() {
   return program_->wait_for_end(std::chrono::milliseconds(0)).value_or(0) != 0;
+}
+
+void ScriptedPeer::at_once(const std::function<void()>& send) {
+  const pid_t main_thread = program_->pid();
+  ASSERT_EQ(ptrace(PTRACE_SEIZE, main_thread, nullptr, nullptr), 0) << std::strerror(errno);
+  ASSERT_EQ(ptrace(PTRACE_INTERRUPT, main_thread, nullptr, nullptr), 0) << std::strerror(errno);
+  int status = 0;
+  ASSERT_EQ(waitpid(main_thread, &status, __WALL), main_thread) << std::strerror(errno);
+  ASSERT_TRUE(WIFSTOPPED(status));
+  is_stopped_ = true;
+  send();
+  is_stopped_ = false;
+  ASSERT_EQ(ptrace(PTRACE_DETACH, main_thread, nullptr, nullptr), 0) << std::strerror(errno);
 }
 
 void ScriptedPeer::begin_replay(bool lossless) {

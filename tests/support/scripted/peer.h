@@ -1,7 +1,5 @@
 // Plays the peers of one real node: publishes crafted messages and reads what the node publishes.
 #pragma once
-#include <signal.h>
-
 #include <map>
 #include <memory>
 #include <optional>
@@ -85,21 +83,15 @@ class ScriptedPeer : public RecordingTest {
   void start(const std::string& program, const std::string& name, const std::string& deployment,
              const std::vector<std::string>& more = {});
 
-  // Writes the message and waits until every reader has it, except in at_once().
+  // Writes the message and waits until every reader has it.
   template <class Topic>
   void deliver(bus::Writer<Topic>& writer, const typename Topic::Message& message) {
     writer.write(message);
-    EXPECT_TRUE(is_stopped_ || writer.wait_for_delivery(kAnswer)) << Topic::name;
+    EXPECT_TRUE(writer.wait_for_delivery(kAnswer)) << Topic::name;
   }
-  // Stops the node during send(), so that it finds all messages of send() at once.
-  template <class Send>
-  void at_once(const Send& send) {
-    program_->signal(SIGSTOP);
-    is_stopped_ = true;
-    send();
-    is_stopped_ = false;
-    program_->signal(SIGCONT);
-  }
+  // Stops the node's main thread during send(), as if the node were busy: DDS receives all messages
+  // of send(), and the node finds them at once.
+  void at_once(const std::function<void()>& send);
   // Waits until every writer has at least one reader, the node under test.
   template <class... Topic>
   void wait_for_readers(const bus::Writer<Topic>&... writers) {
@@ -129,7 +121,7 @@ class ScriptedPeer : public RecordingTest {
   std::unique_ptr<Program> program_;
 
  private:
-  bool is_stopped_ = false;  // the node, in at_once()
+  bool is_stopped_ = false;  // the main thread of the node, in at_once()
   bool has_failed();         // whether the node has ended with another code than 0
 
   std::string name_;

@@ -252,9 +252,9 @@ TEST_F(RenderNode, AReplayDiscardsTheResultsOfTheSimulationOnTheBus) {
     send_state(1, -0.3);
     begin_replay(true);
     send_collision(1, "met", fivepipe_v1_colliding);
+    send_state(1, 0.3);
     send_hull(1);
   });
-  send_state(1, 0.3);
   ASSERT_TRUE(has_composited(1)) << said();
   const cv::Mat image = still();
   EXPECT_TRUE(has_ball_at(image, 0.3));

@@ -217,19 +217,17 @@ TEST_F(SimNodeSpacing, AReplayMovesThePartAlsoIfTheNodeIsBusyWhenItBegins) {
   simulate(0);
   std::uint64_t frame = 0;
   for (const double spacing_m : {0.2, 0.12, 0.3, 0.25, 0.15}) {
-    program_->signal(SIGSTOP);
-    sessions.write(session);
-    recorded.write(recorded_spacing(++frame, spacing_m));
-    program_->signal(SIGCONT);
-    EXPECT_TRUE(sessions.wait_for_delivery(kAnswer) && recorded.wait_for_delivery(kAnswer));
+    at_once([&] {
+      deliver(sessions, session);
+      deliver(recorded, recorded_spacing(++frame, spacing_m));
+    });
     EXPECT_NEAR(simulate(frame), spacing_m - 0.1, 1e-12);
   }
   // One that arrives before the session belongs to an earlier replay.
-  program_->signal(SIGSTOP);
-  recorded.write(recorded_spacing(++frame, 0.5));
-  sessions.write(session);
-  program_->signal(SIGCONT);
-  EXPECT_TRUE(sessions.wait_for_delivery(kAnswer) && recorded.wait_for_delivery(kAnswer));
+  at_once([&] {
+    deliver(recorded, recorded_spacing(++frame, 0.5));
+    deliver(sessions, session);
+  });
   EXPECT_NEAR(simulate(frame), 0.3, 1e-12) << "as in the scene";
 }
 
