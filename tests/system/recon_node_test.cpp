@@ -790,6 +790,7 @@ TEST_F(ReconNode, AReplayDiscardsThePosesAndColoursOnTheBus) {
     begin_replay(true);
     send_maps(1);
   });
+  EXPECT_TRUE(reports_again()) << said();  // the frame waits for its pose
   send_pose(1, {0, 0, 0, 0});
   ASSERT_TRUE(has_handled(1)) << said();
   EXPECT_EQ(tiles_of(1).size(), 4u);
