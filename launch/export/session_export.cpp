@@ -102,7 +102,6 @@ class SessionExport {
   SessionExport(const ExportRequest& request, const config::Deployment& deployment,
                 const recording::Recording& recording)
       : request_(request),
-        deployment_(deployment),
         frames_(recording, deployment,
                 {.colours = request.colour && (request.meshes || request.points),
                  .head_poses = bool(request.depth)}),
@@ -228,7 +227,6 @@ class SessionExport {
   }
 
   const ExportRequest& request_;
-  const config::Deployment& deployment_;
   replay::RecordedFrames frames_;
   base::WorkerPool pool_;
   std::unique_ptr<surface::SweptVolume> swept_;

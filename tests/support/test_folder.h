@@ -9,9 +9,9 @@ namespace fivepipe::test {
 
 // Creates an empty folder; the destructor removes it and its content.
 struct TestFolder {
-  const std::filesystem::path path = created();
+  const std::filesystem::path path;
 
-  TestFolder() = default;
+  TestFolder() : path(created()) {}
   ~TestFolder() { std::filesystem::remove_all(path); }
   TestFolder(const TestFolder&) = delete;
   TestFolder& operator=(const TestFolder&) = delete;

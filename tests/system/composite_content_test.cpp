@@ -209,9 +209,10 @@ class CompositeContent : public RecordingTest {
         {"CollisionResult", 3}, {"HullTile", 12},    {"FrameComposited", 1}};
     for (auto& [frame, messages] : all) {
       if (messages["HullTile"].size() == 12) composable_.insert(frame);
-      const bool is_complete = std::all_of(
-          complete.begin(), complete.end(),
-          [&](const auto& expected) { return messages[expected.first].size() == expected.second; });
+      const bool is_complete =
+          std::all_of(complete.begin(), complete.end(), [&found = messages](const auto& expected) {
+            return found[expected.first].size() == expected.second;
+          });
       if (is_complete) frames_[frame] = std::move(messages);
     }
   }

@@ -91,9 +91,9 @@ Measured measure(double radius_px, hull::PixelRule rule) {
       const collision::HullNormal closed = collision::closed_form_normal(hull.query, recovery);
       EXPECT_EQ(closed.status, collision::NormalStatus::defined);
       EXPECT_NEAR(closed.normal_world.norm(), 1, 1e-12);
-      const auto same =
-          std::find_if(closed.cameras.begin(), closed.cameras.end(),
-                       [&](const hull::LimitingCamera& c) { return c.camera == int(limiting); });
+      const auto same = std::find_if(
+          closed.cameras.begin(), closed.cameras.end(),
+          [camera = int(limiting)](const hull::LimitingCamera& c) { return c.camera == camera; });
       m.limiting_missed += same == closed.cameras.end();
       const double error_deg =
           angle_deg(same == closed.cameras.end() ? closed.normal_world : same->normal_world, truth);

@@ -306,7 +306,8 @@ TEST(SpacingSweep, TheOrderOfTrianglesDoesNotMatter) {
   const SpacingVerdicts before =
       frame.sweep({mesh, test::at(test::kOrigin), Vector3d::UnitX()}, range);
   std::ranges::reverse(mesh.triangles);
-  for (auto& triangle : mesh.triangles) std::ranges::rotate(triangle, triangle.begin() + 1);
+  for (auto& triangle : mesh.triangles)
+    std::rotate(triangle.begin(), triangle.begin() + 1, triangle.end());
   const SpacingVerdicts after =
       frame.sweep({mesh, test::at(test::kOrigin), Vector3d::UnitX()}, range);
   for (int i = 0; i < 500; ++i) {

@@ -128,10 +128,10 @@ TEST(StatusRegistry, TheTotalsOfProcessesWithInventedNamesAreBounded) {
 }
 
 TEST(StatusRegistry, EndedAndSilentNodesLeaveSpaceForOthers) {
-  constexpr int kNodes = int(launch::StatusRegistry::kMaxNodes);
+  constexpr int kMax = int(launch::StatusRegistry::kMaxNodes);
   for (const bool ended : {false, true}) {
     launch::StatusRegistry registry;
-    for (int i = 0; i < kNodes; ++i) {
+    for (int i = 0; i < kMax; ++i) {
       auto one =
           status("node_" + std::to_string(i), bus::ProcessId{"alpha", std::uint32_t(i), 1}, s);
       one.final_report = ended;
@@ -143,7 +143,7 @@ TEST(StatusRegistry, EndedAndSilentNodesLeaveSpaceForOthers) {
     registry.add(status("sim", kSecond, s), 13 * s);
     EXPECT_TRUE(registry.newest("sim"));
     EXPECT_FALSE(registry.newest("node_0")) << "has the oldest status";
-    EXPECT_TRUE(registry.newest("node_" + std::to_string(kNodes - 1)));
+    EXPECT_TRUE(registry.newest("node_" + std::to_string(kMax - 1)));
     EXPECT_EQ(registry.processes().size(), launch::StatusRegistry::kMaxNodes);
   }
 }

@@ -50,7 +50,8 @@ TEST(WorkPerSet, DividesTheTimeOfEachPartByTheSetsAfterTheFirst) {
       {"decoding", 12},    {"segmentation", 3}, {"publishing", 1}, {"hull", 8},
       {"simulation", 0.5}, {"drawing", 4},      {"sum", 28.5}};
   ASSERT_EQ(work.size(), expected.size());
-  for (const auto& [part, ms] : expected) EXPECT_NEAR(work[part].get<double>(), ms, 1e-9) << part;
+  for (const auto& [part, expected_ms] : expected)
+    EXPECT_NEAR(work[part].get<double>(), expected_ms, 1e-9) << part;
 }
 
 TEST(WorkPerSet, NamesWhatBoundsTheRate) {

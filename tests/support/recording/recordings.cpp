@@ -153,7 +153,7 @@ Outputs::Outputs(bus::Bus& bus, const std::vector<std::string>& names) {
 
 void Outputs::take() {
   for (const auto& [topic, reader] : readers_)
-    reader->take([&](const bus::SerializedSample& sample) {
+    reader->take([this, &topic = topic](const bus::SerializedSample& sample) {
       if (sample.kind == bus::SampleKind::data)
         payloads_[topic].emplace_back(sample.cdr.begin(), sample.cdr.end());
     });
