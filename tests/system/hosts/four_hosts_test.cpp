@@ -201,7 +201,9 @@ TEST_F(FourHosts, TheNetworkCostsLittleOfTheRate) {
   if (kHasSanitizer) return;
   // One run of each is no measurement: it shows only that frames go through all hosts.
   EXPECT_GT(median(ratios[1500]), is_long() ? 0.85 : 0.4);
-  if (is_long()) EXPECT_GT(median(ratios[9000]), 0.9);
+  if (is_long()) {
+    EXPECT_GT(median(ratios[9000]), 0.9);
+  }
 }
 
 // The nodes that read object-pixel maps run on one host or on several: a map is sent once.
