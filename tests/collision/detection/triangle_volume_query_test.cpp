@@ -132,6 +132,9 @@ TEST_F(TriangleQuery, ReportsExactlyTheSamplesInTheHull) {
       for (int column = 0; column < kViewport; ++column) {
         const double x = column + 0.5, y = row + 0.5, left = view.apex_x * y,
                      right = kViewport - (1 - view.apex_x) * y;
+        // point_at() moves a sample outside to the border, where another may be. If the query
+        // reports one clearly outside, `next` stays below the number of its points.
+        if (x < left - kClear || x > right + kClear) continue;
         const Eigen::Vector3d p_world_m = collision::point_at(view, x / kViewport, y / kViewport);
         // Reported in this order: by triangle, row, column.
         const bool reported = next < result.points.size() &&
@@ -140,9 +143,6 @@ TEST_F(TriangleQuery, ReportsExactlyTheSamplesInTheHull) {
         if (x > left + kClear && x < right - kClear && clearly(p_world_m)) {
           EXPECT_TRUE(reported) << "triangle " << i << " row " << row << " column " << column;
           ++expected;
-        }
-        if (x < left - kClear || x > right + kClear) {
-          EXPECT_FALSE(reported);
         }
       }
   }
