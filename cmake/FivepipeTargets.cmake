@@ -113,8 +113,8 @@ function(fivepipe_program name)
   endif()
 endfunction()
 
-# The precompiled headers of the test programs. The test programs are
-# half of all sources, so the compiler does not optimise them, except NUMERIC ones (-O1).
+# The precompiled headers of the test programs. These programs are half of all sources, so the
+# compiler does not optimise them, except NUMERIC ones (-O1).
 function(fivepipe_test_precompiled_headers)
   foreach(name fivepipe_test_precompiled fivepipe_numeric_test_precompiled)
     add_executable(${name} ${CMAKE_SOURCE_DIR}/cmake/precompiled_main.cpp)

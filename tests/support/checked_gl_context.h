@@ -13,7 +13,7 @@ inline void expect_no_gl_error() { EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR));
 // A context for one test, which checks it at its end.
 class CheckedGlContext : public gl::GlContext {
  public:
-  CheckedGlContext() : gl::GlContext() {}  // not defaulted, so that a const one can be
+  CheckedGlContext() : gl::GlContext() {}  // Clang refuses a const object of a defaulted one
   ~CheckedGlContext() { expect_no_gl_error(); }
 };
 
