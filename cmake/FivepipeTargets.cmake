@@ -45,10 +45,15 @@ add_library(fivepipe_precompiled STATIC ${CMAKE_SOURCE_DIR}/cmake/precompiled.cp
 target_link_libraries(fivepipe_precompiled PUBLIC fivepipe_options)
 target_precompile_headers(fivepipe_precompiled PRIVATE ${CMAKE_SOURCE_DIR}/cmake/precompiled.h)
 
+# COLD libraries in preset release.
+set(FIVEPIPE_COLD_OPTIMISATION -O1 CACHE STRING
+  "Optimisation of code that runs rarely; CI uses -O0, which is compiled in half of the time")
+
 # The same for COLD libraries: GCC takes the optimisation level from the precompiled header.
 add_library(fivepipe_precompiled_cold STATIC ${CMAKE_SOURCE_DIR}/cmake/precompiled.cpp)
 target_link_libraries(fivepipe_precompiled_cold PUBLIC fivepipe_options)
-target_compile_options(fivepipe_precompiled_cold PRIVATE $<$<CONFIG:Release>:-O1>)
+target_compile_options(fivepipe_precompiled_cold PRIVATE
+  $<$<CONFIG:Release>:${FIVEPIPE_COLD_OPTIMISATION}>)
 target_precompile_headers(fivepipe_precompiled_cold PRIVATE
   ${CMAKE_SOURCE_DIR}/cmake/precompiled.h)
 
@@ -60,7 +65,8 @@ function(fivepipe_library name)
   add_library(${name} STATIC ${ARG_UNPARSED_ARGUMENTS})
   target_link_libraries(${name} PUBLIC fivepipe_options ${ARG_LINK})
   if(ARG_COLD)
-    target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
+    target_compile_options(${name} PRIVATE
+      $<$<CONFIG:Release>:${FIVEPIPE_COLD_OPTIMISATION}>)
     target_precompile_headers(${name} REUSE_FROM fivepipe_precompiled_cold)
   else()
     target_precompile_headers(${name} REUSE_FROM fivepipe_precompiled)
@@ -106,7 +112,8 @@ function(fivepipe_program name)
   set_target_properties(${name} PROPERTIES POSITION_INDEPENDENT_CODE OFF)
   target_compile_options(${name} PRIVATE -fPIC)
   if(ARG_COLD)
-    target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
+    target_compile_options(${name} PRIVATE
+      $<$<CONFIG:Release>:${FIVEPIPE_COLD_OPTIMISATION}>)
     target_precompile_headers(${name} REUSE_FROM fivepipe_precompiled_cold)
   else()
     target_precompile_headers(${name} REUSE_FROM fivepipe_precompiled)
@@ -153,7 +160,7 @@ function(fivepipe_discover_some name patterns)
   endif()
 endfunction()
 
-# fivepipe_test(NAME [PAIRED | ALONE | ALWAYS_ALONE] [WAITS lock] [NUMERIC] source...
+# fivepipe_test(NAME [PAIRED | ALONE | ALWAYS_ALONE] [WAITS lock] [LENGTHY] [NUMERIC] source...
 # [PAIRED_TESTS pattern...] [ALONE_TESTS pattern...] [LONG_TESTS pattern...] LINK library...): a
 # GoogleTest program; the patterns are those of GoogleTest. ctest runs all its tests in one process:
 # one process per test would take twice the processor time. For tests/run -R, ctest also has one
@@ -175,6 +182,8 @@ endfunction()
 # programs, because they assert a time that is less than three times what they need on an idle
 # machine. Under the sanitizers, WAITS and PAIRED have no effect either; a program that is
 # ALWAYS_ALONE, too, is so only there.
+# LENGTHY is for other programs that take more than 25 s: ctest starts them before the shorter ones.
+# One that starts last would leave all cores but one idle.
 # LONG_TESTS run only in the program's long test (fivepipe_long_test), with tests/run -R, and under
 # the sanitizers. Only PAIRED, ALONE and WAITS programs can have them.
 # NUMERIC is for programs that compute for long: the compiler optimises them, except in preset
@@ -184,7 +193,7 @@ function(fivepipe_test name)
   if(NOT FIVEPIPE_TESTS)
     return()
   endif()
-  cmake_parse_arguments(ARG "PAIRED;ALONE;ALWAYS_ALONE;NUMERIC" "WAITS"
+  cmake_parse_arguments(ARG "PAIRED;ALONE;ALWAYS_ALONE;LENGTHY;NUMERIC" "WAITS"
     "PAIRED_TESTS;ALONE_TESTS;LONG_TESTS;LINK" ${ARGN})
   if(ARG_WAITS AND NOT ARG_WAITS MATCHES "^(pipeline|session|node)$")
     message(FATAL_ERROR
@@ -249,6 +258,9 @@ program ALONE or PAIRED, or neither")
     add_test(NAME ${name} COMMAND ${name})
     set_tests_properties(${name} PROPERTIES LABELS whole TIMEOUT ${timeout_s}
       ENVIRONMENT GTEST_OUTPUT=xml:${CMAKE_BINARY_DIR}/whole/${name}.xml)
+    if(ARG_LENGTHY)
+      set_tests_properties(${name} PROPERTIES COST 100)
+    endif()
     return()
   endif()
   if(has_sanitizer)

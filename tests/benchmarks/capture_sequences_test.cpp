@@ -11,8 +11,8 @@ namespace {
 
 constexpr int kWidth_px = 180, kHeight_px = 122;
 
-Sequence small_sequence(Disturbance disturbance, std::uint64_t seed = 1) {
-  return sequence(disturbance, seed, kWidth_px, kHeight_px);
+Sequence small_sequence(Disturbance disturbance) {
+  return sequence(disturbance, 1, kWidth_px, kHeight_px);
 }
 
 double mean_level(const cv::Mat& bgr) {
@@ -69,8 +69,8 @@ TEST(CaptureSequences, HaveTheirImagesAndTheTruth) {
 
 TEST(CaptureSequences, AreDeterminedByTheSeed) {
   for (const Disturbance disturbance : kDisturbances) {
-    const Sequence a = small_sequence(disturbance, 5), b = small_sequence(disturbance, 5),
-                   other = small_sequence(disturbance, 6);
+    const auto with_seed = [&](int seed) { return sequence(disturbance, seed, 60, 41); };
+    const Sequence a = with_seed(5), b = with_seed(5), other = with_seed(6);
     for (std::size_t i = 0; i < a.images.size(); ++i) {
       EXPECT_EQ(cv::norm(a.images[i], b.images[i], cv::NORM_INF), 0);
       EXPECT_EQ(a.truth[i], b.truth[i]);

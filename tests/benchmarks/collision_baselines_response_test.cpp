@@ -26,7 +26,8 @@ TEST_F(RenderedResponse, FindsTheExitWithinOnePixelOfTheWindow) {
     const double step_m = kHeight_m / window_px;
     int exits = 0, off = 0, enclosed = 0;
     for (int scene = 0; scene < 8; ++scene) {
-      const auto silhouettes = silhouettes_of(random_object(random, 4), random_cameras(random, 4));
+      const auto silhouettes =
+          silhouettes_of({random_cameras(random, 4), random_object(random, 4)});
       const Queries hull(silhouettes);
       rendered.set_silhouettes(silhouettes);
       for (int i = 0; i < 150; ++i) {
@@ -70,7 +71,8 @@ TEST_F(RenderedResponse, ReturnsTheNormalOfAPlane) {
 
 TEST(DistanceGrid, EqualsTheDistanceToTheNearestVoxelInTheHull) {
   Random random(22);
-  const auto silhouettes = silhouettes_of(random_object(random, 3, 0.1), random_cameras(random, 3));
+  const auto silhouettes =
+      silhouettes_of({random_cameras(random, 3), random_object(random, 3, 0.1)});
   const Queries hull(silhouettes);
   constexpr double kVoxel_m = 0.011;
   const Eigen::AlignedBox3d box(Vector3d(-0.12, -0.1, -0.14), Vector3d(0.13, 0.12, 0.1));

@@ -57,7 +57,7 @@ TEST(BruteForce, EqualsAScalarLoopOverTheSameSamples) {
     for (const int across : {1, 3, 10, 37}) {
       test::Random random(std::uint64_t(100 + across));
       const auto silhouettes =
-          test::silhouettes_of(test::random_object(random, 5), test::random_cameras(random, 3));
+          test::silhouettes_of({test::random_cameras(random, 3), test::random_object(random, 5)});
       const std::vector<std::vector<collision::Triangle>> objects{
           random_triangles(random, 150), {}, random_triangles(random, 300)};
       BruteForce brute(across);
@@ -125,7 +125,7 @@ TEST(BruteForce, SamplesLieInTheTriangleAndCoverHalfTheViewport) {
 TEST(BruteForce, FindsNothingWithoutMapsOrObjectPixels) {
   test::Random random(3);
   auto silhouettes =
-      test::silhouettes_of(test::random_object(random, 5), test::random_cameras(random, 2));
+      test::silhouettes_of({test::random_cameras(random, 2), test::random_object(random, 5)});
   const std::vector<std::vector<collision::Triangle>> objects{random_triangles(random, 50)};
   base::WorkerPool pool(1);
   BruteForce brute(10);
@@ -146,7 +146,7 @@ struct Polygonised {
 Polygonised random_polygons(std::uint64_t seed, double cell_m, int threads = 1) {
   test::Random random(seed);
   Polygonised p{
-      test::silhouettes_of(test::random_object(random, 4, 0.15), test::random_cameras(random, 3)),
+      test::silhouettes_of({test::random_cameras(random, 3), test::random_object(random, 4, 0.15)}),
       {}};
   base::WorkerPool pool(threads);
   hull::CpuHull hull(pool, p.silhouettes);
@@ -199,8 +199,8 @@ TEST(HullPolygons, ClassifyPointsFartherThanACellFromTheBorder) {
     test::Random random(seed);
     int inside = 0, outside = 0;
     for (int i = 0; i < 1000; ++i) {
-      const Vector3d q = p.mesh.vertices_m[random() % p.mesh.vertices_m.size()] +
-                         test::random_in_ball(random, 5 * diagonal_m);
+      const Vector3d& vertex = p.mesh.vertices_m[random() % p.mesh.vertices_m.size()];
+      const Vector3d q = vertex + test::random_in_ball(random, 5 * diagonal_m);
       const bool deep = query.solid_radius_m(q) > diagonal_m,
                  clear = query.free_radius_m(q) > diagonal_m;
       if (!deep && !clear) continue;
@@ -230,8 +230,8 @@ TEST(HullPolygons, ContainTheHalfOfACrossedEdgeAtItsPointInTheHull) {
   int inside = 0, crossed = 0;
   for (int i = 0; i < 2000; ++i) {
     // A grid point within 24 cells of the surface. The grid has a point at the volume's corner.
-    const Vector3d near = mesh.vertices_m[random() % mesh.vertices_m.size()] +
-                          test::random_in_ball(random, 24 * kCell_m);
+    const Vector3d& vertex = mesh.vertices_m[random() % mesh.vertices_m.size()];
+    const Vector3d near = vertex + test::random_in_ball(random, 24 * kCell_m);
     const Vector3d cells = ((near - kVolume.min()) / kCell_m).array().round();
     const Vector3d a = kVolume.min() + kCell_m * cells,
                    b = a + kCell_m * Vector3d::Unit(Eigen::Index(random() % 3));

@@ -39,7 +39,7 @@ struct Case {
 Case random_case(std::uint64_t seed, int cameras) {
   test::Random random(seed);
   Case c{
-      test::silhouettes_of(test::random_object(random, 5), test::random_cameras(random, cameras)),
+      test::silhouettes_of({test::random_cameras(random, cameras), test::random_object(random, 5)}),
       {}};
   c.view = {test::random_camera(random, 83, 67), kNear_m, kFar_m};
   return c;
@@ -123,11 +123,11 @@ TEST(ImageBasedHull, AgreesWithTheReferenceForAllEpipoles) {
     const Eigen::Isometry3d world_from_camera =
         c.silhouettes[seed % 3].camera.camera_from_world.inverse();
     const double sideways = seed % 4 == 3 ? 1 : 0;
-    const Eigen::Vector3d in_camera(0.1 * sideways + test::uniform(random, -0.02, 0.02),
+    const Eigen::Vector3d in_camera{0.1 * sideways + test::uniform(random, -0.02, 0.02),
                                     test::uniform(random, -0.02, 0.02),
                                     sideways   ? 0
                                     : seed % 2 ? 0.4
-                                               : -0.4);
+                                               : -0.4};
     c.view.camera.camera_from_world = geometry::look_at(
         world_from_camera * in_camera, Eigen::Vector3d::Zero(), test::random_direction(random));
     compare(c, image_based(c), agreement);

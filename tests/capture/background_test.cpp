@@ -75,8 +75,9 @@ TEST(Background, NoiseIsTheDeviationOfTheSamplesNearTheMedian) {
       cv::Mat frame(3, 17, CV_8UC3);
       for (int i = 0; i < 3 * 17 * 3; ++i) {
         const int spread = i % 7;  // 0: quiet, and some samples far off at the limits of the trim
-        frame.data[i] = std::uint8_t(100 + int(random() % unsigned(2 * spread + 1)) - spread +
-                                     (random() % 9 == 0 ? int(random() % 60) - 30 : 0));
+        const int near = int(random() % unsigned(2 * spread + 1)) - spread,
+                  far = random() % 9 == 0 ? int(random() % 60) - 30 : 0;
+        frame.data[i] = std::uint8_t(100 + near + far);
       }
       frames.push_back(frame);
     }

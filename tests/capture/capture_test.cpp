@@ -745,9 +745,9 @@ TEST(Footprint, HasThePixelsThatTouchTheProjectedBox) {
         geometry::pinhole_from_fov(90, 70, 1.0),
         geometry::look_at({uniform(-1, 1), -2, uniform(-1, 1)}, {0, 0, 0})};
     const double reach_m = margin_px > 0 ? 0.3 : 1.1;
-    const Eigen::Vector3d center(uniform(-reach_m, reach_m), uniform(-0.2, 0.2),
-                                 uniform(-reach_m, reach_m)),
-        half(uniform(0.01, 0.3), uniform(0.01, 0.3), uniform(0.01, 0.3));
+    const Eigen::Vector3d center{uniform(-reach_m, reach_m), uniform(-0.2, 0.2),
+                                 uniform(-reach_m, reach_m)},
+        half{uniform(0.01, 0.3), uniform(0.01, 0.3), uniform(0.01, 0.3)};
     const Eigen::AlignedBox3d box(center - half, center + half);
     std::vector<Eigen::Vector2d> corners;
     for (int corner = 0; corner < 8; ++corner) {

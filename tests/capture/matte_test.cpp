@@ -298,9 +298,9 @@ TEST(VolumeOfInterest, ContainsEveryPointOfTheVolume) {
     const geometry::Camera published = config::published_camera(camera);
     const hull::ObjectPixels undistorted = Undistortion(camera).published(pixels);
     for (int i = 0; i < 20'000; ++i) {
-      const Eigen::Vector3d p(box.min().x() + unit(random) * box.sizes().x(),
+      const Eigen::Vector3d p{box.min().x() + unit(random) * box.sizes().x(),
                               box.min().y() + unit(random) * box.sizes().y(),
-                              box.min().z() + unit(random) * box.sizes().z());
+                              box.min().z() + unit(random) * box.sizes().z()};
       const auto uv = geometry::project(published, p);
       ASSERT_TRUE(uv);
       ASSERT_TRUE(undistorted.contains_at(uv->x(), uv->y())) << camera.name << p.transpose();

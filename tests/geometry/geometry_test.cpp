@@ -23,7 +23,7 @@ TEST(Camera, ProjectsTheRayThroughAPixelBackToIt) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> u(-0.5, 639.5), v(-0.5, 479.5), depth_m(0.01, 20);
   for (int i = 0; i < 1000; ++i) {
-    const Eigen::Vector2d uv_px(u(random), v(random));
+    const Eigen::Vector2d uv_px{u(random), v(random)};
     const Ray ray = ray_through(camera, uv_px);
     const double z_m = depth_m(random);
     const Eigen::Vector3d p_world_m = ray.origin_world_m + z_m * ray.direction_world;

@@ -64,7 +64,7 @@ TEST(OrientedBoxes, EdgeAgainstEdge) {
 TEST(OrientedBoxes, AgreeWithSampledPoints) {
   std::mt19937_64 random(11);
   std::uniform_real_distribution<double> unit(-1, 1);
-  const auto vector = [&] { return Vector3d(unit(random), unit(random), unit(random)); };
+  const auto vector = [&] { return Vector3d{unit(random), unit(random), unit(random)}; };
   int overlapping = 0, apart = 0;
   for (int i = 0; i < 2000; ++i) {
     const OrientedBox a = box(vector(), vector().cwiseAbs() + Vector3d::Constant(0.1),
@@ -98,7 +98,7 @@ TEST(OrientedBoxes, ThatAreNotFiniteOverlapWithoutEnd) {
 TEST(OrientedBoxes, ARayEntersWhereItFirstMeetsTheBox) {
   std::mt19937_64 random(8);
   std::uniform_real_distribution<double> unit(-1, 1);
-  const auto vector = [&] { return Vector3d(unit(random), unit(random), unit(random)); };
+  const auto vector = [&] { return Vector3d{unit(random), unit(random), unit(random)}; };
   for (int i = 0; i < 2000; ++i) {
     const OrientedBox box = test::box(vector(), vector().cwiseAbs() + Vector3d::Constant(0.1),
                                       turned(3 * unit(random), vector()));

@@ -38,9 +38,9 @@ TEST(RayEntry, LiesOnTheSurfaceAndNothingBeforeItIsInside) {
   int hits = 0;
   for (int i = 0; i < 3000; ++i) {
     const Capsule c = test::random_object(random, 1)[0];
-    const Vector3d origin = test::random_in_ball(random, 1);
-    const geometry::Ray ray{
-        origin, (test::random_in_ball(random, 0.2) - origin) * test::uniform(random, 0.3, 3)};
+    const Vector3d origin = test::random_in_ball(random, 1),
+                   target = test::random_in_ball(random, 0.2);
+    const geometry::Ray ray{origin, (target - origin) * test::uniform(random, 0.3, 3)};
     const auto t = ray_entry(c, ray);
     if (!t) {
       for (int k = 0; k <= 200; ++k)
@@ -139,12 +139,11 @@ TEST(TrueObjectPixels, ThreadsSetThePixelsOfTheirAxis) {
   const geometry::Camera camera{{64, 48, 50, 50, 31.3, 24.2}, Eigen::Isometry3d::Identity()};
   test::Random random(5);
   for (int i = 0; i < 30; ++i) {
-    const auto point = [&](double u_px, double v_px, double z_m) {
+    const auto random_point = [&](double z_m) {
+      const double u_px = test::uniform(random, -5, 68), v_px = test::uniform(random, -5, 52);
       return Vector3d((u_px - 31.3) / 50 * z_m, (v_px - 24.2) / 50 * z_m, z_m);
     };
-    const Vector3d a = point(test::uniform(random, -5, 68), test::uniform(random, -5, 52), 1),
-                   b = point(test::uniform(random, -5, 68), test::uniform(random, -5, 52),
-                             i % 2 ? 1 : 3);
+    const Vector3d a = random_point(1), b = random_point(i % 2 ? 1 : 3);
     const ObjectPixels touched =
         true_object_pixels(std::vector<Capsule>{{a, b, 1e-9}}, camera, PixelRule::touched);
     ObjectPixels near(64, 48), on(64, 48);  // within 0.01 px of the axis; certainly on it

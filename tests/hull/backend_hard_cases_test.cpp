@@ -163,8 +163,8 @@ TEST_P(HullBackendHardCase, DepthOfACameraCrossesZeroAlongTheRay) {
   Random random(8);
   for (int i = 0; i < 30; ++i) {
     view.camera = {geometry::pinhole_from_fov(40, 30, 1.5),
-                   geometry::look_at(Vector3d(2, 0, 0) + random_in_ball(random, 0.5),
-                                     random_in_ball(random, 1.0), random_direction(random))};
+                   random_look_at(random, Vector3d(2, 0, 0) + random_in_ball(random, 0.5),
+                                  Vector3d::Zero(), 1.0)};
     EXPECT_GT(expect_reference(silhouettes, view, 3), 0);
   }
 }

@@ -20,7 +20,7 @@ INSTANTIATE_TEST_SUITE_P(Hull, ExactHullBackend, ::testing::Values("cpu", "gl"),
 
 TEST_P(AnyHullBackend, TilesEqualTheWholeViewBitForBit) {
   Random random(5);
-  const auto silhouettes = silhouettes_of(random_object(random, 4), random_cameras(random, 4));
+  const auto silhouettes = silhouettes_of({random_cameras(random, 4), random_object(random, 4)});
   for (int seed = 1; seed <= 10; ++seed) {
     const View view{random_camera(random, 97, 61, 0.7), 0.05, 5.0};
     const DepthTile whole = depth(silhouettes, view);
@@ -41,7 +41,7 @@ TEST_P(AnyHullBackend, TilesEqualTheWholeViewBitForBit) {
 TEST_P(AnyHullBackend, IsBitIdenticalForEveryCameraOrder) {
   for (int seed = 1; seed <= 10; ++seed) {
     Random random(seed);
-    auto silhouettes = silhouettes_of(random_object(random, 3), random_cameras(random, 4));
+    auto silhouettes = silhouettes_of({random_cameras(random, 4), random_object(random, 3)});
     const View view{random_camera(random, 80, 60, 0.8), 0.05, 5.0};
     const auto expected = depth(silhouettes, view).depth_m;
     for (int i = 0; i < 5; ++i) {
@@ -135,7 +135,7 @@ TEST_P(ExactHullBackend, EqualsTheReferenceOnRandomNoise) {
 
 TEST_P(ExactHullBackend, SaltAndPepperNoiseOfOnePercentInEveryMap) {
   Random random(77);
-  auto silhouettes = silhouettes_of(random_object(random, 4), random_cameras(random, 4));
+  auto silhouettes = silhouettes_of({random_cameras(random, 4), random_object(random, 4)});
   for (Silhouette& s : silhouettes)
     for (int i = 0; i < s.pixels.width_px() * s.pixels.height_px() / 100; ++i) {
       const int u = int(uniform(random, 0, s.pixels.width_px())),
@@ -148,7 +148,7 @@ TEST_P(ExactHullBackend, SaltAndPepperNoiseOfOnePercentInEveryMap) {
 TEST_P(ExactHullBackend, AnotherCameraNeverAddsVolume) {
   for (int seed = 1; seed <= 10; ++seed) {
     Random random(seed);
-    const auto silhouettes = silhouettes_of(random_object(random, 3), random_cameras(random, 5));
+    const auto silhouettes = silhouettes_of({random_cameras(random, 5), random_object(random, 3)});
     const View view{random_camera(random, 80, 60, 0.8), 0.05, 5.0};
     auto before = depth(std::span(silhouettes).first(1), view).depth_m;
     for (std::size_t n = 2; n <= silhouettes.size(); ++n) {
@@ -192,7 +192,7 @@ TEST_P(ExactHullBackend, ManyCameras) {
     SCOPED_TRACE(cameras);
     Random random(cameras);
     const auto silhouettes =
-        silhouettes_of(random_object(random, 3, 0.1), random_cameras(random, cameras, 100, 75));
+        silhouettes_of({random_cameras(random, cameras, 100, 75), random_object(random, 3, 0.1)});
     EXPECT_GT(expect_reference(silhouettes, {random_camera(random, 64, 48, 0.6), 0.05, 4.0},
                                cameras > 16 ? 7 : 3),
               3);

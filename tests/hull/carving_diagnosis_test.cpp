@@ -39,7 +39,7 @@ TEST(DiagnosePoint, AgreesWithInHullWithAndWithoutEachCamera) {
   for (int seed = 1; seed <= 15; ++seed) {
     test::Random random(seed);
     const auto silhouettes = test::silhouettes_of(
-        test::random_object(random, 3), test::random_cameras(random, 1 + seed % 5, 60, 45));
+        {test::random_cameras(random, 1 + seed % 5, 60, 45), test::random_object(random, 3)});
     for (const HullRule& rule : kRules)
       for (int i = 0; i < 60; ++i) {
         const Vector3d p = test::random_in_ball(random, i % 2 ? 0.25 : 2.0);
@@ -74,8 +74,8 @@ TEST(DiagnosePoint, AgreesWithInHullWithAndWithoutEachCamera) {
 
 TEST(DiagnosePoint, DegeneratePointsHaveTheirVerdict) {
   test::Random random(1);
-  auto silhouettes =
-      test::silhouettes_of(test::random_object(random, 2), test::random_cameras(random, 2, 60, 45));
+  auto silhouettes = test::silhouettes_of(
+      {test::random_cameras(random, 2, 60, 45), test::random_object(random, 2)});
   const geometry::Camera& camera = silhouettes[0].camera;
   EXPECT_EQ(diagnose_point(silhouettes,
                            geometry::camera_center_world_m(camera) -
@@ -229,8 +229,8 @@ TEST_F(Prisms, NamesACameraThatLooksAwayAndOneThatIsNotFinite) {
 
 TEST_F(Prisms, IsIndependentOfThreadCountAndCameraOrder) {
   test::Random random(8);
-  auto rig =
-      test::silhouettes_of(test::random_object(random, 3), test::random_cameras(random, 5, 60, 45));
+  auto rig = test::silhouettes_of(
+      {test::random_cameras(random, 5, 60, 45), test::random_object(random, 3)});
   base::WorkerPool one(1), five(5);
   for (const HullRule& rule : kRules) {
     const VolumeDiagnosis a = diagnose_volume(rig, box, one, rule, {30'000, 7}),
@@ -294,8 +294,8 @@ TEST(DiagnoseVolume, EqualsInHullAtEveryPointOfTheSequence) {
   const AlignedBox3d box(Vector3d(-0.5, -0.3, -0.6), Vector3d(0.4, 0.5, 0.2));
   constexpr int kPoints = 4500;
   test::Random random(12);
-  auto silhouettes = test::silhouettes_of(test::random_object(random, 3, 0.3),
-                                          test::random_cameras(random, 4, 60, 45));
+  auto silhouettes = test::silhouettes_of(
+      {test::random_cameras(random, 4, 60, 45), test::random_object(random, 3, 0.3)});
   // One camera looks away from a part of the box, and one is inside of it.
   silhouettes[2].camera.camera_from_world = geometry::look_at({0.9, 0, 0}, {0.2, 0.4, 0.1});
   silhouettes[3].camera.camera_from_world = geometry::look_at({-0.2, 0, 0}, {0.2, 0, 0.05});

@@ -174,7 +174,7 @@ TEST(SimdPrecisionLimits, EyeAtOrNextToACameraCentreEqualsTheReference) {
       SCOPED_TRACE(off_m);
       test::Random random(seed);
       const auto silhouettes =
-          test::silhouettes_of(test::random_object(random, 3), test::random_cameras(random, 3));
+          test::silhouettes_of({test::random_cameras(random, 3), test::random_object(random, 3)});
       View view{{geometry::pinhole_from_fov(48, 36, 0.6), silhouettes[0].camera.camera_from_world},
                 0.05,
                 5};
@@ -240,8 +240,8 @@ TEST(SimdPrecisionLimits, MoreCamerasThanTheKernelsHoldEqualTheReference) {
     SCOPED_TRACE(cameras);
     test::Random random(cameras);
     expect_reference(
-        test::silhouettes_of(test::random_object(random, 3, 0.1),
-                             test::random_cameras(random, cameras, 80, 60)),
+        test::silhouettes_of(
+            {test::random_cameras(random, cameras, 80, 60), test::random_object(random, 3, 0.1)}),
         {{geometry::pinhole_from_fov(48, 36, 0.3), geometry::look_at({0.4, -0.5, 0.2}, {0, 0, 0})},
          0.05,
          4},
@@ -318,7 +318,7 @@ TEST(LimitsSeen, DepthEqualsTheReference) {
     SCOPED_TRACE(seed);
     test::Random random(seed);
     const auto silhouettes = test::silhouettes_of(
-        test::random_object(random, 3, 0.35), test::random_cameras(random, 2 + seed % 4, 60, 45));
+        {test::random_cameras(random, 2 + seed % 4, 60, 45), test::random_object(random, 3, 0.35)});
     const HullRule rule{Limits::seen, 1 + seed % 3};
     const View view{test::random_camera(random, 32, 24, 1.0), 0.05, 4.0};
     base::WorkerPool pool(2);

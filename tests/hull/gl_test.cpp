@@ -369,18 +369,16 @@ TEST_F(GlHullTest, BuffersAreReusedAcrossFrames) {
     const int width = int(uniform(random, 1, 200)), height = int(uniform(random, 1, 150)),
               cameras = int(uniform(random, 1, 7));
     const auto silhouettes =
-        silhouettes_of(random_object(random, 3), random_cameras(random, cameras, width, height));
-    expect_reference(
-        silhouettes,
-        {random_camera(random, int(uniform(random, 1, 70)), int(uniform(random, 1, 50)), 0.8), 0.05,
-         5.0},
-        3);
+        silhouettes_of({random_cameras(random, cameras, width, height), random_object(random, 3)});
+    const int view_width = int(uniform(random, 1, 70)), view_height = int(uniform(random, 1, 50));
+    expect_reference(silhouettes, {random_camera(random, view_width, view_height, 0.8), 0.05, 5.0},
+                     3);
   }
 }
 
 TEST_F(GlHullTest, TextureEqualsReadBack) {
   Random random(4);
-  hull().set_silhouettes(silhouettes_of(random_object(random, 4), random_cameras(random, 4)));
+  hull().set_silhouettes(silhouettes_of({random_cameras(random, 4), random_object(random, 4)}));
   const View view{random_camera(random, 75, 50, 0.7), 0.05, 5.0};
   const std::vector<PixelRect> rects{{3, 5, 70, 20}, {10, 20, 75, 50}};
   hull().trace(view, rects);
@@ -405,7 +403,7 @@ TEST_F(GlHullTest, TextureEqualsReadBack) {
 
 TEST_F(GlHullTest, TextureHasTheSizeOfEachView) {
   Random random(6);
-  const auto silhouettes = silhouettes_of(random_object(random, 3), random_cameras(random, 3));
+  const auto silhouettes = silhouettes_of({random_cameras(random, 3), random_object(random, 3)});
   for (const auto& [width, height] : {std::pair{48, 36}, {48, 60}, {30, 60}, {30, 20}, {48, 20}}) {
     SCOPED_TRACE(width * 100 + height);
     expect_reference(silhouettes, {random_camera(random, width, height, 0.7), 0.05, 5.0}, 7);

@@ -175,8 +175,7 @@ struct SlowAndFast {
 };
 SlowAndFast slow_and_fast(Random& random) {
   const View view{{geometry::pinhole_from_fov(640, 480, log_uniform(random, 0.02, 0.2)),
-                   geometry::look_at(random_direction(random), random_in_ball(random, 0.05),
-                                     random_direction(random))},
+                   random_look_at(random, random_direction(random), Vector3d::Zero(), 0.05)},
                   0.05,
                   10.0};
   const int u = int(uniform(random, 0, 640)), v = int(uniform(random, 0, 480)),
@@ -187,11 +186,10 @@ SlowAndFast slow_and_fast(Random& random) {
                     {0, 0, 640, 480})},
       {}};
   const geometry::Ray line = scene.ray.ray();
-  const double depth_m = uniform(random, 0.8, 1.2);
+  const double depth_m = uniform(random, 0.8, 1.2), beside = log_uniform(random, 1e-6, 1e-3);
   const Vector3d p_world_m = line.origin_world_m + depth_m * line.direction_world,
-                 beside_m = line.origin_world_m +
-                            log_uniform(random, 1e-6, 1e-3) * random_direction(random),
-                 near_m = p_world_m + uniform(random, 0.2, 0.6) * random_direction(random);
+                 beside_m = line.origin_world_m + beside * random_direction(random),
+                 near_m = p_world_m + random_vector(random, 0.2, 0.6);
   scene.silhouettes = {{{geometry::pinhole_from_fov(1920, 1080, uniform(random, 0.3, 1.2)),
                          geometry::look_at(beside_m, p_world_m, random_direction(random))},
                         {}},
@@ -200,10 +198,10 @@ SlowAndFast slow_and_fast(Random& random) {
                         {}}};
   const bool leaves_fast = random() % 3 > 0, leaves_slow = !leaves_fast && random() % 2;
   // The slow camera's image stays in one pixel, where float resolves 3e-8 px.
-  const double slow_off_px = (random() % 2 ? 1 : -1) * log_uniform(random, 1e-9, 1e-4);
+  const double side = random() % 2 ? 1 : -1, slow_off_px = side * log_uniform(random, 1e-9, 1e-4);
   set_stripe(scene.silhouettes[0], line, depth_m, leaves_slow, 200, slow_off_px);
-  set_stripe(scene.silhouettes[1], line, depth_m, leaves_fast, int(log_uniform(random, 1, 200)),
-             tiny_offset_px(random));
+  const int width_px = int(log_uniform(random, 1, 200));
+  set_stripe(scene.silhouettes[1], line, depth_m, leaves_fast, width_px, tiny_offset_px(random));
   if (!leaves_fast && !leaves_slow)
     scene.ray.view.far_m = depth_m * (1 + log_uniform(random, 1e-10, 1e-5));
   return scene;
@@ -228,7 +226,8 @@ TEST_P(GrazingRays, CutAtAnEndOfTheirFirstPieceEqualTheReference) {
     const auto pieces =
         reference_intervals(source.silhouettes, ray.ray(), ray.view.near_m, ray.view.far_m);
     if (pieces.empty()) continue;
-    const double off = (source.random()() % 2 ? 1 : -1) * log_uniform(source.random(), 1e-10, 1e-4);
+    const double side = source.random()() % 2 ? 1 : -1,
+                 off = side * log_uniform(source.random(), 1e-10, 1e-4);
     switch (source.random()() % 3) {
       case 0: ray.view.far_m = pieces.front().enter * (1 + off); break;
       case 1: ray.view.near_m = pieces.front().enter * (1 + off); break;

@@ -32,7 +32,7 @@ TEST(MapFromView, ProjectsThePointAtEachDepth) {
                            view = with_odd_pinhole(random_camera(random, 64, 48));
     const MapFromView map = map_from_view(map_camera, view);
     for (int k = 0; k < 20; ++k) {
-      const Vector2d uv(uniform(random, -0.5, 63.5), uniform(random, -0.5, 47.5));
+      const Vector2d uv{uniform(random, -0.5, 63.5), uniform(random, -0.5, 47.5)};
       const double t = uniform(random, 0.1, 3);
       const geometry::Ray ray = geometry::ray_through(view, uv);
       const Vector3d p_map =
@@ -172,7 +172,7 @@ TEST(ImageCone, DistancesToThePyramidsBorderAreTheClosedForm) {
   Random random(4);
   int in = 0;
   for (int i = 0; i < 300; ++i) {
-    const Vector3d p(uniform(random, -1, 1), uniform(random, -0.5, 0.5), uniform(random, -1, 3));
+    const Vector3d p{uniform(random, -1, 1), uniform(random, -0.5, 0.5), uniform(random, -1, 3)};
     const double nearest = std::min({-distance(-0.3, p.x(), p.z()), distance(0.4, p.x(), p.z()),
                                      -distance(-0.2, p.y(), p.z()), distance(0.1, p.y(), p.z())});
     const ProjectedPoint at = cone.see(p);

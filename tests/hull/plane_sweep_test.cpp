@@ -59,7 +59,7 @@ TEST_F(Sweep, DepthIsThatOfTheFirstPlaneInTheHull) {
     SCOPED_TRACE(seed);
     Random random(seed);
     const auto silhouettes =
-        silhouettes_of(random_object(random, 3), random_cameras(random, 1 + seed % 5));
+        silhouettes_of({random_cameras(random, 1 + seed % 5), random_object(random, 3)});
     const View view{random_camera(random, 64, 48, 0.8), 0.05, 5.0};
     const SweepRange range{0.2, 1.6};
     sweep.set_silhouettes(silhouettes);
@@ -98,7 +98,7 @@ TEST_F(Sweep, WithinOnePlaneSpacingOfTheReferenceWhereTheHullIsThicker) {
   for (int seed = 1; seed <= 5; ++seed) {
     Random random(seed);
     const auto silhouettes =
-        silhouettes_of(random_object(random, 3, 0.15), random_cameras(random, 4));
+        silhouettes_of({random_cameras(random, 4), random_object(random, 3, 0.15)});
     const View view{random_camera(random, 96, 72, 0.8), range.near_m, range.far_m};
     sweep.set_silhouettes(silhouettes);
     const DepthTile tile = depth_of(sweep, whole_image(view.camera), view, range);

@@ -83,9 +83,8 @@ TEST(HullProperties, FreeAndSolidBallsAreUniform) {
       if (!(radius_m > 0)) continue;
       ++(solid_m > 0 ? solid : free);
       for (int k = 0; k < 60; ++k) {
-        const Vector3d inside =
-            p + radius_m * (k % 3 ? 1 - 1e-12 : std::cbrt(test::uniform(random, 0, 1))) *
-                    test::random_direction(random);
+        const double share = k % 3 ? 1 - 1e-12 : std::cbrt(test::uniform(random, 0, 1));
+        const Vector3d inside = p + radius_m * share * test::random_direction(random);
         ASSERT_EQ(in_hull(rig.silhouettes, inside, rig.rule), solid_m > 0)
             << "seed " << seed << ", " << (solid_m > 0 ? "solid " : "free ") << radius_m
             << " m around " << p.transpose();
@@ -195,7 +194,8 @@ TEST(HullProperties, PointsAgreeWithIntervalsAndWithInHull) {
     const Rig rig = random_rig(random);
     const Queries q(rig);
     for (int i = 0; i < 6; ++i) {
-      const geometry::Ray ray = segment(random_point(random), test::random_in_ball(random, 0.2));
+      const Vector3d from = random_point(random);
+      const geometry::Ray ray = segment(from, test::random_in_ball(random, 0.2));
       const auto found = q.query.intervals(ray, -1, 2);
       for (int k = 0; k < 20; ++k) {
         const double t = test::uniform(random, -1, 2);

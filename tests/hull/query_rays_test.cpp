@@ -55,13 +55,19 @@ void expect_reference(std::span<const Silhouette> silhouettes, const HullQuery& 
   }
 }
 
+// From a point in one ball around the origin to a point in another.
+geometry::Ray random_segment(test::Random& random, double from_radius_m, double to_radius_m) {
+  const Vector3d from = test::random_in_ball(random, from_radius_m);
+  return segment(from, test::random_in_ball(random, to_radius_m));
+}
+
 // Rays of any direction and length, with origins behind cameras and inside the hull.
 TEST(HullQueryRay, EqualsTheReferenceOnRandomRigs) {
   for (int seed = 1; seed <= 60; ++seed) {
     SCOPED_TRACE(seed);
     test::Random random(seed);
     const auto silhouettes = test::silhouettes_of(
-        test::random_object(random, 3), test::random_cameras(random, 1 + seed % 6, 96, 67));
+        {test::random_cameras(random, 1 + seed % 6, 96, 67), test::random_object(random, 3)});
     for (const HullRule& rule : test::kRules) {
       const test::Queries q(silhouettes, rule);
       for (int i = 0; i < 25; ++i) {
@@ -86,9 +92,7 @@ TEST(HullQueryRay, EqualsTheReferenceOnNoise) {
     for (const HullRule& rule : test::kRules) {
       const test::Queries q(silhouettes, rule);
       for (int i = 0; i < 40; ++i)
-        expect_reference(
-            silhouettes, q.query,
-            segment(test::random_in_ball(random, 2), test::random_in_ball(random, 0.3)), 0, 2);
+        expect_reference(silhouettes, q.query, random_segment(random, 2, 0.3), 0, 2);
     }
   }
 }
@@ -97,13 +101,12 @@ TEST(HullQueryRay, AgreesWithPoints) {
   int inside = 0;
   for (int seed = 1; seed <= 20; ++seed) {
     test::Random random(seed);
-    const auto silhouettes = test::silhouettes_of(test::random_object(random, 3),
-                                                  test::random_cameras(random, 1 + seed % 5));
+    const auto silhouettes = test::silhouettes_of(
+        {test::random_cameras(random, 1 + seed % 5), test::random_object(random, 3)});
     for (const HullRule& rule : test::kRules) {
       const test::Queries q(silhouettes, rule);
       for (int i = 0; i < 20; ++i) {
-        const geometry::Ray ray =
-            segment(test::random_in_ball(random, 2), test::random_in_ball(random, 0.2));
+        const geometry::Ray ray = random_segment(random, 2, 0.2);
         const auto found = q.query.intervals(ray, 0, 1.5);
         for (int k = 0; k < 60; ++k) {
           const double t = test::uniform(random, 0, 1.5);
@@ -265,9 +268,7 @@ TEST_F(SquareQuery, AllCamerasInOnePlaneEqualTheReference) {
   const test::Queries q(silhouettes);
   test::Random random(1);
   for (int i = 0; i < 100; ++i) {
-    expect_reference(silhouettes, q.query,
-                     segment(test::random_in_ball(random, 1), test::random_in_ball(random, 0.1)), 0,
-                     2);
+    expect_reference(silhouettes, q.query, random_segment(random, 1, 0.1), 0, 2);
     expect_reference(
         silhouettes, q.query,
         {{test::uniform(random, -0.3, 0.3), test::uniform(random, -0.3, 0.3), -1}, {0, 0, 1}}, 0,
@@ -295,10 +296,8 @@ TEST(HullQueryRay, RayThroughGhostVolumesHasAnIntervalForEach) {
   EXPECT_TRUE(q.query.contains({0, -0.6, 0.9}));
   for (int i = 0; i < 200; ++i) {
     test::Random random(i + 1);
-    expect_reference(
-        silhouettes, q.query,
-        segment({test::uniform(random, -2, 2), -2, 0.9}, {test::uniform(random, -2, 2), 2, 1.0}), 0,
-        1);
+    const double from_x = test::uniform(random, -2, 2), to_x = test::uniform(random, -2, 2);
+    expect_reference(silhouettes, q.query, segment({from_x, -2, 0.9}, {to_x, 2, 1.0}), 0, 1);
   }
 }
 

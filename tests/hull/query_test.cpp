@@ -43,8 +43,8 @@ TEST(HullQueryPoint, IsInHullOnRandomRigs) {
   int inside = 0;
   for (int seed = 1; seed <= 40; ++seed) {
     test::Random random(seed);
-    const auto silhouettes = test::silhouettes_of(test::random_object(random, 3),
-                                                  test::random_cameras(random, 1 + seed % 6));
+    const auto silhouettes = test::silhouettes_of(
+        {test::random_cameras(random, 1 + seed % 6), test::random_object(random, 3)});
     for (const HullRule& rule : test::kRules) {
       const test::Queries q(silhouettes, rule);
       for (int i = 0; i < 2000; ++i) {
@@ -123,7 +123,7 @@ TEST(HullQueryPoint, NoCameraAndNoObjectPixelHaveNoHull) {
   EXPECT_TRUE(none.query.intervals({{0, 0, 0}, {1, 0, 0}}, 0, 1).empty());
   test::Random random(2);
   auto silhouettes =
-      test::silhouettes_of(test::random_object(random, 2), test::random_cameras(random, 3));
+      test::silhouettes_of({test::random_cameras(random, 3), test::random_object(random, 2)});
   silhouettes[1].pixels = ObjectPixels(160, 121);
   const test::Queries blind(silhouettes);
   EXPECT_EQ(blind.query.free_radius_m({0, 0, 0}), kInfinity);
@@ -134,8 +134,8 @@ TEST(HullQueryBall, BallsAreUniformForEveryCameraCount) {
   for (const int cameras : {1, 2, 3, 4, 16, 64}) {
     SCOPED_TRACE(cameras);
     test::Random random(cameras);
-    const auto silhouettes = test::silhouettes_of(test::random_object(random, 3),
-                                                  test::random_cameras(random, cameras, 80, 60));
+    const auto silhouettes = test::silhouettes_of(
+        {test::random_cameras(random, cameras, 80, 60), test::random_object(random, 3)});
     for (const HullRule& rule : test::kRules) {
       const test::Queries q(silhouettes, rule);
       int free = 0, solid = 0;
@@ -260,7 +260,7 @@ TEST(HullQueryBall, RadiiAreTheBoundsOfTheCameras) {
 TEST(HullQueryBall, IsZeroBeyondARadiusThatMayOverflow) {
   test::Random random(2);
   const test::Queries q(
-      test::silhouettes_of(test::random_object(random, 2), test::random_cameras(random, 3)));
+      test::silhouettes_of({test::random_cameras(random, 3), test::random_object(random, 2)}));
   EXPECT_GT(q.query.free_radius_m({0, 0.9e100, 0}), 1e90);
   EXPECT_EQ(q.query.free_radius_m({0, 1.1e100, 0}), 0);
   EXPECT_EQ(q.query.free_radius_m({0, 0, -1.1e100}), 0);
@@ -304,7 +304,7 @@ TEST(HullQueryBall, SphereTracingConvergesToTheEntry) {
   for (int seed = 1; seed <= 10; ++seed) {
     test::Random random(seed);
     const auto silhouettes =
-        test::silhouettes_of(test::random_object(random, 3), test::random_cameras(random, 4));
+        test::silhouettes_of({test::random_cameras(random, 4), test::random_object(random, 3)});
     const test::Queries q(silhouettes);
     const View view{test::random_camera(random, 30, 20, 0.8), 0.05, 3.0};
     for (int i = 0; i < 600; ++i) {
@@ -327,7 +327,7 @@ TEST(HullQueryBall, SphereTracingConvergesToTheEntry) {
 TEST(HullQueryBall, NonOrthonormalRotationKeepsBoundsValid) {
   test::Random random(6);
   auto silhouettes =
-      test::silhouettes_of(test::random_object(random, 3), test::random_cameras(random, 2));
+      test::silhouettes_of({test::random_cameras(random, 2), test::random_object(random, 3)});
   for (Silhouette& s : silhouettes) s.camera.camera_from_world.linear() *= 1.0004;
   const test::Queries q(silhouettes);
   for (int i = 0; i < 300; ++i) {
@@ -368,7 +368,7 @@ TEST(HullQueryBall, BallsAreCorrectForCapsulesInClosedForm) {
 TEST(HullQueryMany, BatchEqualsSingleQueriesForAnyThreadCount) {
   test::Random random(12);
   const auto silhouettes =
-      test::silhouettes_of(test::random_object(random, 3), test::random_cameras(random, 4));
+      test::silhouettes_of({test::random_cameras(random, 4), test::random_object(random, 3)});
   std::vector<Vector3d> points;
   for (int i = 0; i < 5000; ++i) points.push_back(test::random_point(random, i));
   points[17].x() = test::kNaN;
@@ -389,7 +389,7 @@ TEST(HullQueryMany, BatchEqualsSingleQueriesForAnyThreadCount) {
 TEST(HullQueryMany, AnswersEveryPointOfAnyNumber) {
   test::Random random(14);
   const auto silhouettes =
-      test::silhouettes_of(test::random_object(random, 3), test::random_cameras(random, 3));
+      test::silhouettes_of({test::random_cameras(random, 3), test::random_object(random, 3)});
   for (const HullRule& rule : {HullRule{}, HullRule{Limits::seen, 2}}) {
     const test::Queries q(silhouettes, rule);
     for (const std::size_t count : {1u, 7u, 8u, 255u, 256u, 257u, 511u, 512u, 513u}) {
@@ -407,7 +407,7 @@ TEST(HullQueryMany, AnswersEveryPointOfAnyNumber) {
 TEST(HullQueryMany, NoPointIsInAnEmptyHull) {
   test::Random random(2);
   auto silhouettes =
-      test::silhouettes_of(test::random_object(random, 2), test::random_cameras(random, 3));
+      test::silhouettes_of({test::random_cameras(random, 3), test::random_object(random, 2)});
   auto blind = silhouettes, unusable = silhouettes;
   blind[1].pixels = ObjectPixels(160, 121);
   unusable[2].camera.pinhole.cx_px = test::kNaN;
@@ -423,7 +423,7 @@ TEST(HullQueryMany, NoPointIsInAnEmptyHull) {
 TEST(HullQueryBall, HasNoRadiusIfACameraIsNotFinite) {
   test::Random random(3);
   auto silhouettes =
-      test::silhouettes_of(test::random_object(random, 2), test::random_cameras(random, 3));
+      test::silhouettes_of({test::random_cameras(random, 3), test::random_object(random, 2)});
   silhouettes[2].camera.pinhole.fy_px = test::kNaN;
   for (const HullRule& rule : test::kRules) {
     const test::Queries q(silhouettes, rule);
@@ -437,7 +437,7 @@ TEST(HullQueryBall, HasNoRadiusIfACameraIsNotFinite) {
 TEST(HullQueryMany, ConcurrentQueriesAreSafe) {
   test::Random random(13);
   const auto silhouettes =
-      test::silhouettes_of(test::random_object(random, 3), test::random_cameras(random, 4));
+      test::silhouettes_of({test::random_cameras(random, 4), test::random_object(random, 3)});
   const test::Queries q(silhouettes);
   std::vector<int> wrong(4, 0);
   std::vector<std::thread> threads;

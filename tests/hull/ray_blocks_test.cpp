@@ -124,7 +124,7 @@ TEST(PointsInSimd, AreDecidedAwayFromPixelBorders) {
   for (int seed = 1; seed <= 6; ++seed) {
     Random random(seed);
     auto silhouettes =
-        silhouettes_of(random_object(random, 3), random_cameras(random, 1 + seed % 4));
+        silhouettes_of({random_cameras(random, 1 + seed % 4), random_object(random, 3)});
     if (seed % 2)
       for (Silhouette& s : silhouettes) s.pixels = random_pixels(random, 160, 121, 0.6);
     CpuHull hull(test_pool(), silhouettes);

@@ -15,8 +15,8 @@ TEST(Reference, IntervalsAgreeWithInHull) {
   int inside = 0;
   for (int seed = 1; seed <= 30; ++seed) {
     test::Random random(seed);
-    const auto silhouettes = test::silhouettes_of(test::random_object(random, 3),
-                                                  test::random_cameras(random, 1 + seed % 4));
+    const auto silhouettes = test::silhouettes_of(
+        {test::random_cameras(random, 1 + seed % 4), test::random_object(random, 3)});
     const View view{test::random_camera(random, 40, 30, 0.8), 0.05, 4.0};
     for (int i = 0; i < 100; ++i) {
       const geometry::Ray ray = geometry::ray_through(

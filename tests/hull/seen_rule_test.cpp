@@ -26,7 +26,7 @@ INSTANTIATE_TEST_SUITE_P(Hull, SeenBackend, ::testing::Values("cpu", "gl", "swee
 INSTANTIATE_TEST_SUITE_P(Hull, ExactSeenBackend, ::testing::Values("cpu", "gl"), backend_name);
 
 std::vector<Silhouette> narrow_rig(Random& random, int cameras) {
-  return silhouettes_of(random_object(random, 3), narrow_cameras(random, cameras, 80, 61));
+  return silhouettes_of({narrow_cameras(random, cameras, 80, 61), random_object(random, 3)});
 }
 
 const Capsule kSeenBall{{0, 0, 0}, {0, 0, 0}, 0.1};

@@ -17,7 +17,7 @@ const Eigen::AlignedBox3d kBox(Vector3d(-1, -1, -0.5), Vector3d(1, 1, 1.5));
 Vector3d random_in(const Eigen::AlignedBox3d& box, std::mt19937& random) {
   std::uniform_real_distribution<double> share(0, 1);
   return box.min() +
-         Vector3d(share(random), share(random), share(random)).cwiseProduct(box.sizes());
+         Vector3d{share(random), share(random), share(random)}.cwiseProduct(box.sizes());
 }
 
 bool is_in(const SilhouetteBounds& seen, const Vector3d& p_m, double slack_px) {

@@ -63,10 +63,9 @@ TEST(SkipMap, ExtentsAreUniformBoxesOnNoise) {
 TEST(SkipMap, ExtentsAreUniformBoxesOnObjects) {
   for (int seed = 1; seed <= 2; ++seed) {
     test::Random random(seed);
+    const std::vector<Capsule> object = test::random_object(random, 3);
     expect_exact_extents(
-        true_object_pixels(test::random_object(random, 3), test::random_camera(random, 333, 241),
-                           PixelRule::center),
-        7);
+        true_object_pixels(object, test::random_camera(random, 333, 241), PixelRule::center), 7);
   }
 }
 

@@ -30,8 +30,8 @@ const Capsule kBoxedBall{{0, 0, 0}, {0, 0, 0}, 0.1};
 
 AlignedBox3d random_box(Random& random) {
   const Vector3d center = random_in_ball(random, 0.12);
-  const Vector3d half(uniform(random, 0.03, 0.15), uniform(random, 0.03, 0.15),
-                      uniform(random, 0.03, 0.15));
+  const Vector3d half{uniform(random, 0.03, 0.15), uniform(random, 0.03, 0.15),
+                      uniform(random, 0.03, 0.15)};
   return {center - half, center + half};
 }
 
@@ -47,9 +47,9 @@ TEST_P(ExactBoxedBackend, AgreesWithTheReference) {
   for (int seed = 1; seed <= 24; ++seed) {
     SCOPED_TRACE(seed);
     Random random(seed);
-    const auto silhouettes = silhouettes_of(random_object(random, 4),
-                                            seed % 3 ? random_cameras(random, 1 + seed % 5, 80, 61)
-                                                     : narrow_cameras(random, 4, 80, 61));
+    const auto silhouettes = silhouettes_of({seed % 3 ? random_cameras(random, 1 + seed % 5, 80, 61)
+                                                      : narrow_cameras(random, 4, 80, 61),
+                                             random_object(random, 4)});
     const View view{random_camera(random, 64, 48, 0.8), 0.05, 5.0};
     for (const HullRule& of_cameras : kBothRules) {
       const HullRule rule = boxed(of_cameras, random_box(random));
@@ -96,7 +96,7 @@ TEST_P(BoxedBackend, ABoxAroundTheHullChangesNoBit) {
   for (int seed = 1; seed <= 6; ++seed) {
     Random random(seed);
     const auto silhouettes =
-        silhouettes_of(random_object(random, 3), random_cameras(random, 4, 80, 61));
+        silhouettes_of({random_cameras(random, 4, 80, 61), random_object(random, 3)});
     const View view{random_camera(random, 64, 48, 0.8), 0.05, 5.0};
     // The sweep's view of the box is cut in float.
     const AlignedBox3d box(Vector3d::Constant(-20), Vector3d::Constant(20));
@@ -125,7 +125,7 @@ TEST_P(BoxedBackend, NothingIsOutsideTheBox) {
 TEST_P(BoxedBackend, TilesEqualTheWholeViewBitForBit) {
   Random random(34);
   const auto silhouettes =
-      silhouettes_of(random_object(random, 4), random_cameras(random, 3, 80, 61));
+      silhouettes_of({random_cameras(random, 3, 80, 61), random_object(random, 4)});
   for (const HullRule& of_cameras : kBothRules) {
     const HullRule rule = boxed(of_cameras, random_box(random));
     const View view{random_camera(random, 97, 61, 0.7), 0.05, 5.0};
@@ -148,7 +148,7 @@ TEST(BoxedSweep, DepthIsThatOfTheFirstPlaneInTheHull) {
   for (int seed = 1; seed <= 8; ++seed) {
     Random random(seed);
     const auto silhouettes =
-        silhouettes_of(random_object(random, 4), random_cameras(random, 3, 80, 61));
+        silhouettes_of({random_cameras(random, 3, 80, 61), random_object(random, 4)});
     const View view{random_camera(random, 48, 36, 0.8), 0.05, 5.0};
     const SweepRange range{0.2, 1.6};
     for (const HullRule& of_cameras : kBothRules) {
@@ -180,7 +180,7 @@ TEST(BoxedQuery, AgreesWithInHullAndTheReference) {
     SCOPED_TRACE(seed);
     Random random(seed);
     const auto silhouettes =
-        silhouettes_of(random_object(random, 3), random_cameras(random, 1 + seed % 4, 80, 61));
+        silhouettes_of({random_cameras(random, 1 + seed % 4, 80, 61), random_object(random, 3)});
     for (const HullRule& of_cameras : kBothRules) {
       const HullRule rule = boxed(of_cameras, random_box(random));
       CpuHull hull(pool, silhouettes, rule);

@@ -95,7 +95,7 @@ TEST(Bounce, EnergyGrowsByAtMostTheLift) {
       response.four_points.status = collision::NormalStatus::defined;
       response.four_points.normal_world = random_direction(random);
     }
-    const Eigen::Vector3d before_m_s = uniform(random, 0, 4) * random_direction(random);
+    const Eigen::Vector3d before_m_s = random_vector(random, 0, 4);
     const sim::Bounce after =
         sim::bounce(response, before_m_s, uniform(random, 0, 1), kGravity_m_s2, 0.1);
     const double gain =

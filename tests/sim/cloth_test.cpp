@@ -83,7 +83,7 @@ TEST(ClothBend, GradientEqualsFiniteDifferences) {
   std::normal_distribution<double> noise(0, 0.4);
   for (int i = 0; i < 200; ++i) {
     std::array<Vector3d, 4> p = kFlatHinge;
-    for (Vector3d& corner : p) corner += Vector3d(noise(random), noise(random), noise(random));
+    for (Vector3d& corner : p) corner += Vector3d{noise(random), noise(random), noise(random)};
     const Bend at = *bend(p);
     if (std::abs(at.value) > 1.9) continue;  // the gradient of a closed hinge is not smooth
     for (std::size_t k = 0; k < 4; ++k)

@@ -271,7 +271,7 @@ TEST(HullContact, AFastPipeStrikesEveryBall) {
   }
   for (int i = 0; i < count; ++i) {
     const double off_m = uniform(random, -0.8, 0.8) * (pipe_m + ball_m);
-    Vector3d start_m(uniform(random, -0.05, 0.15), off_m, uniform(random, -0.05, 0.05));
+    Vector3d start_m{uniform(random, -0.05, 0.15), off_m, uniform(random, -0.05, 0.05)};
     // The pipe reaches this ball where the hull of the next frame has a pixel more.
     if (i == 0) start_m = {0.0965, -0.0154, -0.0072};
     config::Scene scene = scene_of({touching_ball(start_m, ball_m, 0)});

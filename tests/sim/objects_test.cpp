@@ -27,7 +27,7 @@ config::SceneObject floor_below() { return virtual_box("floor", {0, 0, -0.5}, {2
 
 Eigen::Isometry3d random_pose(Random& random) {
   Eigen::Isometry3d pose = at(random_in_ball(random, 2));
-  pose.linear() = Eigen::AngleAxisd(uniform(random, 0.5, 2.5), random_direction(random)).matrix();
+  pose.linear() = random_rotation(random, 0.5, 2.5).matrix();
   return pose;
 }
 

@@ -54,8 +54,8 @@ TEST(SolidContact, AParticleInABoxLeavesByTheNearestFace) {
 TEST(SolidContact, AParticleThatRestsOnAFaceKeepsIt) {
   test::Random random(1);
   for (int i = 0; i < 1000; ++i) {
-    const Vector3d from_m(test::uniform(random, -0.3, 0.3), test::uniform(random, -0.2, 0.2),
-                          kHalf_m.z() + kRadius_m);
+    const Vector3d from_m{test::uniform(random, -0.3, 0.3), test::uniform(random, -0.2, 0.2),
+                          kHalf_m.z() + kRadius_m};
     const auto touch = box_contact(kHalf_m, path(from_m, from_m - Vector3d(0, 0, 1e-4)));
     ASSERT_TRUE(touch) << from_m.transpose();
     EXPECT_EQ(touch->normal, Vector3d(0, 0, 1)) << from_m.transpose();

@@ -70,9 +70,9 @@ TEST(SweptVolume, ContainsTheHullOfEachFrame) {
     test::Random random(22);
     int found = 0, missing = 0;
     while (found < points) {
-      const Vector3d p(test::uniform(random, bounds.min().x(), bounds.max().x()),
+      const Vector3d p{test::uniform(random, bounds.min().x(), bounds.max().x()),
                        test::uniform(random, bounds.min().y(), bounds.max().y()),
-                       test::uniform(random, bounds.min().z(), bounds.max().z()));
+                       test::uniform(random, bounds.min().z(), bounds.max().z())};
       if (!holds(frames, p)) continue;
       ++found;
       missing += !inside.contains(p);
@@ -81,8 +81,8 @@ TEST(SweptVolume, ContainsTheHullOfEachFrame) {
     // No hull point is beyond the bounds of the mesh, either.
     for (int i = 0; i < points / 10; ++i) {
       const Vector3d p =
-          kBox.min() + Vector3d(test::uniform(random, 0, 1), test::uniform(random, 0, 1),
-                                test::uniform(random, 0, 1))
+          kBox.min() + Vector3d{test::uniform(random, 0, 1), test::uniform(random, 0, 1),
+                                test::uniform(random, 0, 1)}
                            .cwiseProduct(kBox.sizes());
       EXPECT_TRUE(bounds.contains(p) || !holds(frames, p)) << p.transpose();
     }

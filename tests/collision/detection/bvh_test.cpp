@@ -136,7 +136,7 @@ TEST(Bvh, TrianglesFollowTheMortonCurve) {
   Random random(4);
   geometry::Mesh mesh;
   for (std::uint32_t i = 0; i < 500; ++i) {
-    const Vector3d p(uniform(random, 0, 1), uniform(random, 0, 0.5), uniform(random, 0, 1));
+    const Vector3d p{uniform(random, 0, 1), uniform(random, 0, 0.5), uniform(random, 0, 1)};
     mesh.vertices_m.push_back(p);
     mesh.triangles.push_back({i, i, i});
   }

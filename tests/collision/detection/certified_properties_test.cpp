@@ -25,7 +25,7 @@ INSTANTIATE_TEST_SUITE_P(Detection, CertifiedDetection, testing::Values(Backend:
 CollisionHull random_hull(Random& random, int scene, int cameras) {
   return CollisionHull(
       scene == 0 ? hand_like()
-                 : silhouettes_of(random_object(random, 3), random_cameras(random, cameras)));
+                 : silhouettes_of({random_cameras(random, cameras), random_object(random, 3)}));
 }
 
 TEST_P(CertifiedDetection, FindsEveryTriangleWithASampleInTheHull) {

@@ -36,8 +36,10 @@ struct MapScene {
     camera.camera = random_camera(random, width, height);
     camera.camera.camera_from_world = camera.camera.camera_from_world * at(-shift_m);
     hull::ObjectPixels pixels(width, height);
-    for (int i = 0; i < 3; ++i)
-      pixels.set(int(uniform(random, 0, width)), int(uniform(random, 0, height)));
+    for (int i = 0; i < 3; ++i) {
+      const int u = int(uniform(random, 0, width)), v = int(uniform(random, 0, height));
+      pixels.set(u, v);
+    }
     camera.skip_map.assign(pixels);
     camera.skip_map.make(hull::Quadrant::right_down);
     bounds = pixels.bounds();
@@ -72,17 +74,16 @@ struct MapScene {
 
   Isometry3d random_tree(Random& random, const Vector3d& origin_m) const {
     Isometry3d world_from_tree = at(origin_m);
-    world_from_tree.linear() =
-        Eigen::AngleAxisd(uniform(random, 0, 3), random_direction(random)).toRotationMatrix();
+    world_from_tree.linear() = random_rotation(random, 0, 3).toRotationMatrix();
     return world_from_tree;
   }
   // Vertices in front of the camera.
   std::array<Vector3d, 3> random_vertices(Random& random, double side_m, double min_w_m) const {
     std::array<Vector3d, 3> vertices_world_m;
     for (Vector3d& v : vertices_world_m)
-      v = camera.camera.camera_from_world.inverse() * Vector3d(uniform(random, -side_m, side_m),
+      v = camera.camera.camera_from_world.inverse() * Vector3d{uniform(random, -side_m, side_m),
                                                                uniform(random, -side_m, side_m),
-                                                               uniform(random, min_w_m, 2));
+                                                               uniform(random, min_w_m, 2)};
     return vertices_world_m;
   }
 };
@@ -120,7 +121,7 @@ TEST(ContactMaps, PointsOfAnObjectAreWithinTheMargins) {
         scene.to_base(*map) * (scene.of_world * world_from_tree.translation() + scene.at_world);
     for (int i = 0; i < 2000; ++i) {
       const double w = map->min_w * uniform(random, 1, 1.1), u = scene.farthest_px();
-      const Vector3d image(uniform(random, -u, u), uniform(random, -u, u), 1);
+      const Vector3d image{uniform(random, -u, u), uniform(random, -u, u), 1};
       const Eigen::Vector3f p = (of.inverse() * (w * image - at_tree)).cast<float>();
       if (p.norm() > float(radius_m)) continue;
       Eigen::Vector3f found;

@@ -106,8 +106,7 @@ hull::ObjectPixels rectangles(Random& random, int width_px, int height_px) {
 
 Isometry3d random_pose(Random& random, double off_m) {
   Isometry3d pose = Isometry3d::Identity();
-  pose.linear() =
-      Eigen::AngleAxisd(uniform(random, -3, 3), random_direction(random)).toRotationMatrix();
+  pose.linear() = random_rotation(random, -3, 3).toRotationMatrix();
   pose.translation() = off_m * random_direction(random);
   return pose;
 }
@@ -156,8 +155,8 @@ Vector3d grazing_point_world(Random& random, const Scene& scene) {
   // Power of ten of the lowest depth: some points are at the camera's center, to rounding.
   const double lowest = random() % 8 ? -4 : random() % 2 ? -10 : -18;
   for (int tries = 0;; ++tries) {
-    Eigen::Vector2d uv_px(uniform(random, bounds.u0_px, bounds.u1_px),
-                          uniform(random, bounds.v0_px, bounds.v1_px));
+    Eigen::Vector2d uv_px{uniform(random, bounds.u0_px, bounds.u1_px),
+                          uniform(random, bounds.v0_px, bounds.v1_px)};
     const double which = uniform(random, 0, 3);
     if (which < 2) uv_px.x() = on_border(bounds.u0_px, bounds.u1_px);
     if (which > 1) uv_px.y() = on_border(bounds.v0_px, bounds.v1_px);

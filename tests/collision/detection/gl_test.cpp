@@ -83,7 +83,7 @@ TEST_F(GlDetectionTest, AgreesWithBackendCpuFromOneToSixteenCameras) {
   Random random(1);
   for (const int cameras : {1, 2, 3, 5, 16}) {
     const CollisionHull hull(
-        silhouettes_of(random_object(random, 3), random_cameras(random, cameras)));
+        silhouettes_of({random_cameras(random, cameras), random_object(random, 3)}));
     const collision::Bvh tree(mesh_of(random_triangles(random, 400)));
     const collision::DetectionObject object{&tree};
     for (const double eps_m : {3e-3, 0.5e-3, 0.1e-3})
@@ -148,7 +148,7 @@ TEST_F(GlDetectionTest, DecidesNineOfTenTrianglesOnTheGpu) {
   for (int scene = 0; scene < 5; ++scene) {
     const CollisionHull hull(
         scene == 0 ? hand_like()
-                   : silhouettes_of(random_object(random, 3), random_cameras(random, 2 + scene)));
+                   : silhouettes_of({random_cameras(random, 2 + scene), random_object(random, 3)}));
     detect(hull, collision::Bvh(mesh_of(random_triangles(random, 90))), kAllPoints);
     open += counts_.triangles_open, on_cpu += counts_.triangles_on_cpu;
   }
@@ -249,16 +249,17 @@ TEST_F(GlDetectionTest, ErrorMarginBoundsFloatRounding) {
   for (int i = 0; i < 20000; ++i) {
     const double radius_m = std::exp(uniform(random, std::log(0.01), std::log(10)));
     Isometry3d pose = at(random_in_ball(random, 2));
-    pose.linear() =
-        Eigen::AngleAxisd(uniform(random, 0, 3), random_direction(random)).toRotationMatrix();
+    pose.linear() = random_rotation(random, 0, 3).toRotationMatrix();
     hull::CpuHull::MapCamera camera;
     camera.camera = random_camera(random, 720, 486);
     hull::ObjectPixels pixels(720, 486);
-    for (int k = 0; k < 2; ++k)
-      pixels.set(int(uniform(random, 0, 720)), int(uniform(random, 0, 486)));
+    for (int k = 0; k < 2; ++k) {
+      const int u = int(uniform(random, 0, 720)), v = int(uniform(random, 0, 486));
+      pixels.set(u, v);
+    }
     camera.skip_map.assign(pixels);
     const collision::gl_contact::GlCamera c = collision::gl_camera(camera, pose, radius_m);
-    const Eigen::Vector2d pixel_px(uniform(random, 0, 720), uniform(random, 0, 486));
+    const Eigen::Vector2d pixel_px{uniform(random, 0, 720), uniform(random, 0, 486)};
     const Vector3d p =
         pose.inverse() *
         (geometry::camera_center_world_m(camera.camera) +
@@ -345,7 +346,7 @@ TEST_F(GlDetectionTest, OpensAsManyTrianglesAsBackendCpu) {
   for (int scene = 0; scene < 4; ++scene) {
     const CollisionHull hull(
         scene == 0 ? hand_like()
-                   : silhouettes_of(random_object(random, 3), random_cameras(random, 1 + scene)));
+                   : silhouettes_of({random_cameras(random, 1 + scene), random_object(random, 3)}));
     const collision::Bvh tree(mesh_of(random_triangles(random, 1500)));
     const collision::DetectionObject object{&tree};
     collision::CpuDetectionCounts cpu;
@@ -386,8 +387,10 @@ TEST_F(GlDetectionTest, CamerasHaveTheLimitsOfTheirMaps) {
     hull::CpuHull::MapCamera camera;
     camera.camera = random_camera(random, 320, 240);
     hull::ObjectPixels pixels(320, 240);
-    for (int k = 0; k < 3; ++k)
-      pixels.set(int(uniform(random, 0, 320)), int(uniform(random, 0, 240)));
+    for (int k = 0; k < 3; ++k) {
+      const int u = int(uniform(random, 0, 320)), v = int(uniform(random, 0, 240));
+      pixels.set(u, v);
+    }
     camera.skip_map.assign(pixels);
     const hull::PixelRect bounds = pixels.bounds(), &stored = camera.skip_map.stored();
     const int u = (bounds.u0_px + bounds.u1_px) / 2, v = (bounds.v0_px + bounds.v1_px) / 2;

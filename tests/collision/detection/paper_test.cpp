@@ -35,10 +35,10 @@ TEST(BoxQuery, NeverCertifiesABoxThatContainsAHullPoint) {
   int with_hull_point = 0;
   for (int scene = 0; scene < 20; ++scene) {
     const auto silhouettes =
-        silhouettes_of(random_object(random, 3), random_cameras(random, 3, 97, 65));
+        silhouettes_of({random_cameras(random, 3, 97, 65), random_object(random, 3)});
     for (int i = 0; i < 300; ++i) {
       Eigen::AlignedBox3d box(random_in_ball(random, 0.3));
-      box.extend(box.min() + uniform(random, 0.01, 0.3) * random_direction(random));
+      box.extend(box.min() + random_vector(random, 0.01, 0.3));
       bool has_hull_point = false;
       for (int sample = 0; sample < 30 && !has_hull_point; ++sample)
         has_hull_point = hull::in_hull(silhouettes, box.sample());
@@ -100,9 +100,10 @@ TEST(BoxQuery, CertifiesExactlyTheBoxesWithoutAnObjectPixelInTheirImage) {
     std::vector<hull::Silhouette> silhouettes;
     for (const geometry::Camera& camera : random_cameras(random, 1 + scene % 3, 141, 65)) {
       silhouettes.push_back({camera, hull::ObjectPixels(141, 65)});
-      for (int i = 0; i < 12; ++i)  // also in the image's first and last columns and rows
-        silhouettes.back().pixels.set(std::clamp(int(uniform(random, -30, 170)), 0, 140),
-                                      std::clamp(int(uniform(random, -20, 85)), 0, 64));
+      for (int i = 0; i < 12; ++i) {  // also in the image's first and last columns and rows
+        const int u = int(uniform(random, -30, 170)), v = int(uniform(random, -20, 85));
+        silhouettes.back().pixels.set(std::clamp(u, 0, 140), std::clamp(v, 0, 64));
+      }
     }
     for (int i = 0; i < 80; ++i) {
       const double size_m = std::exp(uniform(random, std::log(0.005), std::log(1.5)));
@@ -178,11 +179,13 @@ TEST_F(PaperDetectionTest, StageCountsSumToTheNumberOfObjects) {
   Random random(12);
   for (int scene = 0; scene < 30; ++scene) {
     std::vector<std::vector<collision::Triangle>> objects;
-    for (int i = 0; i < 6; ++i)
-      objects.push_back(collision::world_triangles(
-          geometry::sphere_mesh(uniform(random, 0.01, 0.08), 1), at(random_in_ball(random, 0.3))));
-    const collision::Detection detection =
-        detect_all(random_object(random, 2), objects, random_cameras(random, 3));
+    for (int i = 0; i < 6; ++i) {
+      const double radius_m = uniform(random, 0.01, 0.08);
+      objects.push_back(collision::world_triangles(geometry::sphere_mesh(radius_m, 1),
+                                                   at(random_in_ball(random, 0.3))));
+    }
+    const std::vector<hull::Capsule> real = random_object(random, 2);
+    const collision::Detection detection = detect_all(real, objects, random_cameras(random, 3));
     EXPECT_EQ(stages_sum(detection.counts), objects.size());
   }
 }
@@ -194,8 +197,8 @@ TEST_F(PaperDetectionTest, EqualsTheQueriesOfEachStage) {
   const auto detector = collision::paper_detector(400, 10);
   for (int scene = 0; scene < 8; ++scene) {
     const CollisionHull hull(
-        silhouettes_of(scene % 4 ? random_object(random, 3) : std::vector{ball(kOrigin, 0.02)},
-                       random_cameras(random, 2 + scene % 3)));
+        silhouettes_of({random_cameras(random, 2 + scene % 3),
+                        scene % 4 ? random_object(random, 3) : std::vector{ball(kOrigin, 0.02)}}));
     std::vector<collision::Bvh> trees{collision::Bvh(geometry::Mesh{})};
     std::vector<collision::DetectionObject> moved;
     for (int i = 0; i < 6; ++i)

@@ -32,7 +32,7 @@ INSTANTIATE_TEST_SUITE_P(Detection, CertifiedSeenDetection,
                          testing::Values(Backend::cpu, Backend::gl), backend_name);
 
 std::vector<hull::Silhouette> narrow_rig(Random& random, int cameras) {
-  return silhouettes_of(random_object(random, 3), narrow_cameras(random, cameras));
+  return silhouettes_of({narrow_cameras(random, cameras), random_object(random, 3)});
 }
 
 TEST_P(CertifiedSeenDetection, AgreesWithTheExactReference) {
@@ -257,8 +257,8 @@ TEST(SeenBoxQuery, ACertifiedBoxHasNoHullPoint) {
         if (!free) continue;
         for (int k = 0; k < 100; ++k) {
           const Vector3d p =
-              center + half.x() * Vector3d(uniform(random, -1, 1), uniform(random, -1, 1),
-                                           uniform(random, -1, 1));
+              center + half.x() * Vector3d{uniform(random, -1, 1), uniform(random, -1, 1),
+                                           uniform(random, -1, 1)};
           ASSERT_FALSE(hull::in_hull(silhouettes, p, rule));
         }
       }

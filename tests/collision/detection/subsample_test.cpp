@@ -17,7 +17,7 @@ std::vector<CollisionPoint> random_points(Random& random, std::size_t count) {
   std::vector<CollisionPoint> points;
   for (std::size_t i = 0; i < count; ++i)
     points.push_back(
-        {Vector3d(uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1)),
+        {Vector3d{uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1)},
          std::uint32_t(i)});
   return points;
 }

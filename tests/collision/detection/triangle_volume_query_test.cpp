@@ -60,8 +60,8 @@ TEST(TriangleView, ClampsPointsOutsideTheTriangleToItsBorder) {
   Random random(2);
   for (int i = 0; i < 1000; ++i) {
     const collision::TriangleView view = collision::view_of(random_triangle(random, 1));
-    const Eigen::Vector3d p =
-        collision::point_at(view, uniform(random, -0.1, 1.1), uniform(random, -0.1, 1.1));
+    const double x = uniform(random, -0.1, 1.1), y = uniform(random, -0.1, 1.1);
+    const Eigen::Vector3d p = collision::point_at(view, x, y);
     Eigen::Matrix3d vertices;
     vertices << view.base0_world_m, view.base1_world_m, view.apex_world_m;
     const Eigen::Vector3d weights = vertices.fullPivLu().solve(p);
@@ -295,7 +295,7 @@ TEST_F(TriangleQuery, ReportsNoPointBehindACameraOrOutsideItsImage) {
 TEST_F(TriangleQuery, PointsOfSixteenCamerasWithOddImageSizesAreInTheHull) {
   Random random(7);
   const auto silhouettes =
-      silhouettes_of(random_object(random, 4), random_cameras(random, 16, 131, 77));
+      silhouettes_of({random_cameras(random, 16, 131, 77), random_object(random, 4)});
   collision::TriangleVolumeQuery query(400, 20);
   query.set_silhouettes(silhouettes);
   std::vector<collision::Triangle> triangles;

@@ -32,8 +32,8 @@ HullRule boxed(HullRule rule, const AlignedBox3d& box) {
 }
 AlignedBox3d random_box(Random& random) {
   const Vector3d center = random_in_ball(random, 0.1);
-  const Vector3d half(uniform(random, 0.03, 0.12), uniform(random, 0.03, 0.12),
-                      uniform(random, 0.03, 0.12));
+  const Vector3d half{uniform(random, 0.03, 0.12), uniform(random, 0.03, 0.12),
+                      uniform(random, 0.03, 0.12)};
   return {center - half, center + half};
 }
 
@@ -42,7 +42,7 @@ TEST_P(CertifiedBoxedDetection, AgreesWithTheExactReference) {
   int colliding = 0, free_of_box = 0, undecided = 0;
   for (int scene = 0; scene < 12; ++scene) {
     const auto silhouettes =
-        silhouettes_of(random_object(random, 3), random_cameras(random, 1 + scene % 4));
+        silhouettes_of({random_cameras(random, 1 + scene % 4), random_object(random, 3)});
     const std::vector<collision::Triangle> triangles = random_triangles(random, 80);
     const collision::Bvh tree(mesh_of(triangles));
     for (const HullRule& of_cameras : kBothRules) {
@@ -152,7 +152,7 @@ TEST_P(BoxedDetection, ObjectsCollideOnlyInsideTheBox) {
 
 TEST_P(CertifiedBoxedDetection, ABoxAroundTheObjectChangesNoBit) {
   Random random(44);
-  const auto silhouettes = silhouettes_of(random_object(random, 3), random_cameras(random, 4));
+  const auto silhouettes = silhouettes_of({random_cameras(random, 4), random_object(random, 3)});
   const collision::Bvh tree(mesh_of(random_triangles(random, 200)));
   const AlignedBox3d box(Vector3d::Constant(-3), Vector3d::Constant(3));
   for (const HullRule& rule : kBothRules) {
@@ -195,8 +195,8 @@ TEST(BoxedQueries, BoxesAndCubesOutsideAreFree) {
         for (int k = 0; k < 50; ++k)
           EXPECT_FALSE(hull::in_hull(
               silhouettes,
-              center + half_m * Vector3d(uniform(random, -1, 1), uniform(random, -1, 1),
-                                         uniform(random, -1, 1)),
+              center + half_m * Vector3d{uniform(random, -1, 1), uniform(random, -1, 1),
+                                         uniform(random, -1, 1)},
               rule));
       }
     }

@@ -61,8 +61,7 @@ double by_every_pixel_m(std::span<const hull::Silhouette> silhouettes,
 TEST(HullDistance, AgreesWithTheClosedFormOfAFullImage) {
   Random random(1);
   for (int i = 0; i < 200; ++i) {
-    const Eigen::Isometry3d pose = geometry::look_at(
-        random_in_ball(random, 3), random_in_ball(random, 1), random_direction(random));
+    const Eigen::Isometry3d pose = random_look_at(random, random_in_ball(random, 3), kOrigin, 1);
     const std::vector<hull::Silhouette> silhouettes{right_angled(pose)};
     const collision::HullDistance hull(silhouettes);
     const auto signed_m = [&](double x, double y, double z) {
@@ -242,7 +241,7 @@ TEST(HullDistance, APointThatIsNotFiniteHasNoDepthAndNoBound) {
 TEST(HullDistance, ClearRadiusIsTheDistanceOutsideUpToItsMaximum) {
   Random random(21);
   const auto silhouettes =
-      silhouettes_of(random_object(random, 3), random_cameras(random, 3, 60, 45));
+      silhouettes_of({random_cameras(random, 3, 60, 45), random_object(random, 3)});
   const collision::HullDistance hull(silhouettes);
   int clear = 0, inside = 0, at_maximum = 0;
   for (int i = 0; i < 300; ++i) {

@@ -17,16 +17,15 @@ TEST(TriangleReference, AgreesWithTheClosedFormOfAStraightSilhouetteEdge) {
   Random random(1);
   for (int i = 0; i < 500; ++i) {
     hull::Silhouette s{
-        {{101, 101, 50, 50, 50, 50},
-         geometry::look_at(random_direction(random), kOrigin, random_direction(random))},
+        {{101, 101, 50, 50, 50, 50}, random_look_at(random, random_direction(random), kOrigin)},
         hull::ObjectPixels(101, 101)};
     for (int v = 0; v < 101; ++v)
       for (int u = 0; u < 40; ++u) s.pixels.set(u, v);
     collision::Triangle t;
     std::array<double, 3> g;
     for (int k = 0; k < 3; ++k) {
-      const Eigen::Vector3d p_camera(uniform(random, -0.4, 0.2), uniform(random, -0.3, 0.3),
-                                     uniform(random, 0.8, 1.2));  // in the image
+      const Eigen::Vector3d p_camera{uniform(random, -0.4, 0.2), uniform(random, -0.3, 0.3),
+                                     uniform(random, 0.8, 1.2)};  // in the image
       g[k] = -0.21 * p_camera.z() - p_camera.x();
       t[k] = s.camera.camera_from_world.inverse() * p_camera;
     }
@@ -96,7 +95,7 @@ TEST(TriangleReference, AgreesWithInHullAtRandomPoints) {
   for (int seed = 1; seed <= 40; ++seed) {
     Random random(seed);
     auto silhouettes =
-        silhouettes_of(random_object(random, 3), random_cameras(random, 1 + seed % 5));
+        silhouettes_of({random_cameras(random, 1 + seed % 5), random_object(random, 3)});
     if (seed % 4 == 0)
       silhouettes[0].camera.camera_from_world.linear()(0, 1) +=
           0.4 * geometry::kMaxRotationError;  // a rotation that is slightly not orthonormal
@@ -121,7 +120,7 @@ TEST(TriangleReference, AgreesWithInHullInNoise) {
 TEST(TriangleReference, AgreesWithInHullForSixteenCameras) {
   Random random(3);
   const auto silhouettes =
-      silhouettes_of(random_object(random, 4), random_cameras(random, 16, 131, 77));
+      silhouettes_of({random_cameras(random, 16, 131, 77), random_object(random, 4)});
   int inside = 0;
   for (int i = 0; i < 10; ++i)
     inside += check_samples(random, silhouettes, random_triangle_in_ball(random, 0.2), 200);
@@ -188,7 +187,7 @@ TEST(TriangleReference, AreaIsAdditiveUnderSubdivision) {
 TEST(TriangleReference, AnotherCameraNeverAddsArea) {
   Random random(7);
   for (int i = 0; i < 20; ++i) {
-    const auto silhouettes = silhouettes_of(random_object(random, 3), random_cameras(random, 5));
+    const auto silhouettes = silhouettes_of({random_cameras(random, 5), random_object(random, 3)});
     const collision::Triangle t = random_triangle_in_ball(random, 0.2);
     double before = 1 + 1e-12;
     for (std::size_t n = 1; n <= silhouettes.size(); ++n) {

@@ -24,7 +24,7 @@ Proximity nearest_of(HullProximity& proximity, const Bvh& tree, const Eigen::Iso
 
 Eigen::Isometry3d random_pose(test::Random& random, double extent_m) {
   Eigen::Isometry3d pose = test::at(test::random_in_ball(random, extent_m));
-  pose.rotate(Eigen::AngleAxisd(test::uniform(random, 0, 3), test::random_direction(random)));
+  pose.rotate(test::random_rotation(random, 0, 3));
   return pose;
 }
 
@@ -33,7 +33,7 @@ TEST(PartProximity, IsThatOfTheNearestTriangle) {
   int near = 0, far = 0, inside = 0;
   for (int scene = 0; scene < 50; ++scene) {
     const std::vector<hull::Silhouette> silhouettes = test::silhouettes_of(
-        test::random_object(random, 3), test::random_cameras(random, 3 + scene % 3));
+        {test::random_cameras(random, 3 + scene % 3), test::random_object(random, 3)});
     hull::CpuHull hull(test::test_pool(), silhouettes);
     const hull::HullQuery query(hull);
     HullProximity proximity(query, kOptions);

@@ -83,7 +83,7 @@ TEST(ProximityCubes, FreeCubesContainNoHullPoint) {
       ++free;
       near += half_edge_m < 0.2;
       for (int k = 0; k < 120; ++k) {
-        Vector3d p(uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1));
+        Vector3d p{uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1)};
         if (k % 3) p /= p.cwiseAbs().maxCoeff();  // on a face
         ASSERT_FALSE(hull::in_hull(silhouettes, center + half_edge_m * p, rule))
             << "seed " << seed << ", " << half_edge_m << " m around " << center.transpose();
@@ -106,8 +106,8 @@ struct SweptBody {
     for (int axis = 0; axis < 3; ++axis) half_m[axis] = std::pow(10.0, uniform(random, -3, 0));
     for (Vector3d& corner : triangle)
       corner = half_m.cwiseProduct(
-          Vector3d(uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1)));
-    sweep_m = uniform(random, 0, 0.3) * random_direction(random);
+          Vector3d{uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1)});
+    sweep_m = random_vector(random, 0, 0.3);
   }
   bool is_free(const collision::CubeQuery& cubes, double scale) const {
     const collision::SweptMargin margin{scale * sweep_m, 0};
@@ -119,9 +119,9 @@ struct SweptBody {
   }
   // Most are on the body's border, at an end of its move.
   Vector3d random_point(Random& random, double scale) const {
-    Vector3d p(uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1));
+    Vector3d p{uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1)};
     if (is_triangle) {
-      Vector3d weights(uniform(random, 0, 1), uniform(random, 0, 1), uniform(random, 0, 1));
+      Vector3d weights{uniform(random, 0, 1), uniform(random, 0, 1), uniform(random, 0, 1)};
       if (uniform(random, 0, 1) < 0.5) weights[int(uniform(random, 0, 2.999))] = 0;
       if (uniform(random, 0, 1) < 0.3) weights = Vector3d::Unit(int(uniform(random, 0, 2.999)));
       weights /= weights.sum();

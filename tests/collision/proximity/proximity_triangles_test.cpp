@@ -102,8 +102,7 @@ TEST(ProximityOfMeshes, BoundsTheDistanceOfLongTriangles) {
   geometry::Mesh mesh;
   std::vector<collision::Triangle> triangles;
   for (std::uint32_t i = 0; i < 150; ++i) {
-    const Vector3d center = random_in_ball(random, 0.2),
-                   along = uniform(random, 0.1, 0.2) * random_direction(random);
+    const Vector3d center = random_in_ball(random, 0.2), along = random_vector(random, 0.1, 0.2);
     triangles.push_back(
         {center - along, center - along + random_in_ball(random, 0.01), center + along});
     std::rotate(triangles.back().begin(), triangles.back().begin() + i % 3, triangles.back().end());

@@ -24,8 +24,7 @@ struct Wedge {
 Wedge random_wedge(Random& random, int cameras) {
   Wedge wedge;
   for (int i = 0; i < cameras; ++i) {
-    const geometry::Camera camera =
-        looking(uniform(random, 0.6, 1.2) * random_direction(random), 160, 121, 0.6);
+    const geometry::Camera camera = looking(random_vector(random, 0.6, 1.2), 160, 121, 0.6);
     hull::ObjectPixels pixels(160, 121);
     const int u0 = int(uniform(random, 30, 75)), u1 = int(uniform(random, 85, 130)),
               v0 = int(uniform(random, 20, 55)), v1 = int(uniform(random, 66, 100));

@@ -59,8 +59,7 @@ TEST_F(ContactManifoldTest, BallContactsHaveTheHullNormalAndLocallyMinimalDepth)
   int converged = 0, contacts = 0;
   double worst_deg = 0;
   for (int i = 0; i < 10; ++i) {
-    place(above(kRealRadius_m + kVirtualRadius_m - 0.01, uniform(random, 0, 3.1),
-                uniform(random, 0, 6.28)));
+    place(random_above(random, 0.01, 0.01, 3.1));
     ASSERT_TRUE(collision_.colliding());
     for (const collision::Contact& contact : manifold(8).contacts) {
       ASSERT_EQ(contact.status, collision::ContactStatus::defined);
@@ -156,8 +155,8 @@ TEST(FarthestPointSample, TakesTheFarthestOfTheRestUntilTheyAreTooNear) {
   for (int scene = 0; scene < 200; ++scene) {
     std::vector<Vector3d> points;
     for (int i = 0; i < 1 + scene % 30; ++i)  // on a coarse grid, so that distances are often equal
-      points.emplace_back(std::floor(uniform(random, 0, 4)), std::floor(uniform(random, 0, 3)),
-                          std::floor(uniform(random, 0, 2)));
+      points.push_back({std::floor(uniform(random, 0, 4)), std::floor(uniform(random, 0, 3)),
+                        std::floor(uniform(random, 0, 2))});
     const std::size_t first = random() % points.size(), count = 1 + random() % 12;
     const double min_m = std::array{0.0, 1.0, 1.2}[std::size_t(scene % 3)];
     std::vector<std::size_t> expected{first};
@@ -226,8 +225,7 @@ TEST_F(ContactManifoldTest, StartsWithTheDeepestPointAndFollowsTheFarthestSample
   Random random(65);
   int no_exit = 0;
   for (int i = 0; i < 6; ++i) {
-    place(above(kRealRadius_m + kVirtualRadius_m - uniform(random, 0.002, 0.012),
-                uniform(random, 0, 3.1), uniform(random, 0, 6.28)));
+    place(random_above(random, 0.002, 0.012, 3.1));
     std::shuffle(collision_.points.begin(), collision_.points.end(), random);
     collision_.points.resize(std::min<std::size_t>(collision_.points.size(), 60));
     const double reach_m = i % 3 ? 0.05 : 0.003;

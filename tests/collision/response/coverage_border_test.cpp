@@ -34,8 +34,7 @@ struct Ball {
                    f_px = radius_px * distance_m / kRadius_m, off_px = uniform(random, -0.5, 0.5);
       cameras.push_back(
           {{size_px, size_px, f_px, f_px, 0.5 * size_px + off_px, 0.5 * size_px - 0.7 * off_px},
-           geometry::look_at(distance_m * random_direction(random), Vector3d::Zero(),
-                             random_direction(random))});
+           random_look_at(random, distance_m * random_direction(random), kOrigin)});
       covered.push_back({cameras.back(), hull::true_coverage(real, cameras.back())});
     }
     silhouettes = silhouettes_of(real, cameras, hull::PixelRule::touched);

@@ -83,9 +83,9 @@ TEST_F(LocalMinimumTranslationTest, IsVerifiedAndNeverLonger) {
       real.push_back({random_in_ball(random, 0.03), random_in_ball(random, 0.03),
                       uniform(random, 0.008, 0.02)});
     see(real);
-    place(collision::world_triangles(geometry::box_mesh({0.03, 0.02, 0.05}),
-                                     at(random_in_ball(random, 0.03))),
-          random_in_ball(random, 0.03));
+    const Vector3d center = random_in_ball(random, 0.03), rp_object = random_in_ball(random, 0.03);
+    place(collision::world_triangles(geometry::box_mesh({0.03, 0.02, 0.05}), at(center)),
+          rp_object);
     if (!collision_.colliding()) continue;
     const collision::Response response = respond_to({rp_object_m_, random_direction(random)});
     if (!response.has_exit()) continue;

@@ -149,10 +149,11 @@ TEST_F(ResponseEdgeCases, AllResultsAreFinite) {
   };
   for (int i = 0; i < 5; ++i) {
     std::vector<hull::Silhouette> noise;
-    for (int c = 0; c < 2; ++c)
+    for (int c = 0; c < 2; ++c) {
+      const Vector3d eye = random_direction(random), up = random_direction(random);
       noise.push_back(
-          {camera_at(random_direction(random), 64, kField_m, kOrigin, random_direction(random)),
-           random_pixels(random, 64, 64, 0.7)});
+          {camera_at(eye, 64, kField_m, kOrigin, up), random_pixels(random, 64, 64, 0.7)});
+    }
     see(noise);
     place(random_in_ball(random, 0.05));
     for (const collision::HullSearch search :

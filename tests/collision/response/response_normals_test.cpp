@@ -32,8 +32,8 @@ struct BallScene {
       const double off_px = uniform(random, -0.5, 0.5);  // subpixel offset
       const geometry::Pinhole pinhole{
           size_px, size_px, f_px, f_px, 0.5 * size_px + off_px, 0.5 * size_px - 0.7 * off_px};
-      cameras.push_back({pinhole, geometry::look_at(distance_m * random_direction(random),
-                                                    Vector3d::Zero(), random_direction(random))});
+      cameras.push_back(
+          {pinhole, random_look_at(random, distance_m * random_direction(random), kOrigin)});
     }
     silhouettes = silhouettes_of(real, cameras, rule);
   }
@@ -80,7 +80,7 @@ Measured measure(double radius_px, hull::PixelRule rule) {
     const BallScene balls(random, 6, radius_px, rule);
     const Queries hull(balls.silhouettes);
     for (int i = 0; i < 10; ++i) {
-      const Vector3d p = uniform(random, 0.8, 0.9) * kBallRadius_m * random_direction(random);
+      const Vector3d p = kBallRadius_m * random_vector(random, 0.8, 0.9);
       const Vector3d v_rec = (p.normalized() + 0.5 * random_in_ball(random, 1)).normalized();
       if (radius_px < 20 && !hull.query.contains(p)) continue;  // a very small map may miss p
       const auto [exact_m, limiting] = balls.analytic_exit(p, v_rec, 0.2);

@@ -20,7 +20,7 @@ TEST(Recovery, ExitsEqualTheExactReferenceOnRandomScenes) {
   int exits = 0, unconfirmed = 0;
   double worst_m = 0;
   for (int scene = 0; scene < 90; ++scene) {
-    const auto silhouettes = silhouettes_of(random_object(random, 4), random_cameras(random, 4));
+    const auto silhouettes = silhouettes_of({random_cameras(random, 4), random_object(random, 4)});
     for (const hull::HullRule& rule : kRules) {
       const Queries hull(silhouettes, rule);
       for (int i = 0; i < 40; ++i) {
@@ -106,7 +106,7 @@ TEST(Recovery, PixelFootprintIsThatOfTheLargestPixel) {
 
 TEST(Recovery, SampledExitPrecedesTheExactOneByAtMostAStep) {
   Random random(42);
-  const auto silhouettes = silhouettes_of(random_object(random, 4), random_cameras(random, 4));
+  const auto silhouettes = silhouettes_of({random_cameras(random, 4), random_object(random, 4)});
   const Queries hull(silhouettes);
   int missed = 0, exits = 0;
   for (int i = 0; i < 300; ++i) {

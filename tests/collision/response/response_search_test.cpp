@@ -22,8 +22,7 @@ TEST_F(ResponseTest, RecoveryDistanceEqualsTheExactReference) {
   Random random(21);
   double worst_m = 0, max_error_m = 0;
   for (int i = 0; i < 30; ++i) {
-    place(above(kRealRadius_m + kVirtualRadius_m - uniform(random, 0.003, 0.012),
-                uniform(random, 0, 0.8), uniform(random, 0, 6.28)));
+    place(random_above(random, 0.003, 0.012, 0.8));
     ASSERT_TRUE(collision_.colliding());
     const collision::Response response = respond_by_default(),
                               outward =
@@ -59,8 +58,7 @@ TEST_F(ResponseTest, RecoveryDistanceEqualsTheExactReference) {
 TEST_F(ResponseTest, SampledSearchIsWithinItsStatedError) {
   Random random(21);
   for (int i = 0; i < 30; ++i) {
-    place(above(kRealRadius_m + kVirtualRadius_m - uniform(random, 0.003, 0.012),
-                uniform(random, 0, 0.8), uniform(random, 0, 6.28)));
+    place(random_above(random, 0.003, 0.012, 0.8));
     ASSERT_TRUE(collision_.colliding());
     const collision::Response response =
         respond_by_default({.search = collision::HullSearch::sampled, .window_px = 200});
@@ -99,8 +97,7 @@ TEST_F(ResponseTest, RecoveryDistanceEqualsTheAnalyticHullWithinAPixel) {
   for (const hull::Silhouette& s : silhouettes_) cameras.push_back(s.camera);
   Random random(22);
   for (int i = 0; i < 20; ++i) {
-    place(above(kRealRadius_m + kVirtualRadius_m - uniform(random, 0.003, 0.012),
-                uniform(random, 0, 0.3), uniform(random, 0, 6.28)));
+    place(random_above(random, 0.003, 0.012, 0.3));
     const collision::Response response = respond_by_default();
     ASSERT_EQ(response.status, collision::RecoveryStatus::recovered);
     const double analytic_m = exit_m(response, kVirtualRadius_m, [&](const auto& p) {
@@ -122,8 +119,7 @@ TEST_F(ResponseTest, NormalEqualsTheBallsNormal) {
   Random random(24);
   int defined = 0;
   for (int i = 0; i < 20; ++i) {
-    place(above(kRealRadius_m + kVirtualRadius_m - uniform(random, 0.004, 0.01),
-                uniform(random, 0, 0.3), uniform(random, 0, 6.28)));
+    place(random_above(random, 0.004, 0.01, 0.3));
     const collision::Response response = respond_by_default({.apex_angle_rad = kSixtyDegrees_rad});
     if (response.four_points.status != collision::NormalStatus::defined) continue;
     ++defined;
@@ -146,8 +142,7 @@ TEST_F(ResponseTest, NormalEqualsTheBallsNormal) {
 TEST_F(ResponseTest, ObjectIsFreeAfterTheMove) {
   Random random(23);
   for (int i = 0; i < 20; ++i) {
-    place(above(kRealRadius_m + kVirtualRadius_m - 0.006, uniform(random, 0, 3.1),
-                uniform(random, 0, 6.28)));
+    place(random_above(random, 0.006, 0.006, 3.1));
     if (!collision_.colliding()) continue;
     const collision::Response response = respond_by_default();
     if (response.status != collision::RecoveryStatus::recovered) continue;

@@ -23,7 +23,7 @@ bool touches(const Frame& frame, const MovablePart& part, double spacing_m) {
 
 MovablePart random_part(test::Random& random) {
   Eigen::Isometry3d pose = test::at(test::random_in_ball(random, 0.1));
-  pose.rotate(Eigen::AngleAxisd(test::uniform(random, 0, 3), test::random_direction(random)));
+  pose.rotate(test::random_rotation(random, 0, 3));
   return {geometry::box_mesh({0.1, 0.05, 0.01}, 0), pose, test::random_direction(random)};
 }
 
@@ -32,8 +32,8 @@ TEST(GapSearch, WhatTouchesTouchesByTheExactReference) {
   double added_m = 0;
   int tested = 0;
   for (int scene = 0; scene < 30; ++scene) {
-    Frame frame(test::silhouettes_of(test::random_object(random, 3),
-                                     test::random_cameras(random, 3 + scene % 3)));
+    Frame frame(test::silhouettes_of(
+        {test::random_cameras(random, 3 + scene % 3), test::random_object(random, 3)}));
     const MovablePart part = random_part(random);
     const SpacingInterval range{-0.3, 0.3};
     const SpacingVerdicts swept = frame.sweep(part, range);
@@ -66,8 +66,8 @@ TEST(GapSearch, LeavesNoGapInACollision) {
   test::Random random(53);
   int collisions = 0;
   for (int scene = 0; scene < 30; ++scene) {
-    Frame frame(test::silhouettes_of(test::random_object(random, 3),
-                                     test::random_cameras(random, 3 + scene % 3)));
+    Frame frame(test::silhouettes_of(
+        {test::random_cameras(random, 3 + scene % 3), test::random_object(random, 3)}));
     const MovablePart part = random_part(random);
     const SpacingInterval range{-0.3, 0.3};
     SpacingVerdicts found = frame.sweep(part, range);

@@ -99,14 +99,13 @@ TEST(SpacingSweep, AgreesWithDetectionOnRandomScenes) {
   test::Random random(18);
   double undecided_m = 0, colliding_m = 0;
   for (int scene = 0; scene < 40; ++scene) {
-    Frame frame(test::silhouettes_of(test::random_object(random, 3),
-                                     test::random_cameras(random, 2 + scene % 4)));
+    Frame frame(test::silhouettes_of(
+        {test::random_cameras(random, 2 + scene % 4), test::random_object(random, 3)}));
     Eigen::Isometry3d pose = test::at(test::random_in_ball(random, 0.3));
-    pose.rotate(Eigen::AngleAxisd(test::uniform(random, 0, 3), test::random_direction(random)));
+    pose.rotate(test::random_rotation(random, 0, 3));
     const geometry::Mesh mesh =
         scene % 2 ? geometry::sphere_mesh(0.05, 2) : geometry::box_mesh({0.1, 0.05, 0.01}, 0);
-    const MovablePart part(mesh, pose,
-                           test::uniform(random, 0.1, 9) * test::random_direction(random));
+    const MovablePart part(mesh, pose, test::random_vector(random, 0.1, 9));
     const SpacingInterval range{-test::uniform(random, 0, 0.4), test::uniform(random, 0, 0.4)};
     const SpacingVerdicts found = frame.sweep(part, range);
     expect_well_formed(found, range);
@@ -138,7 +137,7 @@ TEST(SpacingSweep, AgreesWithDetectionWithOtherRules) {
   double colliding_m = 0;
   for (int scene = 0; scene < 30; ++scene) {
     const std::vector<hull::Silhouette> silhouettes = test::silhouettes_of(
-        test::random_object(random, 3), test::narrow_cameras(random, 3 + scene % 3));
+        {test::narrow_cameras(random, 3 + scene % 3), test::random_object(random, 3)});
     hull::HullRule rule;
     if (scene % 2 != 0) rule = {.limits = hull::Limits::seen, .min_seen = 2};
     rule.within_world_m =
@@ -147,9 +146,9 @@ TEST(SpacingSweep, AgreesWithDetectionWithOtherRules) {
     const hull::HullQuery query(hull);
     const auto detector = cpu_detector({.eps_m = 0.5e-3, .spacing_m = 0});
     detector->set_hull(query, silhouettes);
-    const MovablePart part(geometry::box_mesh({0.1, 0.05, 0.03}, 0.03),
+    const MovablePart part{geometry::box_mesh({0.1, 0.05, 0.03}, 0.03),
                            test::at(test::random_in_ball(random, 0.2)),
-                           test::random_direction(random));
+                           test::random_direction(random)};
     const SpacingInterval range{-0.3, 0.3};
     const SpacingVerdicts found = SpacingSweep(query, {})(part, range);
     expect_well_formed(found, range);

@@ -38,8 +38,8 @@ TEST(ViewInterval, IsWhereEachCornerIsInEachImage) {
   int with_view = 0, limited = 0;
   for (int scene = 0; scene < 200; ++scene) {
     const std::vector<geometry::Camera> cameras = test::random_cameras(random, 1 + scene % 4);
-    const MovablePart part =
-        cube(test::random_in_ball(random, 0.3), test::random_direction(random));
+    const Vector3d center = test::random_in_ball(random, 0.3);
+    const MovablePart part = cube(center, test::random_direction(random));
     const SpacingInterval range{-3, 3};
     const auto found = interval_in_view(part, range, cameras, kEverywhere);
     with_view += found.has_value();

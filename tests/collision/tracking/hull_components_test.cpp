@@ -37,9 +37,10 @@ std::vector<geometry::Camera> all_around(int size_px = 300) {
 TEST(HullComponents, MomentsEqualTheSumOverCellsInTheHull) {
   Random random(1);
   for (int scene = 0; scene < 6; ++scene) {
-    const auto silhouettes = silhouettes_of(
-        {{random_in_ball(random, 0.1), random_in_ball(random, 0.1), uniform(random, 0.02, 0.05)}},
-        random_cameras(random, 3 + scene % 3));
+    const auto silhouettes =
+        silhouettes_of({random_cameras(random, 3 + scene % 3),
+                        {{random_in_ball(random, 0.1), random_in_ball(random, 0.1),
+                          uniform(random, 0.02, 0.05)}}});
     const double cell_m = 0.012;
     const auto components = components_of(silhouettes, cell_m);
     double count = 0, found = 0;
@@ -310,7 +311,7 @@ TEST(HullComponents, HoldTheCellsThatTheSeeingCamerasKeep) {
   int only_seen = 0, clipped = 0;
   for (int scene = 0; scene < 8; ++scene) {
     const auto silhouettes =
-        silhouettes_of(random_object(random, 2, 0.15), narrow_cameras(random, 2 + scene % 3));
+        silhouettes_of({narrow_cameras(random, 2 + scene % 3), random_object(random, 2, 0.15)});
     for (const int min_seen : {1, 2}) {
       const hull::HullRule rule{hull::Limits::seen, min_seen};
       const double cell_m = 0.015;

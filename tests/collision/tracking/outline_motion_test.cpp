@@ -83,7 +83,8 @@ TEST(OutlineMotion, IsExactForExactOutlines) {
   Random random(1);
   for (int scene = 0; scene < 100; ++scene) {
     const auto points = random_board(random);
-    const Script script = random_script(random, uniform(random, 0.1, 2), uniform(random, 0.3, 6));
+    const double speed_m_s = uniform(random, 0.1, 2), rate_rad_s = uniform(random, 0.3, 6);
+    const Script script = random_script(random, speed_m_s, rate_rad_s);
     const auto seen =
         outlines_of(points, script, ring(4 + scene % 3, 1.6, 0.5, 480, 1.1), 3 + scene % 10);
     const collision::UniformMotion guess{

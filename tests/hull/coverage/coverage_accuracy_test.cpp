@@ -29,10 +29,9 @@ double focal_px() { return geometry::pinhole_from_fov(kWidth_px, kHeight_px, kFo
 std::vector<geometry::Camera> rig(test::Random& random, int count) {
   std::vector<geometry::Camera> cameras;
   for (int i = 0; i < count; ++i)
-    cameras.push_back(
-        {geometry::pinhole_from_fov(kWidth_px, kHeight_px, kFov_rad),
-         geometry::look_at(kDistance_m * test::random_direction(random),
-                           test::random_in_ball(random, 0.01), test::random_direction(random))});
+    cameras.push_back({geometry::pinhole_from_fov(kWidth_px, kHeight_px, kFov_rad),
+                       test::random_look_at(random, kDistance_m * test::random_direction(random),
+                                            Vector3d::Zero(), 0.01)});
   return cameras;
 }
 
@@ -187,11 +186,11 @@ void compare(Compared& all, test::Random& random, double radius_px, bool long_on
   const auto center_maps = test::silhouettes_of(object, cameras, PixelRule::center),
              touched = test::silhouettes_of(object, cameras, PixelRule::touched);
   const double reach_m = radius_m + half.norm(), eye_m = 8 * reach_m + 0.1;
-  const View view{{geometry::pinhole_from_fov(24, 24, 2.2 * reach_m / eye_m),
-                   geometry::look_at(center + eye_m * test::random_direction(random), center,
-                                     test::random_direction(random))},
-                  eye_m - 4 * reach_m,
-                  eye_m + 4 * reach_m};
+  const View view{
+      {geometry::pinhole_from_fov(24, 24, 2.2 * reach_m / eye_m),
+       test::random_look_at(random, center + eye_m * test::random_direction(random), center)},
+      eye_m - 4 * reach_m,
+      eye_m + 4 * reach_m};
   const PixelRect rect = test::whole_image(view.camera);
   const SurfaceTile tile = CoverageHull(test_pool(), covered).surface(view, rect);
   const DepthTile by_center = CpuHull(test_pool(), center_maps).depth(view, rect),

@@ -43,8 +43,8 @@ TEST(CoverageHull, EqualsItsDefinitionOnRandomRigs) {
   for (int seed = 1; seed <= 16; ++seed) {
     SCOPED_TRACE(seed);
     test::Random random(seed);
-    const auto silhouettes =
-        covered(test::random_object(random, 3), test::random_cameras(random, 1 + seed % 6, 80, 61));
+    const auto silhouettes = covered(
+        {test::random_cameras(random, 1 + seed % 6, 80, 61), test::random_object(random, 3)});
     const Counts c =
         expect_definition(silhouettes, {test::random_camera(random, 64, 48, 0.8), 0.05, 3.0}, 7);
     counts = {counts.hits + c.hits, counts.between_samples + c.between_samples};
@@ -56,7 +56,7 @@ TEST(CoverageHull, EqualsItsDefinitionOnRandomRigs) {
 TEST(CoverageHull, IsTheSameWithEveryInstructionSet) {
   test::Random random(21);
   const auto silhouettes =
-      covered(test::random_object(random, 3), test::random_cameras(random, 4, 160, 121));
+      covered({test::random_cameras(random, 4, 160, 121), test::random_object(random, 3)});
   const View view{test::random_camera(random, 99, 80, 0.8), 0.05, 3.0};
   hwy::SetSupportedTargetsForTest(0);
   const std::int64_t all = hwy::SupportedTargets();
@@ -93,7 +93,7 @@ TEST(CoverageHull, EqualsItsDefinitionOnNoise) {
 TEST(CoverageHull, PointsBeforeAndBehindADepthAreOutsideAndInside) {
   test::Random random(3);
   const auto silhouettes =
-      covered(test::random_object(random, 3), test::random_cameras(random, 4, 160, 121));
+      covered({test::random_cameras(random, 4, 160, 121), test::random_object(random, 3)});
   const View view{test::random_camera(random, 64, 48, 0.8), 0.05, 3.0};
   const DepthTile tile = depth_of(silhouettes, view);
   int hits = 0, thin = 0;
@@ -115,7 +115,7 @@ TEST(CoverageHull, IsBitIdenticalForEveryCameraOrderThreadCountAndTiling) {
   for (int seed = 1; seed <= 6; ++seed) {
     test::Random random(seed);
     auto silhouettes =
-        covered(test::random_object(random, 3), test::random_cameras(random, 4, 80, 61));
+        covered({test::random_cameras(random, 4, 80, 61), test::random_object(random, 3)});
     const View view{test::random_camera(random, 80, 60, 0.8), 0.05, 5.0};
     const SurfaceTile expected = CoverageHull(one, silhouettes).surface(view, {0, 0, 80, 60});
     for (int i = 0; i < 4; ++i) {
@@ -137,7 +137,7 @@ TEST(CoverageHull, IsBitIdenticalForEveryCameraOrderThreadCountAndTiling) {
 TEST(CoverageHull, NormalsAreUnitFaceTheViewAndLieAcrossTheLimitingCamerasSight) {
   test::Random random(4);
   const auto silhouettes =
-      covered(test::random_object(random, 2), test::random_cameras(random, 5, 320, 241));
+      covered({test::random_cameras(random, 5, 320, 241), test::random_object(random, 2)});
   const View view{test::random_camera(random, 64, 48, 0.8), 0.05, 5.0};
   const SurfaceTile tile = CoverageHull(test_pool(), silhouettes).surface(view, {0, 0, 64, 48});
   int hits = 0, away = 0;

@@ -43,7 +43,7 @@ struct Wire {
 };
 Wire random_wire(test::Random& random, double width_px) {
   return {width_px, test::uniform(random, 0, std::numbers::pi),
-          Vector2d(32 + test::uniform(random, -0.5, 0.5), 32 + test::uniform(random, -0.5, 0.5))};
+          Vector2d{32 + test::uniform(random, -0.5, 0.5), 32 + test::uniform(random, -0.5, 0.5)}};
 }
 
 // Returns true if both pixels are above one half and connected. Four-neighbours are connected by
@@ -289,8 +289,7 @@ WireRig wire_rig(test::Random& random, int cameras, double width_px, ThinRule ru
   for (int i = 0; i < cameras; ++i) {
     const geometry::Camera camera{
         geometry::pinhole_from_fov(160, 160, 0.5),
-        geometry::look_at(1.5 * test::random_direction(random), test::random_in_ball(random, 0.02),
-                          test::random_direction(random))};
+        test::random_look_at(random, 1.5 * test::random_direction(random), Vector3d::Zero(), 0.02)};
     const Capsule wire{rig.center - rig.half, rig.center + rig.half,
                        0.5 * width_px * 1.5 / camera.pinhole.fx_px};
     rig.silhouettes.push_back(

@@ -91,7 +91,7 @@ TEST(CoverageMap, OutwardIsDownhillOfTheWeightedPlane) {
   const CoverageMap map = random_coverage(random, 20, 15);
   int at_border = 0;
   for (int i = 0; i < 300; ++i) {
-    const Vector2d uv(uniform(random, -0.5, 19.5), uniform(random, -0.5, 14.5));
+    const Vector2d uv{uniform(random, -0.5, 19.5), uniform(random, -0.5, 14.5)};
     const int u0 = int(std::floor(uv.x() + 0.5)), v0 = int(std::floor(uv.y() + 0.5));
     std::vector<Eigen::Vector4d> rows;
     for (int v = std::max(v0 - 3, 0); v <= std::min(v0 + 3, 14); ++v)
@@ -183,7 +183,8 @@ TEST(ThinCoverage, ValuesOfEveryPixelAreKnown) {
       std::vector<Capsule> wires;
       for (int i = 0; i < 4; ++i) {
         const auto end = [&] {
-          return Vector3d(uniform(random, 0, 0.064), uniform(random, 0, 0.048), 1);
+          const double y_m = uniform(random, 0, 0.048), x_m = uniform(random, 0, 0.064);
+          return Vector3d(x_m, y_m, 1);
         };
         wires.push_back({end(), end(), (n == 3 ? 0.3 : n == 4 ? 0.7 : 1.3) / 2000});
       }

@@ -110,7 +110,7 @@ TEST(CoverageWalkSimd, TheLimitingCameraIsThatOfTheWalks) {
   for (int seed = 1; seed <= 24; ++seed) {
     test::Random random(seed);
     auto silhouettes =
-        covered(test::random_object(random, 3), test::random_cameras(random, 4, 80, 61));
+        covered({test::random_cameras(random, 4, 80, 61), test::random_object(random, 3)});
     if (seed % 2 == 0)
       for (CoverageSilhouette& s : silhouettes) s.map = random_map(random, 80, 61, 0.7);
     const View view{test::random_camera(random, 64, 48, 0.8), 0.05, 5.0};

@@ -138,7 +138,7 @@ TEST(LimitingCameras, AreThoseWithAnEdgeWithinAPixelNearestFirst) {
 TEST(LimitingCameras, NoneForARangeOrRayThatIsNotFiniteOrEmpty) {
   test::Random random(3);
   const auto silhouettes =
-      test::silhouettes_of(test::random_object(random, 3), test::random_cameras(random, 3));
+      test::silhouettes_of({test::random_cameras(random, 3), test::random_object(random, 3)});
   const test::Queries q(silhouettes);
   Vector3d inside = Vector3d::Zero();
   for (int i = 0; i < 10'000 && !q.query.contains(inside); ++i)

@@ -107,8 +107,7 @@ Errors errors_on_ball(double radius_m) {
     const Vector3d center_m = test::random_in_ball(random, 0.02);
     const std::vector<Capsule> ball = {{center_m, center_m, radius_m}};
     const HullDistance distance(test::silhouettes_of(ball, cameras, PixelRule::center));
-    const Vector3d p_m =
-        center_m + (radius_m + test::uniform(random, 0, 0.003)) * test::random_direction(random);
+    const Vector3d p_m = center_m + test::random_vector(random, radius_m, radius_m + 0.003);
     // The tangent cone of a camera: the angle between axis and ray less that of the cone.
     double nearest_m = -1;
     Vector3d normal = Vector3d::Zero();
@@ -192,7 +191,7 @@ TEST(HullDistance, OnlyTheCamerasThatSeeThePointLimitTheHullIfTheRuleSaysSo) {
   for (int seed = 1; seed <= 8; ++seed) {
     test::Random random(seed);
     std::vector<Silhouette> silhouettes = test::silhouettes_of(
-        test::random_object(random, 3), test::narrow_cameras(random, 5, 80, 61));
+        {test::narrow_cameras(random, 5, 80, 61), test::random_object(random, 3)});
     silhouettes[4].pixels = ObjectPixels(80, 61);  // sees no object
     const HullDistance distance(silhouettes, {Limits::seen, 2});
     for (int i = 0; i < 1500; ++i) {

@@ -45,7 +45,7 @@ std::vector<double> normal_errors_deg(double radius_px, int discs) {
   test::Random random(5);
   std::vector<double> errors;
   for (int i = 0; i < discs; ++i) {
-    const Vector2d centre(40 + test::uniform(random, 0, 1), 40 + test::uniform(random, 0, 1));
+    const Vector2d centre{40 + test::uniform(random, 0, 1), 40 + test::uniform(random, 0, 1)};
     SkipMap skip_map;
     skip_map.assign(disc(radius_px, centre, 80));
     test::make_all(skip_map);
@@ -183,8 +183,8 @@ TEST(HullSurface, LimitingCameraIsTheLastSilhouetteEntered) {
   for (int seed = 1; seed <= 20; ++seed) {
     SCOPED_TRACE(seed);
     test::Random random(seed);
-    const auto silhouettes = test::silhouettes_of(test::random_object(random, 3),
-                                                  test::random_cameras(random, 2 + seed % 4));
+    const auto silhouettes = test::silhouettes_of(
+        {test::random_cameras(random, 2 + seed % 4), test::random_object(random, 3)});
     Scene scene(silhouettes);
     const View view{test::random_camera(random, 64, 48, 0.8), 0.05, 5.0};
     const HullSurface surface = scene.surface(view);
@@ -210,7 +210,7 @@ TEST(HullSurface, LimitingCameraIsTheLastSilhouetteEntered) {
 TEST(HullSurface, CorrectsAnInexactDepth) {
   test::Random random(4);
   Scene scene(
-      test::silhouettes_of(test::random_object(random, 3), test::random_cameras(random, 3)));
+      test::silhouettes_of({test::random_cameras(random, 3), test::random_object(random, 3)}));
   const View view{test::random_camera(random, 64, 48, 0.8), 0.05, 5.0};
   DepthTile tile = scene.hull.depth(view, test::whole_image(view.camera));
   const HullSurface expected = hull_surface(scene.query, view, tile);
@@ -224,7 +224,7 @@ TEST(HullSurface, CameraOrderChangesOnlyTheIndices) {
   for (int seed = 1; seed <= 6; ++seed) {
     test::Random random(seed);
     auto silhouettes =
-        test::silhouettes_of(test::random_object(random, 3), test::random_cameras(random, 4));
+        test::silhouettes_of({test::random_cameras(random, 4), test::random_object(random, 3)});
     const View view{test::random_camera(random, 64, 48, 0.8), 0.05, 5.0};
     for (const HullRule& rule : {HullRule{}, HullRule{Limits::seen, 2}}) {
       const HullSurface a = Scene(silhouettes, rule).surface(view);
@@ -302,7 +302,7 @@ TEST(HullSurface, LimitsSeenHullMayBeginAtAnImageBorder) {
 TEST(HullSurface, NoViewAndNoCameraHaveNoSurface) {
   test::Random random(4);
   const auto silhouettes =
-      test::silhouettes_of(test::random_object(random, 3), test::random_cameras(random, 3));
+      test::silhouettes_of({test::random_cameras(random, 3), test::random_object(random, 3)});
   Scene scene(silhouettes), no_camera(std::vector<Silhouette>{});
   const View view{test::random_camera(random, 32, 24, 0.8), 0.05, 5.0};
   const DepthTile tile = scene.hull.depth(view, test::whole_image(view.camera));

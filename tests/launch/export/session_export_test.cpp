@@ -285,7 +285,7 @@ TEST_F(Export, SweptVolumeContainsTheHullOfEachFrame) {
   int found = 0, missing = 0;
   while (found < 30'000) {
     const Vector3d p =
-        box.min() + Vector3d(part(random), part(random), part(random)).cwiseProduct(box.sizes());
+        box.min() + Vector3d{part(random), part(random), part(random)}.cwiseProduct(box.sizes());
     const std::size_t frame = random() % kept.frames.size();
     if (!kept.holds(frame, p)) continue;
     ++found;

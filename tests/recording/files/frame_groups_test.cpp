@@ -64,9 +64,10 @@ class FrameGroupsTest : public testing::Test {
 std::vector<Made> shuffled(std::mt19937& random, std::uint64_t frames, std::uint64_t spread) {
   std::vector<std::pair<std::uint64_t, Made>> placed;
   for (std::uint64_t frame = 0; frame < frames; ++frame) {
-    for (const char* topic : {"a", "b", "b", "b", "c"})
-      placed.push_back(
-          {100 * (frame + random() % spread) + random() % 100, {topic, 50 + frame, 0}});
+    for (const char* topic : {"a", "b", "b", "b", "c"}) {
+      const std::uint64_t later = frame + random() % spread;
+      placed.push_back({100 * later + random() % 100, {topic, 50 + frame, 0}});
+    }
     placed.push_back({100 * frame + random() % 100, {"free", std::nullopt, 0}});
   }
   std::stable_sort(placed.begin(), placed.end(),

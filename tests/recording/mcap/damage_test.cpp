@@ -27,7 +27,8 @@ class McapDamage : public testing::Test {
 TEST_F(McapDamage, TruncatedFileKeepsCompleteChunksAndCanBeRepaired) {
   std::mt19937 random(21);
   for (std::uint32_t cut = 0; cut < 200; ++cut) {
-    test::Recording recording = test::made_up_recording(cut, 1 + random() % 6, 1 + random() % 30);
+    const std::size_t chunks_count = 1 + random() % 6;
+    test::Recording recording = test::made_up_recording(cut, chunks_count, 1 + random() % 30);
     test::write(recording, path_, Compression(cut % 3));
     const std::vector<ChunkIndex> chunks = Reader(path_).chunks();
     const std::uint64_t size_bytes = std::filesystem::file_size(path_),

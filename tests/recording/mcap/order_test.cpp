@@ -11,7 +11,8 @@ namespace {
 // A file with overlapping chunks, repeated stamps and any order within a chunk.
 test::Recording shuffled_recording(std::uint32_t seed) {
   std::mt19937 random(seed);
-  test::Recording recording = test::made_up_recording(seed, 1 + random() % 8, 1 + random() % 40);
+  const std::size_t chunks = 1 + random() % 8;
+  test::Recording recording = test::made_up_recording(seed, chunks, 1 + random() % 40);
   const std::uint64_t span_ns = 1 + random() % 400;
   std::uint64_t base_ns = 0;
   for (std::size_t i = 0; i < recording.messages.size(); ++i) {

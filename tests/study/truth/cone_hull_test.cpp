@@ -32,8 +32,8 @@ TEST(ConeHull, ContainsThePointsOfTheOracle) {
   Random random(3);
   int inside = 0;
   for (int i = 0; i < 20000; ++i) {
-    const Vector3d p(uniform(random, -0.2, 0.2), uniform(random, -0.2, 0.2),
-                     uniform(random, -0.1, 0.3));
+    const Vector3d p{uniform(random, -0.2, 0.2), uniform(random, -0.2, 0.2),
+                     uniform(random, -0.1, 0.3)};
     EXPECT_EQ(hull.contains(p), hull::in_analytic_hull(object, cameras, p)) << p.transpose();
     inside += hull.contains(p);
   }
@@ -49,8 +49,8 @@ TEST(ConeHull, ABoxIsSeenWhereRaysMeetIt) {
   Random random(4);
   int inside = 0;
   for (int i = 0; i < 20000; ++i) {
-    const Vector3d p(uniform(random, -0.2, 0.2), uniform(random, -0.2, 0.2),
-                     uniform(random, -0.1, 0.3));
+    const Vector3d p{uniform(random, -0.2, 0.2), uniform(random, -0.2, 0.2),
+                     uniform(random, -0.1, 0.3)};
     const bool seen = std::ranges::all_of(cameras, [&](const geometry::Camera& camera) {
       const Vector3d eye = geometry::camera_center_world_m(camera);
       return geometry::ray_entry(box, {eye, p - eye}).has_value();
@@ -71,7 +71,7 @@ TEST(ConeHull, NoPointOfABallThatMissesIsInTheCone) {
   const BoxCone of_box(box, kOrigin);
   Random random(5);
   const auto point = [&] {
-    return Vector3d(uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, 0.3, 3));
+    return Vector3d{uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, 0.3, 3)};
   };
   int missed = 0, close = 0;
   for (int i = 0; i < 3000; ++i) {
@@ -136,8 +136,8 @@ TEST(ConeHull, NoSampledPointIsBeyondTheEnd) {
   Random random(6);
   double highest_m = -1;
   for (int i = 0; i < 200000; ++i) {
-    const Vector3d p(uniform(random, -0.05, 0.05), uniform(random, -0.08, 0.08),
-                     uniform(random, 0, 0.3));
+    const Vector3d p{uniform(random, -0.05, 0.05), uniform(random, -0.08, 0.08),
+                     uniform(random, 0, 0.3)};
     if (hull.contains(box.world_from_box * p)) highest_m = std::max(highest_m, p.z());
   }
   EXPECT_LE(highest_m, high.max_m);

@@ -87,8 +87,8 @@ bool is_in(const SyntheticPart& part, const Vector3d& p) {
 TEST(SpacingTruth, ContainsSampledPointsOfRandomShapes) {
   Random random(11);
   const auto point = [&](double size_m) {
-    return Vector3d(uniform(random, -size_m, size_m), uniform(random, -size_m, size_m),
-                    uniform(random, -size_m, size_m));
+    return Vector3d{uniform(random, -size_m, size_m), uniform(random, -size_m, size_m),
+                    uniform(random, -size_m, size_m)};
   };
   constexpr int kSteps = 40;
   constexpr double kReach_m = 0.6;

@@ -102,6 +102,14 @@ inline Eigen::Vector3d above(double distance_m, double tilt_rad, double azimuth_
                                       std::cos(tilt_rad));
 }
 
+// A place of the virtual ball in which it overlaps the real one by a depth between these.
+inline Eigen::Vector3d random_above(Random& random, double least_m, double most_m,
+                                    double max_tilt_rad) {
+  const double overlap_m = uniform(random, least_m, most_m),
+               tilt_rad = uniform(random, 0, max_tilt_rad), azimuth_rad = uniform(random, 0, 6.28);
+  return above(kRealRadius_m + kVirtualRadius_m - overlap_m, tilt_rad, azimuth_rad);
+}
+
 inline double angle_rad(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   return std::atan2(a.cross(b).norm(), a.dot(b));
 }

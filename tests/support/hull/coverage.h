@@ -106,6 +106,10 @@ inline std::vector<CoverageSilhouette> covered(const std::vector<Capsule>& objec
   return silhouettes;
 }
 
+inline std::vector<CoverageSilhouette> covered(const test::RandomScene& scene) {
+  return covered(scene.object, scene.cameras);
+}
+
 inline CoverageMap random_map(test::Random& random, int width_px, int height_px,
                               double inside_fraction) {
   CoverageMap map(width_px, height_px);

@@ -17,7 +17,8 @@ inline double log_uniform(Random& random, double low, double high) {
   return low * std::pow(high / low, uniform(random, 0, 1));
 }
 inline double tiny_offset_px(Random& random) {
-  return (random() % 2 ? 1 : -1) * log_uniform(random, kNearest_px, kFarthest_px);
+  const double side = random() % 2 ? 1 : -1;
+  return side * log_uniform(random, kNearest_px, kFarthest_px);
 }
 
 // Rectangles of object pixels, many of them a single pixel or a line, in a part of the image.
@@ -59,8 +60,7 @@ inline hull::Silhouette random_silhouette(Random& random, const Eigen::Vector3d&
   const double distance_m = random() % 8 ? log_uniform(random, 0.1, 2.5) : 100,
                fov_rad = random() % 2 ? uniform(random, 0.3, 1.2) : log_uniform(random, 0.001, 1);
   return {{geometry::pinhole_from_fov(width_px, height_px, fov_rad),
-           geometry::look_at(place_m + distance_m * random_direction(random),
-                             place_m + random_in_ball(random, 0.05), random_direction(random))},
+           random_look_at(random, place_m + distance_m * random_direction(random), place_m, 0.05)},
           sparse_pixels(random, width_px, height_px)};
 }
 
@@ -74,19 +74,17 @@ inline Eigen::Vector3d random_place_m(Random& random) {
 inline hull::View random_view(Random& random, const Eigen::Vector3d& place_m,
                               const geometry::Camera& camera) {
   const bool beside = random() % 3 == 0, same_axes = random() % 5 == 0;
-  const Eigen::Vector3d eye_m =
-      beside ? Eigen::Vector3d(geometry::camera_center_world_m(camera) +
-                               log_uniform(random, 1e-4, 0.1) * random_direction(random))
-             : Eigen::Vector3d(place_m + uniform(random, 0.3, 3) * random_direction(random));
-  hull::View view{
-      {geometry::pinhole_from_fov(640, 480, log_uniform(random, 0.05, 1.2)),
-       geometry::look_at(eye_m, place_m + random_in_ball(random, 0.1), random_direction(random))},
-      0.05,
-      10.0};
+  const double distance_m = beside ? log_uniform(random, 1e-4, 0.1) : uniform(random, 0.3, 3);
+  const Eigen::Vector3d eye_m = (beside ? geometry::camera_center_world_m(camera) : place_m) +
+                                distance_m * random_direction(random);
+  hull::View view{{geometry::pinhole_from_fov(640, 480, log_uniform(random, 0.05, 1.2)),
+                   random_look_at(random, eye_m, place_m, 0.1)},
+                  0.05,
+                  10.0};
   if (same_axes) {
     view.camera.camera_from_world = camera.camera_from_world;
-    view.camera.camera_from_world.translation() += Eigen::Vector3d(
-        uniform(random, -0.3, 0.3), random() % 2 ? 0 : uniform(random, -0.3, 0.3), 0);
+    view.camera.camera_from_world.translation() += Eigen::Vector3d{
+        uniform(random, -0.3, 0.3), random() % 2 ? 0 : uniform(random, -0.3, 0.3), 0};
   }
   return view;
 }

@@ -1,4 +1,6 @@
-// Seeded random rigs, objects and views for the tests of the hull.
+// Seeded random rigs, objects and views for the tests of the hull. The order in which a compiler
+// evaluates the arguments of a call is open, so no call has two arguments that draw numbers: they
+// stand in braces or have names. Otherwise each compiler would test other scenes.
 #pragma once
 #include <random>
 #include <vector>
@@ -17,19 +19,42 @@ inline double uniform(Random& random, double low, double high) {
 
 inline Eigen::Vector3d random_direction(Random& random) {
   std::normal_distribution<double> normal;
-  return Eigen::Vector3d(normal(random), normal(random), normal(random)).normalized();
+  const double z = normal(random), y = normal(random), x = normal(random);
+  return Eigen::Vector3d(x, y, z).normalized();
+}
+
+// A vector of any direction with a length between these.
+inline Eigen::Vector3d random_vector(Random& random, double least, double most) {
+  const Eigen::Vector3d direction = random_direction(random);
+  return uniform(random, least, most) * direction;
 }
 
 inline Eigen::Vector3d random_in_ball(Random& random, double radius_m) {
-  return radius_m * std::cbrt(uniform(random, 0, 1)) * random_direction(random);
+  const Eigen::Vector3d direction = random_direction(random);
+  return radius_m * std::cbrt(uniform(random, 0, 1)) * direction;
+}
+
+// Around any axis, by an angle between these.
+inline Eigen::AngleAxisd random_rotation(Random& random, double least_rad, double most_rad) {
+  const Eigen::Vector3d axis = random_direction(random);
+  return {uniform(random, least_rad, most_rad), axis};
+}
+
+// The pose of a camera that looks, with any roll, at a point within `radius_m` of the center.
+inline Eigen::Isometry3d random_look_at(Random& random, const Eigen::Vector3d& eye_world_m,
+                                        const Eigen::Vector3d& center_world_m,
+                                        double radius_m = 0) {
+  const Eigen::Vector3d up_world = random_direction(random);
+  return geometry::look_at(eye_world_m, center_world_m + random_in_ball(random, radius_m),
+                           up_world);
 }
 
 // A camera on any side that looks at a point near the origin.
 inline geometry::Camera random_camera(Random& random, int width_px, int height_px,
                                       double distance_m = 1.5) {
-  const Eigen::Vector3d eye = distance_m * uniform(random, 0.7, 1.3) * random_direction(random);
+  const Eigen::Vector3d eye = random_vector(random, 0.7 * distance_m, 1.3 * distance_m);
   return {geometry::pinhole_from_fov(width_px, height_px, uniform(random, 0.4, 0.9)),
-          geometry::look_at(eye, random_in_ball(random, 0.1), random_direction(random))};
+          random_look_at(random, eye, Eigen::Vector3d::Zero(), 0.1)};
 }
 
 inline std::vector<hull::Capsule> random_object(Random& random, int capsules,
@@ -48,6 +73,16 @@ inline std::vector<hull::Silhouette> silhouettes_of(
   for (const geometry::Camera& camera : cameras)
     silhouettes.push_back({camera, hull::true_object_pixels(object, camera, rule)});
   return silhouettes;
+}
+
+// Cameras and the object that they see, in the order in which a test draws them.
+struct RandomScene {
+  std::vector<geometry::Camera> cameras;
+  std::vector<hull::Capsule> object;
+};
+inline std::vector<hull::Silhouette> silhouettes_of(
+    const RandomScene& scene, hull::PixelRule rule = hull::PixelRule::touched) {
+  return silhouettes_of(scene.object, scene.cameras, rule);
 }
 
 inline std::vector<hull::Silhouette> silhouettes_of_box(
@@ -71,10 +106,13 @@ inline std::vector<geometry::Camera> random_cameras(Random& random, int count, i
 inline std::vector<geometry::Camera> narrow_cameras(Random& random, int count, int width_px = 160,
                                                     int height_px = 121) {
   std::vector<geometry::Camera> cameras;
-  for (int i = 0; i < count; ++i)
-    cameras.push_back({geometry::pinhole_from_fov(width_px, height_px, uniform(random, 0.1, 0.4)),
-                       geometry::look_at(uniform(random, 0.8, 1.8) * random_direction(random),
-                                         random_in_ball(random, 0.2), random_direction(random))});
+  for (int i = 0; i < count; ++i) {
+    const double fov_rad = uniform(random, 0.1, 0.4);
+    const Eigen::Vector3d up = random_direction(random), target = random_in_ball(random, 0.2),
+                          eye = random_vector(random, 0.8, 1.8);
+    cameras.push_back({geometry::pinhole_from_fov(width_px, height_px, fov_rad),
+                       geometry::look_at(eye, target, up)});
+  }
   return cameras;
 }
 
