@@ -45,9 +45,9 @@ add_library(fivepipe_precompiled STATIC ${CMAKE_SOURCE_DIR}/cmake/precompiled.cp
 target_link_libraries(fivepipe_precompiled PUBLIC fivepipe_options)
 target_precompile_headers(fivepipe_precompiled PRIVATE ${CMAKE_SOURCE_DIR}/cmake/precompiled.h)
 
-# COLD libraries in preset release.
+# The optimisation level of COLD libraries and programs in preset release.
 set(FIVEPIPE_COLD_OPTIMISATION -O1 CACHE STRING
-  "Optimisation of code that runs rarely; CI uses -O0, which is compiled in half of the time")
+  "Optimisation level of code that runs rarely. CI uses -O0, which halves its compile time.")
 
 # The same for COLD libraries: GCC takes the optimisation level from the precompiled header.
 add_library(fivepipe_precompiled_cold STATIC ${CMAKE_SOURCE_DIR}/cmake/precompiled.cpp)
@@ -182,8 +182,8 @@ endfunction()
 # programs, because they assert a time that is less than three times what they need on an idle
 # machine. Under the sanitizers, WAITS and PAIRED have no effect either; a program that is
 # ALWAYS_ALONE, too, is so only there.
-# LENGTHY is for other programs that take more than 25 s: ctest starts them before the shorter ones.
-# One that starts last would leave all cores but one idle.
+# LENGTHY is for programs without PAIRED, ALONE or WAITS that run for more than 25 s: ctest starts
+# them before shorter ones, because a long program that starts last leaves the other cores idle.
 # LONG_TESTS run only in the program's long test (fivepipe_long_test), with tests/run -R, and under
 # the sanitizers. Only PAIRED, ALONE and WAITS programs can have them.
 # NUMERIC is for programs that compute for long: the compiler optimises them, except in preset
@@ -210,6 +210,9 @@ program ALONE or PAIRED, or neither")
     set(is_whole FALSE)
   else()
     set(is_whole TRUE)
+  endif()
+  if(ARG_LENGTHY AND NOT is_whole)
+    message(FATAL_ERROR "${name}: LENGTHY excludes PAIRED, ALONE and WAITS")
   endif()
   if(ARG_LONG_TESTS AND is_whole)
     message(FATAL_ERROR

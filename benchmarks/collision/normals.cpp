@@ -29,7 +29,7 @@ class Random {
   }
   Vector3d in_ball() {
     for (;;)
-      if (const Vector3d v(between(-1, 1), between(-1, 1), between(-1, 1)); v.squaredNorm() < 1)
+      if (const Vector3d v{between(-1, 1), between(-1, 1), between(-1, 1)}; v.squaredNorm() < 1)
         return v;
   }
   Vector3d direction() { return in_ball().normalized(); }
@@ -55,8 +55,8 @@ struct BallRig {
                                       f_px,
                                       0.5 * size_px + random.between(-0.5, 0.5),
                                       0.5 * size_px + random.between(-0.5, 0.5)};
-      cameras.push_back({pinhole, geometry::look_at(distance_m * random.direction(),
-                                                    Vector3d::Zero(), random.direction())});
+      const Vector3d eye_m = distance_m * random.direction();
+      cameras.push_back({pinhole, geometry::look_at(eye_m, Vector3d::Zero(), random.direction())});
       binary.push_back({cameras.back(),
                         hull::true_object_pixels(ball, cameras.back(), hull::PixelRule::center)});
       coverage.push_back({cameras.back(), hull::true_coverage(ball, cameras.back())});
@@ -97,7 +97,8 @@ NormalsAt measure(double radius_px, int rigs) {
     hull::CpuHull hull(pool, rig.binary);
     const hull::HullQuery query(hull);
     for (int i = 0; i < kQueriesPerRig; ++i) {
-      const Vector3d p = random.between(0.8, 0.9) * kBallRadius_m * random.direction();
+      const double radius_m = random.between(0.8, 0.9) * kBallRadius_m;
+      const Vector3d p = radius_m * random.direction();
       const Vector3d v_rec = (p.normalized() + 0.5 * random.in_ball()).normalized();
       const auto truth = analytic_exit(rig.ball, rig.cameras, {p, v_rec}, 0, kReach_m);
       const auto exit = collision::exit_from_base(query, p, v_rec, kReach_m);

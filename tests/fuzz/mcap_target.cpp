@@ -9,8 +9,9 @@ constexpr const char* kFile = "recording.mcap";
 
 std::vector<File> input(Random& random) {
   const test::TestFolder folder;
-  test::Recording recording =
-      test::made_up_recording(random() % 50, random() % 5, 1 + random() % 12);
+  const std::uint32_t seed = random() % 50;
+  const std::size_t chunks = random() % 5;
+  test::Recording recording = test::made_up_recording(seed, chunks, 1 + random() % 12);
   const auto compression = mcap::Compression(random() % 3);
   test::write(recording, folder.path / kFile, compression, random() % 2 == 0);
   mcap::Bytes bytes = test::file_bytes(folder.path / kFile);

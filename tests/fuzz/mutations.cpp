@@ -129,16 +129,27 @@ bool is_word(char c) {
   return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '.' || c == '-';
 }
 
+std::uint64_t any_bits(Random& random) {
+  const std::uint64_t high = random();
+  return high << 32 | random();
+}
+
 }  // namespace
 
 std::uint64_t interesting_integer(Random& random) {
   switch (below(random, 6)) {
     case 0: return 0;
     case 1: return ~std::uint64_t(0) - below(random, 3);
-    case 2: return (std::uint64_t(1) << below(random, 64)) - below(random, 2);
-    case 3: return (std::uint64_t(1) << below(random, 64)) + below(random, 2);
+    case 2: {
+      const std::uint64_t power = std::uint64_t(1) << below(random, 64);
+      return power - below(random, 2);
+    }
+    case 3: {
+      const std::uint64_t power = std::uint64_t(1) << below(random, 64);
+      return power + below(random, 2);
+    }
     case 4: return below(random, 256);
-    default: return std::uint64_t(random()) << 32 | random();
+    default: return any_bits(random);
   }
 }
 
@@ -163,7 +174,7 @@ double interesting_double(Random& random) {
                                    -2147483649.0,
                                    9007199254740993.0};
   switch (below(random, 4)) {
-    case 0: return std::bit_cast<double>(std::uint64_t(random()) << 32 | random());
+    case 0: return std::bit_cast<double>(any_bits(random));
     case 1: return (double(random()) / 4294967296.0 - 0.5) * 4;
     default: return any_of(random, kSpecial);
   }
@@ -189,8 +200,16 @@ void mutate_bytes(Random& random, std::string& bytes) {
     case 0: bytes[any_place()] ^= char(1 << below(random, 8)); break;
     case 1: bytes[any_place()] = char(random()); break;
     case 2: bytes.resize(any_place()); break;
-    case 3: bytes.erase(any_place(), 1 + below(random, 64)); break;
-    case 4: bytes.insert(any_place(), piece_of(random, bytes, 64)); break;
+    case 3: {
+      const std::size_t at = any_place();
+      bytes.erase(at, 1 + below(random, 64));
+      break;
+    }
+    case 4: {
+      const std::size_t at = any_place();
+      bytes.insert(at, piece_of(random, bytes, 64));
+      break;
+    }
     case 5: {  // overwrites a number of 1 to 8 bytes
       const std::uint64_t number = interesting_integer(random);
       const std::size_t at = any_place(), size = std::size_t(1) << below(random, 4);
@@ -211,7 +230,10 @@ void mutate_bytes(Random& random, std::string& bytes) {
         bytes.insert(at, piece);
       break;
     }
-    default: bytes.insert(any_place(), 1 + below(random, 16), char(random())); break;
+    default: {
+      const std::size_t at = any_place(), count = 1 + below(random, 16);
+      bytes.insert(at, count, char(random()));
+    }
   }
 }
 
@@ -278,7 +300,11 @@ void mutate_yaml(Random& random, std::string& text, const std::string& other) {
     }
     case 4: text.insert(begin, 1 + below(random, 6), ' '); break;
     case 5: text.erase(begin, 1 + below(random, 2)); break;
-    case 6: text.insert(place(random, text), any_of(random, kYamlWords)); break;
+    case 6: {
+      const std::size_t at = place(random, text);
+      text.insert(at, any_of(random, kYamlWords));
+      break;
+    }
     case 7: {  // nests deeply
       const std::string_view opening = any_of(random, std::array{"[", "{", "- ", "{a: ", "? "});
       std::string nested;
@@ -287,9 +313,11 @@ void mutate_yaml(Random& random, std::string& text, const std::string& other) {
       break;
     }
     case 8: mutate_bytes(random, text); break;
-    case 9:
-      text.insert(one_in(random, 4) ? 0 : place(random, text), made_of(random, kYamlWords));
+    case 9: {
+      const std::size_t at = one_in(random, 4) ? 0 : place(random, text);
+      text.insert(at, made_of(random, kYamlWords));
       break;
+    }
     case 10:
       if (one_in(random, 4))
         text = in_wide_units(random, text);

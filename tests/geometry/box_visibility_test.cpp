@@ -91,7 +91,7 @@ TEST(BoxVisibility, EqualsTheIntersectionOfHalfSpaces) {
     return std::uniform_real_distribution<double>(a, b)(random);
   };
   const auto vector = [&](double a) {
-    return Eigen::Vector3d(between(-a, a), between(-a, a), between(-a, a));
+    return Eigen::Vector3d{between(-a, a), between(-a, a), between(-a, a)};
   };
   int visible = 0, hidden = 0;
   for (int i = 0; i < 1500; ++i) {
@@ -105,8 +105,8 @@ TEST(BoxVisibility, EqualsTheIntersectionOfHalfSpaces) {
                     focal_px * between(0.5, 2),
                     between(-0.2 * size_px, size_px),
                     between(-0.2 * size_px, size_px)};
-    const Eigen::Vector3d eye_m = vector(2);
-    const Camera camera{k, look_at(eye_m, eye_m + vector(1), vector(1))};
+    const Eigen::Vector3d eye_m = vector(2), target_m = eye_m + vector(1);
+    const Camera camera{k, look_at(eye_m, target_m, vector(1))};
     if (intersect(half_spaces(camera, box_m, -kMargin_m))) {
       ++visible;
       ASSERT_TRUE(is_box_visible(camera, box_m)) << i;

@@ -65,12 +65,14 @@ TEST(OrientedBoxes, AgreeWithSampledPoints) {
   std::mt19937_64 random(11);
   std::uniform_real_distribution<double> unit(-1, 1);
   const auto vector = [&] { return Vector3d{unit(random), unit(random), unit(random)}; };
+  const auto any_box = [&](double reach) {
+    const Vector3d center = reach * vector(), half = vector().cwiseAbs() + Vector3d::Constant(0.1);
+    const double angle = 3 * unit(random);
+    return box(center, half, turned(angle, vector()));
+  };
   int overlapping = 0, apart = 0;
   for (int i = 0; i < 2000; ++i) {
-    const OrientedBox a = box(vector(), vector().cwiseAbs() + Vector3d::Constant(0.1),
-                              turned(3 * unit(random), vector())),
-                      b = box(2 * vector(), vector().cwiseAbs() + Vector3d::Constant(0.1),
-                              turned(3 * unit(random), vector()));
+    const OrientedBox a = any_box(1), b = any_box(2);
     const double overlap = overlap_m(a, b);
     EXPECT_NEAR(overlap, overlap_m(b, a), 1e-12);
     bool has_common_point = false;
@@ -100,8 +102,9 @@ TEST(OrientedBoxes, ARayEntersWhereItFirstMeetsTheBox) {
   std::uniform_real_distribution<double> unit(-1, 1);
   const auto vector = [&] { return Vector3d{unit(random), unit(random), unit(random)}; };
   for (int i = 0; i < 2000; ++i) {
-    const OrientedBox box = test::box(vector(), vector().cwiseAbs() + Vector3d::Constant(0.1),
-                                      turned(3 * unit(random), vector()));
+    const Vector3d center = vector(), half = vector().cwiseAbs() + Vector3d::Constant(0.1);
+    const double angle = 3 * unit(random);
+    const OrientedBox box = test::box(center, half, turned(angle, vector()));
     const Vector3d inside = box.world_from_box * (0.99 * box.half_m.cwiseProduct(vector())),
                    direction = vector() + Vector3d(1.5, 0, 0);
     EXPECT_EQ(ray_entry(box, {inside, direction}), 0.0);

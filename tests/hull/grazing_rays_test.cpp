@@ -69,7 +69,7 @@ class RaySource {
                    {}};
     const Vector3d p_world_m = point_before_all(ray.view.camera);
     for (Silhouette& s : silhouettes) {
-      Vector2d off_px(tiny_offset_px(random_), tiny_offset_px(random_));
+      Vector2d off_px{tiny_offset_px(random_), tiny_offset_px(random_)};
       const auto beside_corner = random_() % 4;  // passes an edge instead of a corner
       if (beside_corner < 2) off_px[Eigen::Index(beside_corner)] = uniform(random_, -0.5, 0.5);
       shift_image(s.camera, p_world_m, any_corner(random_, s.pixels) + off_px);

@@ -55,7 +55,7 @@ void expect_reference(std::span<const Silhouette> silhouettes, const HullQuery& 
   }
 }
 
-// From a point in one ball around the origin to a point in another.
+// Returns the segment from a random point in a ball around the origin to one in another such ball.
 geometry::Ray random_segment(test::Random& random, double from_radius_m, double to_radius_m) {
   const Vector3d from = test::random_in_ball(random, from_radius_m);
   return segment(from, test::random_in_ball(random, to_radius_m));

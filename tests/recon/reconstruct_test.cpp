@@ -92,7 +92,8 @@ TEST_P(Recon, UsesTheHullRuleOfItsConfiguration) {
     EXPECT_GT(hits(depths(GetParam(), rule)), by_all + 30);
     EXPECT_NEAR(hits(depths(GetParam(), rule)), of_cpu(rule), tolerance * double(of_cpu(rule)));
   }
-  // A box whose top is in the middle of the surface.
+  // A box whose top is halfway between two depths near the median, so that rounding decides no
+  // pixel.
   const std::vector<float> whole = depths(config::HullBackend::cpu, {});
   std::vector<double> z_m;
   for (int i = 0; i < int(whole.size()); ++i)
@@ -101,6 +102,7 @@ TEST_P(Recon, UsesTheHullRuleOfItsConfiguration) {
       z_m.push_back(ray.origin_world_m.z() +
                     double(whole[std::size_t(i)]) * ray.direction_world.z());
     }
+  ASSERT_GT(z_m.size(), 30u);
   std::sort(z_m.begin(), z_m.end());
   hull::HullRule half;
   const double top_m = 0.5 * (z_m[z_m.size() / 2] + z_m[z_m.size() / 2 + 1]);

@@ -80,8 +80,8 @@ TEST(SupportPoints, KeepTheirDistance) {
 TEST(SupportPoints, DoNotDependOnTheLastBits) {
   test::Random random(12);
   for (int scene = 0; scene < 100; ++scene) {
-    const Eigen::Isometry3d pose =
-        Eigen::Translation3d(test::random_in_ball(random, 1)) * test::random_rotation(random, 0, 3);
+    Eigen::Isometry3d pose(Eigen::Translation3d(test::random_in_ball(random, 1)));
+    pose.rotate(test::random_rotation(random, 0, 3));
     Cells cells = cells_of_a_block(), moved = cells;
     for (std::size_t i = 0; i < cells.points_m.size(); ++i) {
       cells.points_m[i] = pose * cells.points_m[i];

@@ -272,8 +272,10 @@ TEST(SchemaIdl, RandomTextIsParsedOrRejected) {
   int read = 0;
   for (int i = 0; i < 20'000; ++i) {
     std::string text;
-    for (std::size_t left = random() % 12; left > 0; --left)
-      text += words[random() % words.size()] + (random() % 4 ? " " : "");
+    for (std::size_t left = random() % 12; left > 0; --left) {
+      text += words[random() % words.size()];
+      if (random() % 4) text += ' ';
+    }
     read += refusal(text) == "parsed";
     refusal("module m { struct S { " + text + "long z; }; };");
   }

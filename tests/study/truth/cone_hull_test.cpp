@@ -87,7 +87,8 @@ TEST(ConeHull, NoPointOfABallThatMissesIsInTheCone) {
       }
       ++missed;
       for (int k = 0; k < 10; ++k) {
-        const Vector3d p = center + radius_m * point().normalized() * uniform(random, 0, 1);
+        const Vector3d direction = point().normalized();
+        const Vector3d p = center + radius_m * uniform(random, 0, 1) * direction;
         EXPECT_TRUE(misses(p, 0));
       }
     }

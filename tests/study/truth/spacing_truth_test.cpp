@@ -94,11 +94,11 @@ TEST(SpacingTruth, ContainsSampledPointsOfRandomShapes) {
   constexpr double kReach_m = 0.6;
   int found = 0;
   for (int trial = 0; trial < 40; ++trial) {
-    const Eigen::Isometry3d pose = Eigen::Translation3d(point(0.25)) *
-                                   Eigen::AngleAxisd(uniform(random, 0, 3), point(1).normalized());
-    const SyntheticPart part = trial % 2 == 0
-                                   ? capsule(point(0.3), point(0.3), uniform(random, 0.02, 0.1))
-                                   : block(pose, point(0.12).cwiseAbs() + Vector3d::Constant(0.01));
+    Eigen::Isometry3d pose(Eigen::Translation3d(point(0.25)));
+    pose.rotate(Eigen::AngleAxisd{uniform(random, 0, 3), point(1).normalized()});
+    const Eigen::Vector3d a = point(0.3), b = point(0.3), half = point(0.12).cwiseAbs();
+    const SyntheticPart part = trial % 2 == 0 ? capsule(a, b, uniform(random, 0.02, 0.1))
+                                              : block(pose, half + Vector3d::Constant(0.01));
     const auto heights = heights_in_prism(kBox, part);
     double low_m = kReach_m, high_m = -kReach_m;
     for (int i = 0; i <= kSteps; ++i)

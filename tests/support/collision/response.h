@@ -102,10 +102,11 @@ inline Eigen::Vector3d above(double distance_m, double tilt_rad, double azimuth_
                                       std::cos(tilt_rad));
 }
 
-// A place of the virtual ball in which it overlaps the real one by a depth between these.
-inline Eigen::Vector3d random_above(Random& random, double least_m, double most_m,
+// Returns a random center of the virtual ball: it overlaps the real ball by min_overlap_m to
+// max_overlap_m, at most max_tilt_rad from +z.
+inline Eigen::Vector3d random_above(Random& random, double min_overlap_m, double max_overlap_m,
                                     double max_tilt_rad) {
-  const double overlap_m = uniform(random, least_m, most_m),
+  const double overlap_m = uniform(random, min_overlap_m, max_overlap_m),
                tilt_rad = uniform(random, 0, max_tilt_rad), azimuth_rad = uniform(random, 0, 6.28);
   return above(kRealRadius_m + kVirtualRadius_m - overlap_m, tilt_rad, azimuth_rad);
 }

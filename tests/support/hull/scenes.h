@@ -1,6 +1,9 @@
-// Seeded random rigs, objects and views for the tests of the hull. The order in which a compiler
-// evaluates the arguments of a call is open, so no call has two arguments that draw numbers: they
-// stand in braces or have names. Otherwise each compiler would test other scenes.
+// Seeded random rigs, objects and views for the tests of the hull.
+//
+// C++ leaves open in which order the arguments of a function, or the operands of + - *, are
+// evaluated. So no call has two arguments, and no operator two operands, that draw random numbers:
+// draw them in a braced initializer, which is evaluated from left to right, or into named
+// variables. Otherwise GCC and Clang generate different scenes.
 #pragma once
 #include <random>
 #include <vector>
@@ -23,10 +26,10 @@ inline Eigen::Vector3d random_direction(Random& random) {
   return Eigen::Vector3d(x, y, z).normalized();
 }
 
-// A vector of any direction with a length between these.
-inline Eigen::Vector3d random_vector(Random& random, double least, double most) {
+// Returns a vector of random direction whose length is uniform in min_length..max_length.
+inline Eigen::Vector3d random_vector(Random& random, double min_length, double max_length) {
   const Eigen::Vector3d direction = random_direction(random);
-  return uniform(random, least, most) * direction;
+  return uniform(random, min_length, max_length) * direction;
 }
 
 inline Eigen::Vector3d random_in_ball(Random& random, double radius_m) {
@@ -34,13 +37,14 @@ inline Eigen::Vector3d random_in_ball(Random& random, double radius_m) {
   return radius_m * std::cbrt(uniform(random, 0, 1)) * direction;
 }
 
-// Around any axis, by an angle between these.
-inline Eigen::AngleAxisd random_rotation(Random& random, double least_rad, double most_rad) {
+// Returns a rotation around a random axis by an angle that is uniform in min_rad..max_rad.
+inline Eigen::AngleAxisd random_rotation(Random& random, double min_rad, double max_rad) {
   const Eigen::Vector3d axis = random_direction(random);
-  return {uniform(random, least_rad, most_rad), axis};
+  return {uniform(random, min_rad, max_rad), axis};
 }
 
-// The pose of a camera that looks, with any roll, at a point within `radius_m` of the center.
+// Returns camera_from_world of a camera at eye_world_m with random roll that looks at a random
+// point within radius_m of center_world_m.
 inline Eigen::Isometry3d random_look_at(Random& random, const Eigen::Vector3d& eye_world_m,
                                         const Eigen::Vector3d& center_world_m,
                                         double radius_m = 0) {

@@ -52,7 +52,10 @@ inline std::uint64_t interesting_number(std::mt19937& random, std::uint64_t file
   switch (random() % 8) {
     case 0: return 0;
     case 1: return ~std::uint64_t(0) - random() % 16;
-    case 2: return (std::uint64_t(1) << random() % 64) - random() % 2;
+    case 2: {
+      const std::uint64_t power = std::uint64_t(1) << random() % 64;
+      return power - random() % 2;
+    }
     case 3: return file_bytes - random() % 64;
     case 4: return file_bytes + random() % 64;
     default: return random() % (2 * file_bytes + 1);
@@ -63,20 +66,22 @@ inline void mutate(mcap::Bytes& bytes, std::mt19937& random) {
   if (bytes.empty()) return;
   const auto any_place = [&] { return std::size_t(random() % bytes.size()); };
   const auto starts = record_starts(bytes);
+  const auto any_start = [&] { return starts[random() % starts.size()]; };
+  const std::uint64_t number = interesting_number(random, bytes.size());
   switch (random() % 8) {
     case 0: bytes[any_place()] ^= std::byte(1 << random() % 8); break;
     case 1: bytes[any_place()] = std::byte(random()); break;
     case 2: bytes.resize(any_place()); break;
-    case 3: put(bytes, any_place(), interesting_number(random, bytes.size())); break;
-    case 4: put(bytes, any_place(), std::uint32_t(interesting_number(random, bytes.size()))); break;
+    case 3: put(bytes, any_place(), number); break;
+    case 4: put(bytes, any_place(), std::uint32_t(number)); break;
     case 5:  // a record's length
-      if (!starts.empty())
-        put(bytes, starts[random() % starts.size()] + 1, interesting_number(random, bytes.size()));
+      if (!starts.empty()) put(bytes, any_start() + 1, number);
       break;
     case 6:  // a field near a record's start
-      if (!starts.empty())
-        put(bytes, starts[random() % starts.size()] + mcap::kRecordHeaderBytes + random() % 48,
-            interesting_number(random, bytes.size()));
+      if (!starts.empty()) {
+        const std::size_t start = any_start();
+        put(bytes, start + mcap::kRecordHeaderBytes + random() % 48, number);
+      }
       break;
     default: {  // inserts a piece of the file, or overwrites another piece with it
       const std::size_t from = any_place(),

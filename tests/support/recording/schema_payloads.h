@@ -59,7 +59,10 @@ class PayloadMaker {
   }
 
   std::uint32_t below(std::uint32_t count) { return std::uint32_t(random_() % count); }
-  double finite() { return std::ldexp(double(random_()) - 0x1p63, int(below(60)) - 90); }
+  double finite() {
+    const double mantissa = double(random_()) - 0x1p63;
+    return std::ldexp(mantissa, int(below(60)) - 90);
+  }
 
   nlohmann::ordered_json members(const schema::Struct& type) {
     nlohmann::ordered_json object = nlohmann::ordered_json::object();
