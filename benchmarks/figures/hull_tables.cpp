@@ -201,10 +201,6 @@ std::string hull_facts(const Results& results) {
 
 // Results are named scene/view/backend.
 std::string every_pixel(const Results& results) {
-  // A folder of results may lack this table, which takes longest to measure.
-  if (!results.has(kEveryPixel))
-    return wrapped(
-        "Not measured yet: `fivepipe bench hull --every-pixel`, which `launch/figures` runs.");
   MarkdownTable table({"scene", "view", "pixels", "with hull", "wrong, cpu and gl",
                        "largest relative difference of the depth, cpu and gl"});
   double pixels = 0, wrong = 0, largest = 0;

@@ -73,7 +73,7 @@ std::string account(const Results& results) {
   MarkdownTable table({"run", "stage", "frames", "by the nodes, ms", "outside, ms",
                        "difference, ms", "its limit, ms", "p5 / p95 of the difference, ms",
                        "their limit, ms"});
-  bool agree = true, has_tail_limits = true;
+  bool agree = true;
   for (const Run& run : runs) {
     std::size_t stages = 0;
     for (const json& result : results.all(run.file)) {
@@ -83,17 +83,13 @@ std::string account(const Results& results) {
                    outside_ms = count_of(result, "outside_mean_ms");
       const bool agrees = result.at("counts").at("agrees").get<bool>();
       agree &= agrees;
-      // Results of an earlier version do not have it.
-      const bool has_tail_limit = result.at("counts").contains("tail_limit_ms");
-      has_tail_limits &= has_tail_limit;
       table.add({run.text, name.substr(prefix.size()), count_text(count_of(result, "frames")),
                  fmt::format("{:.3f}", own_ms), fmt::format("{:.3f}", outside_ms),
                  fmt::format("{:.3f}{}", outside_ms - own_ms, agrees ? "" : " DIFFERS"),
                  fmt::format("{:.3f}", count_of(result, "limit_ms")),
                  fmt::format("{:.3f} / {:.3f}", count_of(result, "difference_p5_ms"),
                              count_of(result, "difference_p95_ms")),
-                 has_tail_limit ? fmt::format("{:.3f}", count_of(result, "tail_limit_ms"))
-                                : kNotMeasured});
+                 fmt::format("{:.3f}", count_of(result, "tail_limit_ms"))});
       ++stages;
     }
     // Without CAP_NET_RAW the benchmark measures none.
@@ -101,10 +97,7 @@ std::string account(const Results& results) {
       throw std::runtime_error(run.file + ".json has no result " + run.prefix + "outside/");
   }
   return table.text() + "\n" +
-         (!agree ? "NOT all stages agree.\n"
-          : has_tail_limits
-              ? "All stages agree within both limits.\n"
-              : "All stages agree within the limit of the difference of the means.\n");
+         (agree ? "All stages agree within both limits.\n" : "NOT all stages agree.\n");
 }
 
 std::string nodes(const Results& results) {
@@ -122,9 +115,6 @@ std::string nodes(const Results& results) {
 
 // Results are named security/BYTES/PROTECTION.
 std::string security(const Results& results) {
-  if (!results.has("security"))
-    return wrapped(
-        "No results yet. `launch/figures` measures them with `fivepipe bench security`.");
   MarkdownTable table({"message, bytes", "protection", "latency p50, ms", "p99, ms",
                        "processor time of sender and receiver, ms per message", "lost"});
   for (const json& result : results.all("security")) {

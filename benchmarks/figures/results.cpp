@@ -79,8 +79,6 @@ const json* Results::find(const std::string& file, const std::string& name) cons
   return nullptr;
 }
 
-bool Results::has(const std::string& file) const { return results_.contains(file); }
-
 const json& Results::at(const std::string& file, const std::string& name) const {
   if (const json* found = find(file, name)) return *found;
   throw std::runtime_error(file + ".json has no result " + name);

@@ -20,7 +20,6 @@ class Results {
   const json& at(const std::string& file, const std::string& name) const;
   const json* find(const std::string& file, const std::string& name) const;  // nullptr: none
   const std::vector<json>& all(const std::string& file) const;               // in their order
-  bool has(const std::string& file) const;                                   // as a .json file
   const std::string& text(const std::string& file) const;                    // of a .txt file
 
   // "Intel(R) Xeon(R) Processor, 2 cores, llvmpipe (..), build Release, commit 71fa478d3175".

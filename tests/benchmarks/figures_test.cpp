@@ -243,8 +243,6 @@ TEST(Figures, TheTableOfEveryPixelHasEachViewOfBothBackends) {
                 {"counts", {{"pixels", 19200}, {"hits", 1500}, {"wrong", wrong}}}};
   };
   ResultFolder folder;
-  folder.add("hull", json::array());
-  EXPECT_THAT(block_text("hull every pixel", folder.results()), HasSubstr("Not measured yet"));
   folder.add("hull_every_pixel",
              json::array({result("hand4/160x120/cpu", 0, 6e-8), result("hand4/160x120/gl", 2, 1e-7),
                           result("hand64/160x120/cpu", 0, 0)}));
@@ -278,12 +276,9 @@ TEST(Figures, AnAccountWithoutOutsideTimesIsRefused) {
   EXPECT_THAT(text, HasSubstr("All stages agree within both limits."));
   EXPECT_THAT(
       text, HasSubstr("| render | 9 | 1.000 | 1.100 | 0.100 | 0.300 | -0.100 / 0.250 | 3.000 |\n"));
-  with_capture["counts"].erase("tail_limit_ms");
+  with_capture["counts"]["agrees"] = false;
   folder.add("paper_files", json::array({with_capture}));
-  EXPECT_THAT(
-      block_text("account", folder.results()),
-      AllOf(HasSubstr("| 0.300 | -0.100 / 0.250 | - |\n"),
-            HasSubstr("All stages agree within the limit of the difference of the means.")));
+  EXPECT_THAT(block_text("account", folder.results()), HasSubstr("NOT all stages agree."));
   folder.add("paper_files", json::array());
   EXPECT_THAT(
       error_of_call([&] { block_text("account", folder.results()); }),
@@ -292,8 +287,6 @@ TEST(Figures, AnAccountWithoutOutsideTimesIsRefused) {
 
 TEST(Figures, TheCostOfSecurityIsPerMessage) {
   ResultFolder folder;
-  folder.add("hull", json::array());
-  EXPECT_THAT(block_text("security", folder.results()), HasSubstr("No results yet"));
   folder.add("security",
              json::array({{{"name", "security/40000/encrypt"},
                            {"time_ms", {{"median", 0.391}, {"p99", 1.25}}},
