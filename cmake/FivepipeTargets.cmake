@@ -291,18 +291,23 @@ program ALONE or PAIRED, or neither")
   endif()
 endfunction()
 
-# fivepipe_long_test(NAME TIMEOUT [PROGRAM]): the test program PROGRAM (default: NAME_test) as the
+# fivepipe_long_test(NAME TIMEOUT [PROGRAM] [ALONE]): the test program PROGRAM (default: NAME_test) as the
 # long test Long_NAME, which runs for at most TIMEOUT seconds, with FIVEPIPE_LONG=1: the program's
-# full numbers. It runs alone if the program is PAIRED, ALONE or WAITS: its checks may be stricter.
+# full numbers. It runs alone if it or the program is ALONE, or the program PAIRED or WAITS: its checks may
+# be stricter.
 function(fivepipe_long_test name timeout_s)
+  cmake_parse_arguments(ARG "ALONE" "" "" ${ARGN})
   set(program ${name}_test)
-  if(ARGC GREATER 2)
-    set(program ${ARGV2})
+  if(ARG_UNPARSED_ARGUMENTS)
+    set(program ${ARG_UNPARSED_ARGUMENTS})
   endif()
   if(NOT TARGET ${program})
     return()
   endif()
   get_target_property(alone ${program} FIVEPIPE_LONG_ALONE)
+  if(ARG_ALONE)
+    set(alone TRUE)
+  endif()
   add_test(NAME Long_${name} COMMAND ${program})
   set_tests_properties(Long_${name} PROPERTIES
     LABELS long TIMEOUT ${timeout_s} ENVIRONMENT FIVEPIPE_LONG=1 RUN_SERIAL ${alone})

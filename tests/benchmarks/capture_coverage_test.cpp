@@ -23,7 +23,7 @@ TEST_P(CoverageOfRig, IsNearerToTheTruthThanBinaryMaps) {
   }
   const config::Rig rig =
       test::load_rig(std::string(FIVEPIPE_SOURCE_DIR "/scenes/rigs/") + GetParam());
-  // A sanitizer takes minutes. The quick run measures no times, which saves half of its own.
+  // A sanitizer takes minutes. Only the long run, which is alone, measures times.
   const CoverageAccuracy all = measure_coverage(rig, test::kHasSanitizer ? 1 : 2, is_long ? 8 : 0);
   std::vector<double> median_mm, least_ms;
   for (const CoverageRow& row : all.rows) {
@@ -47,9 +47,9 @@ TEST_P(CoverageOfRig, IsNearerToTheTruthThanBinaryMaps) {
     EXPECT_LE(double(all.rows[std::size_t(maps)].extra), 0.01 * double(all.rays));
   }
   if (!is_long) return;
-  // The aim is 4; it is 3.2 to 3.6 on an idle machine. Other tests run beside this one.
+  // The aim is 4; it is 3.2 to 4.0 on an idle machine.
   for (const MapKind maps : {MapKind::exact_coverage, MapKind::estimated_coverage})
-    EXPECT_LE(least_ms[std::size_t(maps)], 6 * least_ms[std::size_t(MapKind::centre)]);
+    EXPECT_LE(least_ms[std::size_t(maps)], 5 * least_ms[std::size_t(MapKind::centre)]);
 }
 
 INSTANTIATE_TEST_SUITE_P(Rigs, CoverageOfRig, testing::Values("table4.yaml", "table6.yaml"),
