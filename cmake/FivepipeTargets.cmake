@@ -291,10 +291,10 @@ program ALONE or PAIRED, or neither")
   endif()
 endfunction()
 
-# fivepipe_long_test(NAME TIMEOUT [PROGRAM] [ALONE]): the test program PROGRAM (default: NAME_test) as the
-# long test Long_NAME, which runs for at most TIMEOUT seconds, with FIVEPIPE_LONG=1: the program's
-# full numbers. It runs alone if it or the program is ALONE, or the program PAIRED or WAITS: its checks may
-# be stricter.
+# fivepipe_long_test(NAME TIMEOUT [PROGRAM] [ALONE]): the test program PROGRAM (default: NAME_test)
+# as the long test Long_NAME, which runs for at most TIMEOUT seconds, with FIVEPIPE_LONG=1: the
+# program's full numbers. With ALONE, or if the program is PAIRED, ALONE or WAITS, no other test
+# runs at the same time, so its checks may be stricter.
 function(fivepipe_long_test name timeout_s)
   cmake_parse_arguments(ARG "ALONE" "" "" ${ARGN})
   set(program ${name}_test)
