@@ -82,8 +82,11 @@ TEST(Command, AnOutputFolderThatCannotBeMadeIsAUsageError) {
   const Answer answer =
       fivepipe("up demo --duration 1 --domain 230 --out " + (folder.path / "file/x").string());
   EXPECT_EQ(answer.exit_code, 2);
-  EXPECT_EQ(answer.text, "--out " + (folder.path / "file/x").string() +
-                             ": cannot create the folder: Not a directory; choose another\n");
+  // A build with assertions warns before.
+  EXPECT_TRUE(
+      answer.text.ends_with("--out " + (folder.path / "file/x").string() +
+                            ": cannot create the folder: Not a directory; choose another\n"))
+      << answer.text;
 }
 
 TEST(Command, AFileThatIsAbsentIsNamedAsElsewhere) {
