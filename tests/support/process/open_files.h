@@ -8,6 +8,8 @@
 #include <filesystem>
 #include <iterator>
 
+#include "tests/support/sanitizer.h"
+
 namespace fivepipe::test {
 
 // Counts the file that reads the list, too.
@@ -37,11 +39,7 @@ class NoFurtherFile {
 
 // The undefined-behaviour sanitizer of preset asan examines an exception as it is made, and needs a
 // pipe for that.
-#if defined(__SANITIZE_ADDRESS__)
-inline constexpr bool kCanThrowWithoutFiles = false;
-#else
-inline constexpr bool kCanThrowWithoutFiles = true;
-#endif
+inline constexpr bool kCanThrowWithoutFiles = !kHasAddressSanitizer;
 
 // Returns what `call` throws while no further file can be opened, or null.
 template <class Call>
