@@ -14,6 +14,7 @@
 #include "tests/support/capture/own_network.h"
 #include "tests/support/optional_package.h"
 #include "tests/support/process/memory.h"
+#include "tests/support/sanitizer.h"
 #include "tests/support/test_folder.h"
 
 namespace fivepipe::capture {
@@ -50,11 +51,12 @@ class Genicam : public testing::Test {
     }
     return false;
   }
-  // Returns the colour of the next image, which is uniform; (0, 0, 0) if there is none within 2 s:
-  // a machine with other work may delay an image by more than the 0.5 s of one reading.
+  // Returns the colour of the next image, which is uniform; (0, 0, 0) if there is none within 2 s,
+  // or longer with a sanitizer: a machine with other work may delay an image by more than the 0.5 s
+  // of one reading.
   static cv::Vec3b colour(ImageSource& source) {
     cv::Mat image;
-    if (!comes_within(2s, source, image)) {
+    if (!comes_within(2s * test::kSlowdown, source, image)) {
       ADD_FAILURE() << source.last_error();
       return {0, 0, 0};
     }
