@@ -15,8 +15,8 @@ using Eigen::Vector3i;
 MarchingCubes::MarchingCubes(const BitGrid& inside) : inside_(inside), index_(inside.size()) {
   each_mixed_cube(inside, [&](const Vector3i& at, unsigned bits) {
     for (int axis = 0; axis < 3; ++axis) {
-      // As a comparison of two bools, GCC 12.2 compiles this wrongly at -O1 (the sanitizers'
-      // builds); it is right at -O0, -O2 and -O3, with -fno-move-loop-invariants, and with Clang.
+      // As a comparison of two bools, GCC 12.2 compiles this wrongly at -O1; it is right at -O0,
+      // -O2 and -O3, with -fno-move-loop-invariants, and with Clang.
       if (((bits ^ bits >> (1 << axis)) & 1) == 0) continue;
       const bool is_inside = (bits & 1) != 0;
       const Vector3i next = at + Vector3i::Unit(axis);
