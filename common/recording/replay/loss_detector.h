@@ -6,6 +6,7 @@
 #include <deque>
 #include <limits>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -29,8 +30,10 @@ struct SentByNode {
 };
 
 // A process that started after the detector is compared from its start. One that ran before is
-// compared from its second status on, when all readers are matched. Messages are assigned to
-// statuses by their source stamps, so messages in transit count correctly.
+// compared from its second status on. Its topics match their readers one after the other, with
+// authentication and on a busy machine seconds later: a topic whose first message arrives after
+// that status, but within 10 s of it, is compared from the status after that message. Messages are
+// assigned to statuses by their source stamps, so messages in transit count correctly.
 //
 // Peers choose the names of their nodes, and their start stamps. The detector ignores further nodes
 // (see unverified_nodes()) and further processes of a node, and forgets the oldest stamps.
@@ -57,18 +60,29 @@ class LossDetector {
   struct Process {
     std::map<std::string, std::uint64_t> sent_before, sent;
   };
-  struct Node {
-    SentStatus newest;
-    bool compares = false;  // `received` is comparable with the processes' send counts
+  struct Topic {
     // Only messages sent at or after this time are counted.
     std::int64_t from_ns = std::numeric_limits<std::int64_t>::min();
+    std::uint64_t received = 0;
+    std::optional<std::int64_t> first_ns;  // stamp of the message that arrived first
+    // For a process that ran before: of messages that arrived while from_ns was not final.
+    std::deque<std::int64_t> stamps;
+    bool has_begun = false;  // from_ns is final
+
+    void begin(std::int64_t at_ns);
+  };
+  struct Node {
+    SentStatus newest;
+    bool compares = false;  // the topics are comparable with the processes' send counts
+    std::int64_t from_ns = std::numeric_limits<std::int64_t>::min();  // of new topics
+    // Second status of a process that ran before, for as long as its topics may begin later.
+    std::optional<std::int64_t> joins_since_ns;
     std::map<std::int64_t, Process> processes;  // by their start
-    std::map<std::string, std::uint64_t> received;
-    // For a process that ran before: stamps between its first and its second status.
-    std::map<std::string, std::deque<std::int64_t>> stamps;
+    std::map<std::string, Topic> topics;
   };
   Node* node_of(const std::string& name);  // nullptr: one too many
   static void begin(Node& node, std::int64_t from_ns);
+  static void begin_joined_topics(Node& node, Process& process, const SentStatus& status);
 
   std::int64_t start_stamp_ns_;
   std::map<std::string, Node> nodes_;

@@ -74,6 +74,40 @@ TEST_F(LossDetectorTest, LateRecorderWithoutLossesReportsNone) {
   EXPECT_EQ(only().missing(), 0u);
 }
 
+// A reader that matches its writer two seconds after the second status.
+TEST_F(LossDetectorTest, ATopicThatJoinsLateIsComparedFromTheStatusAfterItsFirstMessage) {
+  run(-10, -10, 0, false);
+  for (int half_s = 0; half_s < 5; ++half_s) {
+    report(0.5 * half_s, -10);
+    run(-10, 0.5 * half_s, 0.5 * half_s + 0.5, false);
+  }
+  // Until its first message is received, all that was sent is missing.
+  report(2.5, -10);
+  EXPECT_EQ(only().missing(), 200u);
+  run(-10, 2.95, 3.05);  // with a status at 3
+  EXPECT_EQ(loss_detector_.compared().size(), 0u);
+  run(-10, 3.05, 4);
+  report(4, -10);
+  EXPECT_EQ(only().missing(), 0u);
+  EXPECT_EQ(only().received, 60u) << "from 0.1 s before the status at 3.5";
+  run(-10, 4, 5, false);
+  report(5, -10);
+  EXPECT_EQ(only().missing(), 90u) << "a loss after it";
+}
+
+TEST_F(LossDetectorTest, ATopicThatNeverJoinsIsMissing) {
+  run(-10, -10, 0, false);
+  for (int half_s = 0; half_s < 60; ++half_s) {
+    report(0.5 * half_s, -10);
+    run(-10, 0.5 * half_s, 0.5 * half_s + 0.5, false);
+  }
+  report(30, -10);
+  EXPECT_EQ(only().missing(), 2950u);
+  run(-10, 30, 31);
+  report(31, -10);
+  EXPECT_EQ(only().missing(), 2950u) << "no start of a comparison after 10 s";
+}
+
 // Messages sent before the second status and received after it.
 TEST_F(LossDetectorTest, MessagesInTransitDoNotHideLosses) {
   run(-10, -10, 0, false);
@@ -205,7 +239,7 @@ TEST_F(LossDetectorTest, StampsOfLateProcessAreBounded) {
   for (std::size_t i = 0; i < 2 * LossDetector::kMaxStamps; ++i)
     loss_detector_.received(kNode, kTopic, stamp(0.2 + 1e-6 * double(i)));
   sent_ += 2 * LossDetector::kMaxStamps;
-  report(0.1, -10);
+  report(0.3, -10);
   EXPECT_EQ(only().received, 65536u);
 }
 
