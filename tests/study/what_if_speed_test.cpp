@@ -12,6 +12,7 @@
 #include "common/collision/proximity/proximity.h"
 #include "launch/study/what_if/what_if.h"
 #include "tests/study/speed/recorded_session.h"
+#include "tests/support/hull/test_pool.h"
 #include "tests/support/sanitizer.h"
 #include "tests/support/test_folder.h"
 
