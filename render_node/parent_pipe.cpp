@@ -10,11 +10,11 @@
 #include "common/pipeline/node/frame_trace.h"
 #include "common/pipeline/node/replay_monitor.h"
 #include "common/pipeline/node/status_names.h"
+#include "render_node/frame_painter.h"
 #include "render_node/messages.h"
 #include "render_node/output/notice.h"
 #include "render_node/output/presenter.h"
 #include "render_node/overlays/messages_marks.h"
-#include "render_node/overlays/overlay_painter.h"
 #include "render_node/simulation_age.h"
 #include "render_node/spacing_pipe.h"
 #include "render_node/views/pending_frames.h"
@@ -65,7 +65,7 @@ class ParentPipe {
         viewer_(spectator_ ? *spectator_ : node.deployment.viewer),
         presenter_(node::config_of<config::RenderConfig>(node), viewer_,
                    node.deployment.frame_rate_hz, node.out),
-        renderer_(node.deployment.scene, viewer_),
+        painter_(node.deployment, viewer_),
         views_(config::hull_views(node.deployment.scene, viewer_)),
         is_split_by_frames_(is_split_by_frames(node.deployment)),
         has_simulation_(has_simulation(node.deployment)),
@@ -77,7 +77,6 @@ class ParentPipe {
         traces_(node.bus, node.status, node.node.name),
         spacing_(node, presenter_) {
     if (!spectator_) composited_.emplace(node.bus.writer<bus::topics::FrameComposited>());
-    if (!node.deployment.scene.overlays.empty()) overlays_.emplace(node.deployment.scene, viewer_);
     if (!node.deployment.scene.particles.empty())
       particles_.emplace(node.bus.reader<bus::topics::Particles>());
     for (const config::SceneObject& object : node.deployment.scene.objects)
@@ -147,7 +146,7 @@ class ParentPipe {
   void take_collisions() {
     replay_.take(collisions_, [&](const auto& sample) {
       const bool is_highlighted = highlighted_.contains(sample->object);
-      const OverlaidObject* const overlaid = overlays_ ? overlays_->find(sample->object) : nullptr;
+      const OverlaidObject* const overlaid = painter_.overlaid(sample->object);
       if (!is_highlighted && !overlaid) return;
       const auto highlight = highlight_from(*sample);
       if (const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&highlight)) {
@@ -183,7 +182,7 @@ class ParentPipe {
         return;
       }
       auto& [frame, stamp_ns, cloud] = std::get<ReceivedParticles>(received);
-      if (const auto why = renderer_.why_undrawable(cloud))
+      if (const auto why = painter_.renderer().why_undrawable(cloud))
         node_.status.drop_from(particles_->process(sample),
                                {"bad_particles", sample->source, *why});
       else
@@ -207,7 +206,7 @@ class ParentPipe {
   std::vector<ObjectPose> drawable(std::vector<ObjectPose> poses,
                                    const bus::Sample<bus::topics::VirtualState>& sample) {
     std::erase_if(poses, [&](const ObjectPose& pose) {
-      const auto why = renderer_.why_undrawable(pose);
+      const auto why = painter_.renderer().why_undrawable(pose);
       if (why) node_.status.drop_from(states_.process(sample), {"bad_state", pose.object, *why});
       return why.has_value();
     });
@@ -274,9 +273,7 @@ class ParentPipe {
     if (simulation_age_.has_returned()) spdlog::info("simulation: sends states again");
     node::FrameSteps steps;
     steps.begin("render");
-    renderer_.draw(eyes, virtual_frame.poses, virtual_frame.colliding, virtual_frame.particles,
-                   views_.light_of(hull));
-    if (overlays_) draw_overlays(eyes, virtual_frame);
+    painter_.draw(eyes, virtual_frame, views_.light_of(hull));
     const bool wanted = present(hull.frame);
     steps.end();
     const node::InputTimes times = input_times(eyes);
@@ -298,26 +295,19 @@ class ParentPipe {
     pending_.begin_wait(Clock::now());
   }
 
-  void draw_overlays(const EyeFrames& eyes, const VirtualFrame& virtual_frame) {
-    for (const ObjectPose& pose : virtual_frame.poses)
-      overlays_->place(pose.object, pose.world_from_object, pose.vertices_m);
-    for (std::size_t i = 0; i < eyes.size(); ++i)
-      overlays_->draw(i, eyes[i].eye_from_world, virtual_frame.marks);
-  }
-
   // Presents the last drawn frame. If no output needs it, waits for the GPU but does not read it
   // back. Returns false after the user has closed the window.
   bool present(std::uint64_t frame) {
     const WhenFull when_full = replay_.lossless() ? WhenFull::wait : WhenFull::drop;
     if (presenter_.wants(frame)) return presenter_.present(frame, image_bgr(), when_full);
     unread_frame_ = frame;
-    renderer_.finish();
+    painter_.renderer().finish();
     return true;
   }
 
   // Returns the last drawn frame.
   cv::Mat image_bgr() const {
-    cv::Mat image_bgr = renderer_.image_bgr();
+    cv::Mat image_bgr = painter_.renderer().image_bgr();
     if (stands_still_)
       draw_notice(image_bgr, kStandsStill, int(config::eye_positions_m(viewer_).size()));
     return image_bgr;
@@ -337,9 +327,8 @@ class ParentPipe {
   node::NodeContext& node_;
   const config::Viewer* const spectator_;  // nullptr: the node draws for the deployment's viewer
   const config::Viewer& viewer_;
-  Presenter presenter_;  // first: its video opens while the renderer compiles its shaders
-  Renderer renderer_;
-  std::optional<OverlayPainter> overlays_;  // present if the scene has overlays
+  Presenter presenter_;   // first: its video opens while the painter compiles its shaders
+  FramePainter painter_;  // before the readers: nodes that find them begin to send
   ViewAssembler views_;
   ViewCounts reported_;
   std::uint64_t reported_video_drops_ = 0;

@@ -6,10 +6,12 @@
 #include <chrono>
 #include <csignal>
 #include <fstream>
+#include <set>
 #include <sstream>
 #include <stdexcept>
 #include <thread>
 
+#include "common/recording/replay/node_inputs.h"
 #include "launch/supervise/own_files.h"
 
 namespace fivepipe::node_bench {
@@ -97,6 +99,20 @@ void NodeProcesses::stop() {
   while (Clock::now() < until && std::any_of(children_.begin(), children_.end(), runs))
     std::this_thread::sleep_for(10ms);
   children_.clear();  // kills the remaining processes
+}
+
+std::string missing_endpoint(bus::Bus& bus, const NodesToStart& options) {
+  std::map<std::string, std::set<std::string>> reads, writes;  // by node
+  for (const bus::EndpointDescription& endpoint : bus.endpoints())
+    (endpoint.writes ? writes : reads)[endpoint.participant].insert(endpoint.topic);
+  for (const std::string& name : options.nodes) {
+    const config::Node& node = *config::find_node(*options.deployment, name);
+    for (const std::string& topic : replay::inputs_of(*options.deployment, node))
+      if (!reads[name].contains(topic)) return "node '" + name + "' does not read " + topic;
+    for (const std::string& topic : replay::outputs_of(*options.deployment, node))
+      if (!writes[name].contains(topic)) return "node '" + name + "' does not write " + topic;
+  }
+  return "";
 }
 
 }  // namespace fivepipe::node_bench

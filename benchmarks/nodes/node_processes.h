@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/config/deployment.h"
+#include "common/pipeline/bus/bus.h"
 #include "launch/supervise/process.h"
 
 namespace fivepipe::node_bench {
@@ -25,6 +26,10 @@ struct ProcessUse {
   double peak_memory_mb = 0;  // resident, since the start of the process
 };
 double cpu_s_of(pid_t pid);  // user and system time
+
+// Returns which topic a node does not read or write yet, as far as discovery knows; empty if it
+// found all inputs and outputs of the nodes.
+std::string missing_endpoint(bus::Bus& bus, const NodesToStart& options);
 
 class NodeProcesses {
  public:

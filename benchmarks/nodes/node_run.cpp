@@ -79,10 +79,14 @@ replay::ReplayPlan plan_of(const recording::Recording& recording, const NodeRunO
   return plan;
 }
 
-void wait_for_readers(bus::Bus& bus, const replay::Replayer& replayer, NodeProcesses& nodes) {
+// Waits until the nodes can read the recording, and until their writers are known: the trace of the
+// bus follows those that it finds when it begins.
+void wait_until_connected(bus::Bus& bus, const replay::Replayer& replayer,
+                          const NodeRunOptions& options, NodeProcesses& nodes) {
   for (const auto until = Clock::now() + kStartTimeout;; bus.wait(20ms)) {
     nodes.check();
-    const std::string missing = replayer.missing_reader();
+    std::string missing = replayer.missing_reader();
+    if (missing.empty()) missing = missing_endpoint(bus, options);
     if (missing.empty()) return;
     if (launch::signals_received() > 0) throw std::runtime_error("interrupted");
     if (Clock::now() > until) throw std::runtime_error(missing);
@@ -137,7 +141,7 @@ NodeRun run_nodes(const recording::Recording& recording, const NodeRunOptions& o
   for (const mcap::Id id : plan.channels) replayed.insert(recording.channel(id)->topic);
   std::optional<Outputs> outputs;
   if (options.checksums) outputs.emplace(bus, replayed);
-  wait_for_readers(bus, replayer, nodes);
+  wait_until_connected(bus, replayer, options, nodes);
   if (options.trace_bus) observer.trace_bus();
   replayer.on_frame_sent = [&](std::uint64_t frame, const replay::SendTimes& sent) {
     observer.sent(frame, sent);

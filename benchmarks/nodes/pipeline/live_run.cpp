@@ -2,10 +2,8 @@
 
 #include <chrono>
 #include <functional>
-#include <set>
 #include <stdexcept>
 
-#include "common/recording/replay/node_inputs.h"
 #include "launch/supervise/hosts/free_domain.h"
 #include "launch/supervise/interrupt.h"
 
@@ -17,21 +15,6 @@ using Clock = std::chrono::steady_clock;
 
 // The time that nodes may need to load shaders and meshes, and capture_node for its cameras.
 constexpr auto kStartTimeout = 120s;
-
-// Returns the first endpoint of a node that discovery has not found; empty if it found all.
-std::string missing_endpoint(bus::Bus& bus, const NodesToStart& options) {
-  std::map<std::string, std::set<std::string>> reads, writes;  // by node
-  for (const bus::EndpointDescription& endpoint : bus.endpoints())
-    (endpoint.writes ? writes : reads)[endpoint.participant].insert(endpoint.topic);
-  for (const std::string& name : options.nodes) {
-    const config::Node& node = *config::find_node(*options.deployment, name);
-    for (const std::string& topic : replay::inputs_of(*options.deployment, node))
-      if (!reads[name].contains(topic)) return "node '" + name + "' does not read " + topic;
-    for (const std::string& topic : replay::outputs_of(*options.deployment, node))
-      if (!writes[name].contains(topic)) return "node '" + name + "' does not write " + topic;
-  }
-  return "";
-}
 
 }  // namespace
 

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <iostream>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
 
@@ -299,6 +300,27 @@ TEST_F(RenderNode, DropsOfEachKindAreCountedOnce) {
                               {"late_tile", 1},
                               {"repeated_tile", 2}}));
   EXPECT_EQ(report.counts.at(node::kFramesComposited), 2u);
+}
+
+// Without Mesa's cache of shaders, as on a machine that starts fivepipe for the first time.
+TEST_F(RenderNode, DrawsItsFirstFrameAsFastAsTheNext) {
+  setenv("MESA_SHADER_CACHE_DISABLE", "true", 1);
+  start_with(", video: false", true, "viewer", kShadows + "overlays: [collision_points]\n");
+  unsetenv("MESA_SHADER_CACHE_DISABLE");
+  for (const std::uint64_t frame : {1, 2}) {
+    send_point(frame, "touched", {0, 0, 0});
+    send_state(frame);
+    for (const int half : {0, 1}) deliver(tiles_, light_tile(frame, half, 0).wire());
+    send_hull(frame);
+    ASSERT_TRUE(has_composited(frame)) << said();
+  }
+  ASSERT_TRUE(holds([&] { return traces().size() == 2; })) << said();
+  const auto drawn_ms = [&](std::size_t frame) {
+    const TracedFrame::Step& step = traces()[frame].steps.at(0);
+    return 1e-6 * double(step.end_ns - step.start_ns);
+  };
+  std::cout << "first frame " << drawn_ms(0) << " ms, second " << drawn_ms(1) << " ms\n";
+  EXPECT_LE(drawn_ms(0), 3 * drawn_ms(1) + 30 * kSlowdown);
 }
 
 TEST_F(RenderNode, ReportsEachCompositedFrame) {
