@@ -14,13 +14,14 @@ namespace fivepipe::render {
 // Needs a current GL context from construction to destruction.
 class FramePainter {
  public:
-  // Throws as Renderer does. Draws an image with every shader of the scene, because OpenGL drivers
-  // finish the compilation of a shader when they first draw with it. Otherwise the first frame
-  // would wait for that (0.25 s with llvmpipe, for the scene of the test), and capture_node would
-  // drop those behind it.
+  // Throws as Renderer does. Draws an image with every shader that a frame may need, because OpenGL
+  // drivers finish the compilation of a shader when they first draw with it. Otherwise the first
+  // frame would wait for the compilation (0.4 s with llvmpipe in
+  // RenderNode.DrawsItsFirstFrameAsFastAsTheNext), and capture_node would drop the next ones.
   FramePainter(const config::Deployment& deployment, const config::Viewer& viewer);
 
-  // See Renderer::draw(). The poses, particles and marks must be drawable.
+  // See Renderer::draw(). marks: of objects that overlaid() returns; ignored if the scene has no
+  // overlays.
   void draw(std::span<const HullFrame> eyes, const VirtualFrame& virtual_frame,
             const HullFrame* light_hull);
 

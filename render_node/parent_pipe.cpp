@@ -328,7 +328,7 @@ class ParentPipe {
   const config::Viewer* const spectator_;  // nullptr: the node draws for the deployment's viewer
   const config::Viewer& viewer_;
   Presenter presenter_;   // first: its video opens while the painter compiles its shaders
-  FramePainter painter_;  // before the readers: nodes that find them begin to send
+  FramePainter painter_;  // before the readers: nodes that discover them begin to send
   ViewAssembler views_;
   ViewCounts reported_;
   std::uint64_t reported_video_drops_ = 0;

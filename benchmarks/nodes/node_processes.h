@@ -27,8 +27,8 @@ struct ProcessUse {
 };
 double cpu_s_of(pid_t pid);  // user and system time
 
-// Returns which topic a node does not read or write yet, as far as discovery knows; empty if it
-// found all inputs and outputs of the nodes.
+// Returns a message that names the first input or output of the nodes that discovery has not found;
+// empty if it has found all.
 std::string missing_endpoint(bus::Bus& bus, const NodesToStart& options);
 
 class NodeProcesses {

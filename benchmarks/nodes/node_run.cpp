@@ -18,7 +18,7 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-// The time that a node may need to load shaders and meshes before it reads.
+// The time that a node may need to load shaders and meshes before it reads and writes.
 constexpr auto kStartTimeout = 30s;
 
 // Such messages differ from run to run.
@@ -79,8 +79,8 @@ replay::ReplayPlan plan_of(const recording::Recording& recording, const NodeRunO
   return plan;
 }
 
-// Waits until the nodes can read the recording, and until their writers are known: the trace of the
-// bus follows those that it finds when it begins.
+// Waits until the replay's writers match the nodes' readers and discovery has found the nodes'
+// writers: RunObserver::trace_bus() follows only writers that are known when it is called.
 void wait_until_connected(bus::Bus& bus, const replay::Replayer& replayer,
                           const NodeRunOptions& options, NodeProcesses& nodes) {
   for (const auto until = Clock::now() + kStartTimeout;; bus.wait(20ms)) {

@@ -39,8 +39,10 @@ LiveRun run_live(const NodesToStart& options, double duration_s) {
     }
     return true;
   };
-  if (!wait(kStartTimeout, false, [&] { return missing_endpoint(bus, options).empty(); }))
-    throw std::runtime_error(missing_endpoint(bus, options));
+  std::string missing;
+  if (!wait(kStartTimeout, false,
+            [&] { return (missing = missing_endpoint(bus, options)).empty(); }))
+    throw std::runtime_error(missing);
   observer.trace_bus();
   if (!wait(kStartTimeout, false, [&] { return !composited.take().empty(); }))
     throw std::runtime_error("no frame was composited");

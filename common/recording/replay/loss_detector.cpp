@@ -15,9 +15,9 @@ constexpr std::int64_t kStatusLatency_ns = 100'000'000;
 // Nodes publish their status twice per second.
 constexpr std::int64_t kMaxSilence_ns = 2'000'000'000;
 // Maximum time from the second status of a process that ran before to the first message of a topic
-// whose writer and reader match late: about 0.6 s with DDS Security, the address sanitizer and two
-// busy cores.
-constexpr std::int64_t kMaxJoin_ns = 10'000'000'000;
+// whose reader matches late. Measured with DDS Security, the address sanitizer and two busy cores:
+// messages of the first 0.6 s were missing. 10 s allow for machines that are 16 times slower.
+constexpr std::int64_t kMaxLateMatch_ns = 10'000'000'000;
 
 }  // namespace
 
@@ -31,7 +31,7 @@ void LossDetector::received(const std::string& name, const std::string& topic_na
   if (source_stamp_ns < topic.from_ns) return;
   ++topic.received;
   if (!topic.first_ns) topic.first_ns = source_stamp_ns;
-  const bool is_final = node->compares && (topic.has_begun || !node->joins_since_ns);
+  const bool is_final = node->compares && (topic.is_compared || !node->late_match_since_ns);
   if (is_final || node->processes.empty()) return;
   topic.stamps.push_back(source_stamp_ns);
   if (topic.stamps.size() > kMaxStamps) topic.stamps.pop_front();
@@ -59,24 +59,31 @@ void LossDetector::add_status(const SentStatus& status) {
     if (!node.compares && node.processes.size() > 1)
       begin(node, status.start_stamp_ns);  // the previous process sent only one status
     node.compares = true;
-    node.joins_since_ns.reset();
+    if (node.late_match_since_ns && is_new) {  // this process replaces one that ran before
+      begin_late_topics(node, status.start_stamp_ns, LateTopics::all);
+      end_late_matches(node);
+    }
   } else if (is_new) {
     process->second.sent_before = status.sent;
   } else if (!node.compares) {
     process->second.sent_before = status.sent;
     begin(node, status.source_stamp_ns - kStatusLatency_ns);
-    node.joins_since_ns = status.source_stamp_ns;
-  } else if (node.joins_since_ns) {
-    begin_joined_topics(node, process->second, status);
+    node.late_match_since_ns = status.source_stamp_ns;
+  } else if (node.late_match_since_ns) {
+    const std::int64_t from_ns = status.source_stamp_ns - kStatusLatency_ns;
+    begin_late_topics(node, from_ns, LateTopics::arrived);
+    if (base::difference_ns(from_ns, *node.late_match_since_ns) > kMaxLateMatch_ns)
+      end_late_matches(node);
   }
 }
 
+// Counts from at_ns on. That is final if a message from before it was received.
 void LossDetector::Topic::begin(std::int64_t at_ns) {
   std::erase_if(stamps, [&](std::int64_t stamp) { return stamp < at_ns; });
   received = stamps.size();
   from_ns = at_ns;
-  has_begun = first_ns && *first_ns <= at_ns;
-  if (has_begun) stamps.clear();
+  is_compared = first_ns && *first_ns <= at_ns;
+  if (is_compared) stamps.clear();
 }
 
 void LossDetector::begin(Node& node, std::int64_t from_ns) {
@@ -85,19 +92,34 @@ void LossDetector::begin(Node& node, std::int64_t from_ns) {
   node.compares = true;
 }
 
-void LossDetector::begin_joined_topics(Node& node, Process& process, const SentStatus& status) {
-  if (base::difference_ns(status.source_stamp_ns, *node.joins_since_ns) > kMaxJoin_ns) {
-    node.joins_since_ns.reset();
-    for (auto& [name, topic] : node.topics) topic.stamps.clear();
-    return;
-  }
-  for (auto& [name, topic] : node.topics) {
-    const std::int64_t from_ns = status.source_stamp_ns - kStatusLatency_ns;
-    if (topic.has_begun || !topic.first_ns || *topic.first_ns > from_ns) continue;
-    topic.begin(from_ns);
-    const auto sent = status.sent.find(name);
-    if (sent != status.sent.end()) process.sent_before[name] = sent->second;
-  }
+// The newest statuses of the processes that ran before must count just their messages before
+// from_ns. (Of two such processes at a time, the count of one is up to 0.5 s old.)
+void LossDetector::begin_late_topics(Node& node, std::int64_t from_ns, LateTopics which) {
+  const auto begins = [&](const std::string& name) {
+    const auto known = node.topics.find(name);
+    if (which == LateTopics::all) return known == node.topics.end() || !known->second.is_compared;
+    return known != node.topics.end() && node.awaits_status(known->second) &&
+           *known->second.first_ns <= from_ns &&
+           base::difference_ns(*known->second.first_ns, *node.late_match_since_ns) <=
+               kMaxLateMatch_ns;
+  };
+  for (auto& [start, process] : node.processes)
+    if (start < start_stamp_ns_)
+      for (const auto& [name, count] : process.sent)
+        if (begins(name)) process.sent_before[name] = count;
+  for (auto& [name, topic] : node.topics)
+    if (begins(name)) topic.begin(from_ns);
+  if (which == LateTopics::all) node.from_ns = from_ns;
+}
+
+// The topics that have not begun stay compared from the second status on.
+void LossDetector::end_late_matches(Node& node) {
+  node.late_match_since_ns.reset();
+  for (auto& [name, topic] : node.topics) topic.stamps.clear();
+}
+
+bool LossDetector::Node::awaits_status(const Topic& topic) const {
+  return late_match_since_ns && topic.first_ns && !topic.is_compared;
 }
 
 std::vector<SentByNode> LossDetector::compared() const {
@@ -111,10 +133,11 @@ std::vector<SentByNode> LossDetector::compared() const {
         sent[topic] += count - (before == process.sent_before.end() ? 0 : before->second);
       }
     for (const auto& [topic, count] : sent) {
-      const auto came = node.topics.find(topic);
-      const bool has_arrived = came != node.topics.end() && came->second.first_ns;
-      if (has_arrived && node.joins_since_ns && !came->second.has_begun) continue;
-      all.push_back({name, topic, count, has_arrived ? came->second.received : 0});
+      const auto known = node.topics.find(topic);
+      if (known == node.topics.end())
+        all.push_back({name, topic, count, 0});
+      else if (!node.awaits_status(known->second))
+        all.push_back({name, topic, count, known->second.received});
     }
   }
   return all;
@@ -127,7 +150,10 @@ std::set<std::string> LossDetector::unverified_nodes(std::int64_t now_ns) const 
     const bool is_current =
         node.newest.final_report ||
         base::difference_ns(now_ns, node.newest.source_stamp_ns) < kMaxSilence_ns;
-    if (!(node.compares && is_current) && !node.topics.empty()) names.insert(name);
+    const bool awaits_status = std::ranges::any_of(
+        node.topics, [&of = node](const auto& topic) { return of.awaits_status(topic.second); });
+    if ((!(node.compares && is_current) && !node.topics.empty()) || awaits_status)
+      names.insert(name);
   }
   return names;
 }

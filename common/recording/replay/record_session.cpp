@@ -108,7 +108,7 @@ RecordResult record(const RecordRequest& request, const std::function<int()>& si
   const auto has_drained = [&] {
     const auto since = Clock::now() - *end_requested;
     return since >= kMaxDrainTime ||
-           (since >= kMinDrainTime &&
+           (since >= kMinDrainTime && recorder.unverified_nodes().empty() &&
             std::ranges::all_of(recorder.compared(),
                                 [](const SentByNode& sent) { return sent.missing() == 0; }));
   };

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "tests/support/recording/synthetic_recordings.h"
 #include "tests/support/time_units.h"
 
@@ -74,38 +76,76 @@ TEST_F(LossDetectorTest, LateRecorderWithoutLossesReportsNone) {
   EXPECT_EQ(only().missing(), 0u);
 }
 
-// A reader that matches its writer two seconds after the second status.
-TEST_F(LossDetectorTest, ATopicThatJoinsLateIsComparedFromTheStatusAfterItsFirstMessage) {
-  run(-10, -10, 0, false);
-  for (int half_s = 0; half_s < 5; ++half_s) {
-    report(0.5 * half_s, -10);
-    run(-10, 0.5 * half_s, 0.5 * half_s + 0.5, false);
+// A recorder that starts after the node, and whose reader for the node's topic is matched later
+// than the reader for its statuses.
+class LateMatch : public LossDetectorTest {
+ protected:
+  // The recorder receives only the statuses at 0, 0.5, .. <= to_s. The second one is at 0.5.
+  void run_unmatched(double to_s) {
+    run(-10, -10, 0, false);
+    for (double at_s = 0; at_s <= to_s; at_s += 0.5) {
+      report(at_s, -10);
+      run(-10, at_s, std::min(to_s, at_s + 0.5), false);
+    }
   }
-  // Until its first message is received, all that was sent is missing.
-  report(2.5, -10);
-  EXPECT_EQ(only().missing(), 200u);
-  run(-10, 2.95, 3.05);  // with a status at 3
-  EXPECT_EQ(loss_detector_.compared().size(), 0u);
+};
+
+TEST_F(LateMatch, ComparesATopicFromTheStatusThatIsNewerThanItsFirstMessage) {
+  run_unmatched(2.95);
+  EXPECT_EQ(only().missing(), 200u) << "no message has arrived";
+  run(-10, 2.95, 3.05);  // with a status at 3, less than 0.1 s after the first message
+  EXPECT_TRUE(loss_detector_.compared().empty());
+  EXPECT_EQ(loss_detector_.unverified_nodes(stamp(3.05)), std::set<std::string>{kNode});
   run(-10, 3.05, 4);
   report(4, -10);
+  EXPECT_TRUE(loss_detector_.unverified_nodes(stamp(4)).empty());
   EXPECT_EQ(only().missing(), 0u);
   EXPECT_EQ(only().received, 60u) << "from 0.1 s before the status at 3.5";
   run(-10, 4, 5, false);
   report(5, -10);
-  EXPECT_EQ(only().missing(), 90u) << "a loss after it";
+  // 100 were lost, but 10 of the 0.1 s before the status at 3.5 were received, and it counts them.
+  EXPECT_EQ(only().missing(), 90u);
 }
 
-TEST_F(LossDetectorTest, ATopicThatNeverJoinsIsMissing) {
-  run(-10, -10, 0, false);
-  for (int half_s = 0; half_s < 60; ++half_s) {
-    report(0.5 * half_s, -10);
-    run(-10, 0.5 * half_s, 0.5 * half_s + 0.5, false);
-  }
-  report(30, -10);
+// The first message is sent 9.95 s after the second status; the status from which the topic is
+// compared, 10.5 s after it.
+TEST_F(LateMatch, ComparesATopicWhoseFirstMessageIsSentAfterNearlyTenSeconds) {
+  run_unmatched(10.45);
+  run(-10, 10.45, 11.5);
+  report(11.5, -10);
+  EXPECT_EQ(only().missing(), 0u);
+  EXPECT_EQ(only().received, 60u);
+}
+
+TEST_F(LateMatch, ComparesATopicThatBeginsAfterTenSecondsFromTheSecondStatus) {
+  run_unmatched(10.55);
+  run(-10, 10.55, 11.5);
+  report(11.5, -10);
+  EXPECT_EQ(only().received, 95u);
+  EXPECT_EQ(only().missing(), 1005u) << "all of 10.05 s since the second status";
+}
+
+TEST_F(LateMatch, ComparesATopicThatNeverArrivesFromTheSecondStatus) {
+  run_unmatched(30);
   EXPECT_EQ(only().missing(), 2950u);
-  run(-10, 30, 31);
-  report(31, -10);
-  EXPECT_EQ(only().missing(), 2950u) << "no start of a comparison after 10 s";
+}
+
+// A process replaces the one that ran before the recorder, before or after the first message of the
+// topic. What the first process sent until then is no loss.
+TEST_F(LateMatch, ComparesATopicFromTheStartOfTheProcessThatReplacesTheFirst) {
+  for (const bool has_arrived : {false, true}) {
+    loss_detector_ = LossDetector(kRecorderStarts_ns);
+    sent_ = 0;
+    run_unmatched(2.95);
+    if (has_arrived) run(-10, 2.95, 3.05);
+    sent_ = 0;
+    run(4, 4, 6);
+    loss_detector_.received(kNode, "poses", stamp(6.1));  // of a topic that arrives later
+    report(6.2, 4);
+    EXPECT_EQ(only().sent, 200u) << has_arrived;
+    EXPECT_EQ(only().received, 200u) << has_arrived;
+    EXPECT_TRUE(loss_detector_.unverified_nodes(stamp(6.2)).empty()) << has_arrived;
+  }
 }
 
 // Messages sent before the second status and received after it.

@@ -196,6 +196,20 @@ class RenderNode : public ScriptedPeer {
     messages::borrow(message.points_m, points_m);
     deliver(collisions_, message);
   }
+  // A collision of `object` with one collision point and a move out of the hull.
+  void send_recovery(std::uint64_t frame, const char* object) {
+    std::vector<fivepipe_v1_Vec3> points_m{{-0.3, 0, 0}};
+    fivepipe_v1_CollisionResult message{};
+    messages::set_text(message.object, object);
+    message.frame = frame;
+    message.capture_stamp_ns = stamp_of(frame);
+    message.verdict = fivepipe_v1_colliding;
+    message.response = fivepipe_v1_recovered;
+    message.cp_object_m = points_m[0];
+    message.cp_hull_m = {-0.2, 0, 0};
+    messages::borrow(message.points_m, points_m);
+    deliver(collisions_, message);
+  }
   // Sends a tile that the node drops, and waits until it has counted it: the node has then taken
   // all earlier tiles.
   void wait_until_taken() {

@@ -302,25 +302,39 @@ TEST_F(RenderNode, DropsOfEachKindAreCountedOnce) {
   EXPECT_EQ(report.counts.at(node::kFramesComposited), 2u);
 }
 
-// Without Mesa's cache of shaders, as on a machine that starts fivepipe for the first time.
+// Without Mesa's cache of shaders, as on a machine that starts fivepipe for the first time. The
+// frame needs the shaders of objects, the coloured hull, shadows, particles, discs and arrows.
 TEST_F(RenderNode, DrawsItsFirstFrameAsFastAsTheNext) {
+  // llvmpipe compiles all of them in 0.4 s, those of the shadow in 20 ms, each other group in 40 ms
+  // or more.
+  constexpr double kMaxCompilation_ms = 12 * kSlowdown;
+  scene_ = replaced(kScene, "position_m: [-0.4, 0, 0.2]",
+                    "position_m: [-0.4, 0, 0.2], report: {response: {}}");
   setenv("MESA_SHADER_CACHE_DISABLE", "true", 1);
-  start_with(", video: false", true, "viewer", kShadows + "overlays: [collision_points]\n");
+  start_with(", video: false, still_frame: 7", true, "viewer",
+             kShadows + "overlays: [collision_points, recovery]\n");
   unsetenv("MESA_SHADER_CACHE_DISABLE");
   for (const std::uint64_t frame : {1, 2}) {
-    send_point(frame, "touched", {0, 0, 0});
+    send_particle(frame, 0);
+    send_recovery(frame, "touched");
     send_state(frame);
-    for (const int half : {0, 1}) deliver(tiles_, light_tile(frame, half, 0).wire());
-    send_hull(frame);
+    for (const int half : {0, 1}) {
+      deliver(tiles_, light_tile(frame, half, 0.3f).wire());
+      Tile hull = tile(frame, half);
+      hull.message.covered = hull.message.rect;
+      hull.depth_m.assign(16 * 24, 1.5f);
+      hull.bgr.assign(3 * hull.depth_m.size(), 100);
+      deliver(tiles_, hull.wire());
+    }
     ASSERT_TRUE(has_composited(frame)) << said();
   }
   ASSERT_TRUE(holds([&] { return traces().size() == 2; })) << said();
-  const auto drawn_ms = [&](std::size_t frame) {
-    const TracedFrame::Step& step = traces()[frame].steps.at(0);
+  const auto drawn_ms = [&](std::size_t index) {
+    const TracedFrame::Step& step = traces()[index].steps.at(0);
     return 1e-6 * double(step.end_ns - step.start_ns);
   };
   std::cout << "first frame " << drawn_ms(0) << " ms, second " << drawn_ms(1) << " ms\n";
-  EXPECT_LE(drawn_ms(0), 3 * drawn_ms(1) + 30 * kSlowdown);
+  EXPECT_LE(drawn_ms(0), drawn_ms(1) + kMaxCompilation_ms);
 }
 
 TEST_F(RenderNode, ReportsEachCompositedFrame) {
