@@ -107,8 +107,8 @@ TEST_F(LateMatch, ComparesATopicFromTheStatusThatIsNewerThanItsFirstMessage) {
   EXPECT_EQ(only().missing(), 90u);
 }
 
-// The first message is sent 9.95 s after the second status; the status from which the topic is
-// compared, 10.5 s after it.
+// The first message is sent 9.95 s after the second status. The status from which the topic is
+// compared is sent 10.5 s after it.
 TEST_F(LateMatch, ComparesATopicWhoseFirstMessageIsSentAfterNearlyTenSeconds) {
   run_unmatched(10.45);
   run(-10, 10.45, 11.5);

@@ -185,8 +185,9 @@ class RenderNode : public ScriptedPeer {
     messages::borrow(message.first_contact, contacts);
     deliver(collisions_, message);
   }
-  // A collision of `object` with one collision point.
-  void send_point(std::uint64_t frame, const char* object, const fivepipe_v1_Vec3& p_m) {
+  // A collision of `object` with one collision point, and with a move of it to cp_hull_m, if given.
+  void send_point(std::uint64_t frame, const char* object, const fivepipe_v1_Vec3& p_m,
+                  const std::optional<fivepipe_v1_Vec3>& cp_hull_m = {}) {
     std::vector<fivepipe_v1_Vec3> points_m{p_m};
     fivepipe_v1_CollisionResult message{};
     messages::set_text(message.object, object);
@@ -194,20 +195,11 @@ class RenderNode : public ScriptedPeer {
     message.capture_stamp_ns = stamp_of(frame);
     message.verdict = fivepipe_v1_colliding;
     messages::borrow(message.points_m, points_m);
-    deliver(collisions_, message);
-  }
-  // A collision of `object` with one collision point and a move out of the hull.
-  void send_recovery(std::uint64_t frame, const char* object) {
-    std::vector<fivepipe_v1_Vec3> points_m{{-0.3, 0, 0}};
-    fivepipe_v1_CollisionResult message{};
-    messages::set_text(message.object, object);
-    message.frame = frame;
-    message.capture_stamp_ns = stamp_of(frame);
-    message.verdict = fivepipe_v1_colliding;
-    message.response = fivepipe_v1_recovered;
-    message.cp_object_m = points_m[0];
-    message.cp_hull_m = {-0.2, 0, 0};
-    messages::borrow(message.points_m, points_m);
+    if (cp_hull_m) {
+      message.response = fivepipe_v1_recovered;
+      message.cp_object_m = p_m;
+      message.cp_hull_m = *cp_hull_m;
+    }
     deliver(collisions_, message);
   }
   // Sends a tile that the node drops, and waits until it has counted it: the node has then taken

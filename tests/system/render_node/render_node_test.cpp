@@ -316,7 +316,7 @@ TEST_F(RenderNode, DrawsItsFirstFrameAsFastAsTheNext) {
   unsetenv("MESA_SHADER_CACHE_DISABLE");
   for (const std::uint64_t frame : {1, 2}) {
     send_particle(frame, 0);
-    send_recovery(frame, "touched");
+    send_point(frame, "touched", {-0.3, 0, 0}, fivepipe_v1_Vec3{-0.2, 0, 0});
     send_state(frame);
     for (const int half : {0, 1}) {
       deliver(tiles_, light_tile(frame, half, 0.3f).wire());
